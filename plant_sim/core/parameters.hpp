@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every number of a car, as plain data in SI units. The comment behind a field is its range and its key in the TOML
+// files and in `--set`; the section is the struct's member name in VehicleParameters.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace voltlap::plant {
+
+/// A battery parameter over SOC, temperature and current: either a full table, or a curve over SOC with a relative
+/// change per kelvin and per ampere about a reference point (then `table` is empty).
+struct CellParameterMap {
+  std::vector<double> value;       ///< by SOC breakpoint, at the reference point
+  double per_kelvin = 0.0;         ///< [1/K] relative change of the value
+  double per_ampere = 0.0;         ///< [1/A] relative change of the value
+  std::vector<double> table;       ///< [soc][temperature][current], last index fastest; empty: use `value`
+};
+
+/// One cell (or one block of cells in parallel, tested as one). File: plant_sim/data/cells/*.toml.
+struct CellParameters {
+  std::string name;                          ///< name
+  double capacity_ah = 0.0;                  ///< [Ah] 0.1..1000 capacity_ah
+  double voltage_min_v = 2.5;                ///< [V] 0..5 voltage_min_v
+  double voltage_max_v = 4.2;                ///< [V] 0..5 voltage_max_v
+  double mass_kg = 0.0;                      ///< [kg] 0.001..100 mass_kg
+  double heat_capacity_j_per_kg_k = 0.0;     ///< [J/kg/K] 100..5000 heat_capacity_j_per_kg_k
+  double surface_area_m2 = 0.0;              ///< [m2] 1e-4..10 surface_area_m2
+  double convection_w_per_m2_k = 0.0;        ///< [W/m2/K] 0..1000 convection_w_per_m2_k
+  double reference_temperature_c = 30.0;     ///< [degC] -40..80 reference_temperature_c
+  double reference_current_a = 0.0;          ///< [A] 0..5000 reference_current_a
+  std::vector<double> soc_breakpoints;       ///< [1] increasing, 0..1 breakpoints.soc
+  std::vector<double> temperature_breakpoints_c;  ///< [degC] increasing breakpoints.temperature_c
+  std::vector<double> current_breakpoints_a;      ///< [A] increasing breakpoints.current_a
+  std::vector<double> ocv_polynomial_v;      ///< [V] c0 + c1 SOC + c2 SOC^2 ..., ocv.polynomial_v; or
+  std::vector<double> ocv_soc;               ///< [1] increasing, ocv.soc, with
+  std::vector<double> ocv_v;                 ///< [V] not decreasing, ocv.voltage_v
+  CellParameterMap r0_ohm, r1_ohm, r2_ohm;   ///< [ohm] > 0, sections [r0] [r1] [r2]
+  CellParameterMap tau1_s, tau2_s;           ///< [s] > 0, sections [tau1] [tau2]
+};
+
+/// How one cell differs from its neighbours: battery.cells.<n>.*, n from 1.
+struct CellVariation {
+  double capacity_scale = 1.0;      ///< [1] 0.1..2
+  double resistance_scale = 1.0;    ///< [1] 0.1..10, on R0, R1 and R2
+  double initial_soc_offset = 0.0;  ///< [1] -1..1
+};
+
+struct VehicleSection {
+  double mass_kg = 0;            ///< [kg] 20..3000, without driver
+  double driver_mass_kg = 0;     ///< [kg] 0..200
+  double wheelbase_m = 0;        ///< [m] 0.5..5
+  double track_front_m = 0;      ///< [m] 0.5..3
+  double track_rear_m = 0;       ///< [m] 0.5..3
+  double cg_height_m = 0;        ///< [m] 0.05..2
+  double cg_rear_fraction = 0;   ///< [1] 0.1..0.9, share of the weight on the rear axle
+  double front_axle_inertia_kg_m2 = 0;  ///< [kg m2] 0.01..20, both front wheels
+};
+
+struct TyreSection {
+  double radius_m = 0;              ///< [m] 0.05..1, rolling radius under load
+  double friction = 0;              ///< [1] 0.1..4, of the lap solver
+  double rolling_resistance = 0;    ///< [1] 0..0.2
+  double pacejka_b = 0;             ///< [1] 0.1..50
+  double pacejka_c = 0;             ///< [1] 0.5..3
+  double pacejka_d = 0;             ///< [1] 0.1..4, peak longitudinal force over normal force
+  double pacejka_e = 0;             ///< [1] -20..1
+  double slip_speed_floor_mps = 0;  ///< [m/s] 0.05..5, least denominator of the slip ratio
+};
+
+struct BrakeSection {
+  double front_friction = 0;         ///< [1] 0..1.5
+  double rear_friction = 0;          ///< [1] 0..1.5
+  double front_radius_m = 0;         ///< [m] 0..0.5
+  double rear_radius_m = 0;          ///< [m] 0..0.5
+  double front_caliper_force_n = 0;  ///< [N] 0..1e5, at full pedal
+  double rear_caliper_force_n = 0;   ///< [N] 0..1e5
+  double force_scale = 1.0;          ///< [1] 0..5, on both calipers
+  double front_rotor_mass_kg = 0;    ///< [kg] 0.01..20
+  double rear_rotor_mass_kg = 0;     ///< [kg] 0.01..20
+  double rotor_heat_capacity_j_per_kg_k = 0;  ///< [J/kg/K] 100..2000
+  double front_rotor_area_m2 = 0;    ///< [m2] 0..5
+  double rear_rotor_area_m2 = 0;     ///< [m2] 0..5
+  double convection_w_per_m2_k = 0;  ///< [W/m2/K] 0..1000
+  double full_pedal_pressure_bar = 0;  ///< [bar] 1..160, line pressure at full pedal
+};
+
+struct AeroSection {
+  double drag_coefficient = 0;   ///< [1] 0..10
+  double downforce_coefficient = 0;  ///< [1] -1..10, positive presses the car down
+  double frontal_area_m2 = 0;    ///< [m2] 0..5
+};
+
+struct DriverSection {
+  double accelerator_gain_per_mps = 0;      ///< [s/m] 0..100, pedal per m/s of speed error
+  double accelerator_integral_per_m = 0;    ///< [1/m] 0..100, pedal per metre of position error
+  double brake_gain_per_mps = 0;            ///< [s/m] 0..100
+  double brake_integral_per_m = 0;          ///< [1/m] 0..100
+  double accelerate_pedal = 0;              ///< [1] 0..1, first pedal of an acceleration
+  double brake_pedal = 0;                   ///< [1] 0..1, first pedal of a braking
+  double corner_pedal = 0;                  ///< [1] 0..1, pedal at constant speed
+  double brake_below_mps2 = 0;              ///< [m/s2] -10..0, target deceleration that asks for the brake
+};
+
+struct PowertrainSection {
+  std::string kind = "electric";     ///< electric | none
+  double final_drive = 0;            ///< [1] 0.5..30
+  double driveline_efficiency = 0;   ///< [1] 0.3..1
+  double driveline_inertia_kg_m2 = 0;  ///< [kg m2] 0.01..20, at the rear wheels, motor included
+};
+
+struct InverterSection {
+  double efficiency = 0;          ///< [1] 0.5..1
+  double current_max_a = 0;       ///< [A] 1..5000, phase current
+  double command_timeout_s = 0;   ///< [s] 0.01..2, silence after which it stops
+  double dc_voltage_min_v = 0;    ///< [V] 0..600, below it the output stage is off
+};
+
+struct MotorSection {
+  double constant_nm_per_a = 0;          ///< [Nm/A, V s/rad] 0.001..10
+  double efficiency = 0;                 ///< [1] 0.3..1
+  double winding_resistance_ohm = 0;     ///< [ohm] 0..1
+  bool winding_loss = false;             ///< adds I^2 R of the winding to the power balance
+  std::vector<double> curve_speed_rpm;   ///< [rpm] increasing; curve of the lap solver
+  std::vector<double> curve_torque_nm;   ///< [Nm] >= 0
+  double convection_w_per_m2_k = 0;      ///< [W/m2/K] 0..1000
+  double surface_area_m2 = 0;            ///< [m2] 0..5
+  double copper_mass_kg = 0;             ///< [kg] 0.01..200
+  double steel_mass_kg = 0;              ///< [kg] 0.01..200
+  double aluminium_mass_kg = 0;          ///< [kg] 0.01..200
+  double copper_heat_capacity_j_per_kg_k = 0;     ///< [J/kg/K] 50..2000
+  double steel_heat_capacity_j_per_kg_k = 0;      ///< [J/kg/K] 50..2000
+  double aluminium_heat_capacity_j_per_kg_k = 0;  ///< [J/kg/K] 50..2000
+  double insulation_conductance_w_per_k = 0;      ///< [W/K] 0.01..1e5, copper to steel
+  double steel_conductance_w_per_k = 0;           ///< [W/K] 0.01..1e5, steel to aluminium
+  double aluminium_conductance_w_per_k = 0;       ///< [W/K] 0.01..1e5, aluminium to its surface
+};
+
+struct BatterySection {
+  std::string cell;                   ///< name of a cell file, or its path
+  int cells_in_series = 0;            ///< [1] 1..144
+  int cells_in_parallel = 0;          ///< [1] 1..100, of the cell file's cell
+  double capacity_ah = 0;             ///< [Ah] 0.1..1000, of one cell-file cell; overrides the cell file
+  double convection_w_per_m2_k = 0;   ///< [W/m2/K] 0..1000; overrides the cell file
+  double initial_soc = 1.0;           ///< [1] 0..1
+  double initial_temperature_c = 0;   ///< [degC] -40..80
+  double lookup_current_floor_a = 0;  ///< [A] 0..100, smaller currents keep the last lookup current (per cell-file cell)
+  std::vector<CellVariation> cells;   ///< battery.cells.<n>.*; empty or up to cells_in_series entries
+};
+
+struct ContactorSection {
+  double resistance_ohm = 0;            ///< [ohm] 1e-6..1, both AIRs, fuse and cables
+  double precharge_resistance_ohm = 0;  ///< [ohm] 1..1e5
+  double dc_link_capacitance_f = 0;     ///< [F] 1e-5..0.1
+  double bleed_resistance_ohm = 0;      ///< [ohm] 10..1e7, across the DC link
+  double close_time_s = 0;              ///< [s] 0..0.5
+  double open_time_s = 0;               ///< [s] 0..0.25
+};
+
+struct LowVoltageSection {
+  double power_w = 0;  ///< [W] 0..5000, drawn from the DC link
+};
+
+struct SensorSection {
+  bool noise = false;          ///< noise of the Orion's inputs and of the dual-range current sensor
+  bool quantisation = false;   ///< steps of the Orion's inputs and of the dual-range current sensor
+  int temperature_count = 0;   ///< [1] 1..36, thermistors, spread over the cells
+  double cell_noise_v = 0;             ///< [V] 0..0.1, standard deviation
+  double cell_step_v = 0;              ///< [V] 0..0.1
+  double current_low_range_a = 0;      ///< [A] 1..1e4, where the fine channel ends
+  double current_low_noise_a = 0;      ///< [A] 0..100
+  double current_high_noise_a = 0;     ///< [A] 0..100
+  double current_low_step_a = 0;       ///< [A] 0..10
+  double current_high_step_a = 0;      ///< [A] 0..10
+  double temperature_noise_k = 0;      ///< [K] 0..10
+  double temperature_step_k = 0;       ///< [K] 0..5
+};
+
+struct EnvironmentSection {
+  double ambient_c = 0;              ///< [degC] -40..60
+  double air_density_kg_per_m3 = 0;  ///< [kg/m3] 0.5..2
+  double gravity_mps2 = 0;           ///< [m/s2] 9..10
+};
+
+struct BmsSection {
+  double discharge_current_max_a = 0;  ///< [A] 0..1000
+  double charge_current_max_a = 0;     ///< [A] 0..1000
+  double temperature_max_c = 0;        ///< [degC] 0..100, trip
+  double resistance_ohm = 0;           ///< [ohm] 0..1; > 0: one cell's resistance in the limit, else from the cell file
+  double capacity_ah = 0;              ///< [Ah] 0..1000; > 0: the BMS's own idea of the capacity, else the plant's
+};
+
+struct AssertionSection {
+  double speed_error_max_mps = 0;           ///< [m/s] 0.1..100
+  double battery_temperature_max_c = 0;     ///< [degC] 0..200
+  double motor_temperature_max_c = 0;       ///< [degC] 0..500, copper
+};
+
+struct VehicleParameters {
+  std::string name;
+  VehicleSection vehicle;
+  TyreSection tyres;
+  BrakeSection brakes;
+  AeroSection aero;
+  DriverSection driver;
+  PowertrainSection powertrain;
+  InverterSection inverter;
+  MotorSection motor;
+  BatterySection battery;
+  CellParameters cell;  ///< the file that battery.cell names, overrides of [battery] applied
+  ContactorSection contactors;
+  LowVoltageSection low_voltage;
+  SensorSection sensors;
+  EnvironmentSection environment;
+  BmsSection bms;
+  AssertionSection assertions;
+};
+
+}  // namespace voltlap::plant
