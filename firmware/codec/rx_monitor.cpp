@@ -19,7 +19,7 @@ bool in_time(const can::MessageRow& row, const RxRow& state, Instant now) {
   return age_ms >= 0 && age_ms < row.timeout_ms;
 }
 
-// BMS-001 MST-001: a frame that is late, repeated or damaged refreshes nothing.
+// BMS-001: a frame that is late, repeated or damaged refreshes nothing.
 RxVerdict judge(const can::MessageRow& row, RxRow& state, const Frame& frame, Instant now) {
   if (frame.dlc != row.dlc) return RxVerdict::kWrongLength;
   if (!sealed_ok(row, frame)) return RxVerdict::kCorrupt;

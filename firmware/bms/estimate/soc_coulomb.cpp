@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/estimate/soc_coulomb.hpp"
+
+#include "base/interpolate.hpp"
+
+namespace voltlap::bms {
+namespace {
+
+constexpr std::int64_t kHalfUnitsPerMah = 2LL * 3'600'000LL;  // 1 mAh = 3.6e6 mA ms
+constexpr std::int64_t kFullPpm = 1'000'000;
+
+std::int64_t capacity(const Config& config) { return config.capacity_mah * kHalfUnitsPerMah; }
+
+bool at_rest(const Config& config, const Sample<Current>& current) {
+  return current.good() && current.value <= config.soc_start_current && -current.value <= config.soc_start_current;
+}
+
+Soc as_soc(const Config& config, std::int64_t charge) {
+  const std::int64_t full = capacity(config);
+  const std::int64_t inside = charge < 0 ? 0 : (charge > full ? full : charge);
+  return Soc::saturated(divide_rounded(inside * kFullPpm, full));
+}
+
+void start(const Config& config, const SocInput& input, SocEstimate& state) {
+  if (!input.cells_good || !at_rest(config, input.current)) return;
+  state.value = soc_from_ocv(config, input.cells);
+  state.charge = divide_rounded(state.value.raw() * capacity(config), kFullPpm);
+  state.last_current = input.current;
+  state.valid = true;
+}
+
+}  // namespace
+
+Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells) {
+  std::int64_t sum = 0;
+  for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {
+    sum += interpolate(config.ocv.voltage, config.ocv.soc, config.ocv.count, cells[i].value).raw();
+  }
+  return Soc::saturated(divide_rounded(sum, config.cells_in_series));
+}
+
+// BMS-003: SOC within 0.5 points over an endurance with an ideal current sensor.
+void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state) {
+  if (!state.valid) {
+    start(config, input, state);
+    return;
+  }
+  // A gap is bridged by the trapezoid between its two ends; a longer one trips as a lost measurement.
+  if (!input.current.good()) return;
+  const std::int64_t elapsed_ms = (input.current.time - state.last_current.time).ms();
+  if (elapsed_ms <= 0) return;
+  const std::int64_t twice_mean = std::int64_t{state.last_current.value.raw()} + input.current.value.raw();
+  state.charge -= twice_mean * elapsed_ms;
+  state.last_current = input.current;
+  state.value = as_soc(config, state.charge);
+}
+
+}  // namespace voltlap::bms

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// State of charge by counting charge from a start at the open-circuit voltage.
+//   start:  SOC_0 = mean over the cells of OCV^-1(V_cell), at the first step with every cell good and |I| small
+//   after:  q_k = q_{k-1} - (I_{k-1} + I_k) / 2 * (t_k - t_{k-1}),  SOC = q / capacity
+// q in half mA ms, so that the trapezoid is exact in integers and nothing drifts by truncation.
+#pragma once
+#include "bms/estimate/soc_estimator.hpp"
+
+namespace voltlap::bms {
+
+void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state);
+
+/// Mean over the cells of the SOC that belongs to each voltage at rest.
+[[nodiscard]] Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells);
+
+}  // namespace voltlap::bms

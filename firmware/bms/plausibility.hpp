@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the single samples say together: extremes, sums, and whether everything that must be there is there.
+#pragma once
+#include "bms/state.hpp"
+
+namespace voltlap::bms {
+
+/// `start` is when the node began: a sample that never came has waited since then.
+void summarise(const Config& config, const Measured& measured, Instant start, Pack& pack);
+
+/// |pack voltage - sum of cells| above config.voltage_mismatch of the pack voltage. Both must be good.
+[[nodiscard]] bool voltages_disagree(const Config& config, const Measured& measured, const Pack& pack);
+
+}  // namespace voltlap::bms

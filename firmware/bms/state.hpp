@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// Input, State and Output of the BMS. Each group of State is written by the one stage that its comment names.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "base/can_frame.hpp"
+#include "base/sample.hpp"
+#include "base/units.hpp"
+#include "bms/config.hpp"
+#include "bms/estimate/soc_estimator.hpp"
+#include "can_dbc/car.hpp"
+#include "can_dbc/tables.hpp"
+#include "codec/rx_monitor.hpp"
+
+namespace voltlap::bms {
+
+struct Input {
+  Instant now{};
+  FrameView frames{};
+};
+
+/// Auxiliary contacts and the shutdown circuit as the car reports them.
+struct VehicleIo {
+  bool air_plus_aux = false;
+  bool air_minus_aux = false;
+  bool precharge_aux = false;
+  bool shutdown_closed = false;
+};
+
+struct MasterRequest {
+  bool tractive_system = false;
+  bool reset = false;
+};
+
+/// Written by ingest. A sample keeps its last good value and the time of it; its quality tells what came since.
+struct Measured {
+  Sample<CellVoltage> cell[kMaxCells] = {};
+  Current cell_current[kMaxCells] = {};  ///< pack current at the time of the cell's sample
+  Sample<Temperature> temperature[kMaxTemperatures] = {};
+  Sample<Current> current{};
+  Sample<PackVoltage> pack_voltage{};
+  Sample<PackVoltage> dc_link_voltage{};
+  Sample<VehicleIo> io{};
+  Sample<MasterRequest> master{};
+};
+
+/// Written by plausibility: what the single samples say together.
+struct Pack {
+  bool cells_good = false;         ///< every cell
+  bool temperatures_good = false;  ///< every sensor
+  bool complete_once = false;      ///< cells, temperatures and current have all been good in one step
+  std::uint8_t weakest_cell = kNoCell;
+  CellVoltage cell_min{};  ///< over the good cells; meaningless when weakest_cell is kNoCell
+  CellVoltage cell_max{};
+  PackVoltage cell_sum{};
+  std::uint8_t hottest_sensor = kNoCell;
+  Temperature temperature_min{};  ///< over the good sensors; meaningless when hottest_sensor is kNoCell
+  Temperature temperature_max{};
+  Instant oldest_cell{};  ///< last good sample of the cell that has waited longest
+  Instant oldest_temperature{};
+};
+
+/// Written by faults; index is can::BmsFault.
+struct FaultTimer {
+  Instant since{};
+  bool timing = false;
+  bool set = false;
+};
+struct Faults {
+  FaultTimer timer[can::kBmsFaultCount] = {};
+  std::uint16_t bits = 0;  ///< as on the bus
+  bool open = false;       ///< some fault that is set asks for open contactors
+  bool reset_released = false;
+};
+
+struct ContactorCommand {
+  bool air_plus = false;
+  bool air_minus = false;
+  bool precharge = false;
+};
+
+/// Written by contactors.
+struct Contactors {
+  can::BmsState state = can::BmsState::kInvalid;
+  Instant entered{};    ///< the state
+  Instant opened_at{};  ///< all contactors commanded open since
+  ContactorCommand command{};
+  bool dc_link_was_low = false;   ///< at the begin of precharge
+  bool precharge_failed = false;  ///< for one step: too slow
+  bool precharge_too_fast = false;
+};
+
+struct Limit {
+  Current value{};
+  can::LimitReason reason = can::LimitReason::kNone;
+  std::uint8_t cell = kNoCell;  ///< that sets the limit, when the reason is a cell
+};
+
+/// Written by limits.
+struct Limits {
+  Limit discharge{};
+  Limit charge{};
+};
+
+struct State {
+  // bms_step
+  bool started = false;
+  bool config_ok = false;
+  std::uint32_t steps = 0;
+  Instant start{};
+  Instant last{};
+
+  codec::RxMonitor<can::kBmsRx> rx{};  // ingest
+  Measured measured{};                 // ingest
+  Pack pack{};                         // plausibility
+  SocEstimate soc{};                   // estimate/soc_estimator
+  Resistance cell_resistance{};        // estimate/resistance, 10 Hz
+  Faults faults{};                     // faults
+  Contactors contactors{};             // contactors
+  Limits limits{};                     // limits
+  bool balancing[kMaxCells] = {};      // balancing, 10 Hz
+};
+
+/// One cell as the Orion broadcasts it.
+struct CellReport {
+  std::uint8_t cell = 0;
+  bool good = false;
+  CellVoltage voltage{};
+  CellVoltage open_voltage{};
+  Resistance resistance{};
+  bool balancing = false;
+};
+
+struct Output {
+  ContactorCommand contactors{};
+  Limits limits{};
+  can::BmsState state = can::BmsState::kInvalid;
+  std::uint16_t faults = 0;
+  std::uint8_t weakest_cell = kNoCell;
+  Soc soc{};
+  bool soc_valid = false;
+  Current current{};
+  PackVoltage pack_voltage{};
+  Temperature temperature_min{};
+  Temperature temperature_max{};
+  CellReport cell{};
+  bool slow_frames_due = false;  ///< the 100 ms frames go out with this step
+};
+
+}  // namespace voltlap::bms
