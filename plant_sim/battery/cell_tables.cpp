@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "battery/cell_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+void require_increasing(const CellParameters& cell, const char* key, const std::vector<double>& values) {
+  if (values.empty()) {
+    throw InputError(fmt::format("cell '{}': {} is empty; give at least one breakpoint", cell.name, key));
+  }
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (!(values[i] > values[i - 1])) {
+      throw InputError(fmt::format("cell '{}': {}[{}] is {} after {}; breakpoints must increase", cell.name, key, i,
+                                   values[i], values[i - 1]));
+    }
+  }
+}
+
+/// One parameter as a full table [soc][temperature][current].
+std::vector<double> expand(const CellParameters& cell, const char* key, const CellParameterMap& map) {
+  const auto& soc = cell.soc_breakpoints;
+  const auto& temperature = cell.temperature_breakpoints_c;
+  const auto& current = cell.current_breakpoints_a;
+  const std::size_t nodes = soc.size() * temperature.size() * current.size();
+  std::vector<double> table = map.table;
+  if (table.empty()) {
+    if (map.value.size() != soc.size()) {
+      throw InputError(fmt::format("cell '{}': {}.value has {} entries, breakpoints.soc has {}; give one value a breakpoint",
+                                   cell.name, key, map.value.size(), soc.size()));
+    }
+    table.reserve(nodes);
+    for (const double value : map.value) {
+      for (const double t : temperature) {
+        const double by_temperature = 1.0 + map.per_kelvin * (t - cell.reference_temperature_c);
+        for (const double i : current) {
+          table.push_back(value * by_temperature * (1.0 + map.per_ampere * (i - cell.reference_current_a)));
+        }
+      }
+    }
+  }
+  if (table.size() != nodes) {
+    throw InputError(fmt::format("cell '{}': {}.table has {} entries; {} SOC x {} temperature x {} current breakpoints need {}",
+                                 cell.name, key, table.size(), soc.size(), temperature.size(), current.size(), nodes));
+  }
+  for (std::size_t n = 0; n < nodes; ++n) {
+    if (!(table[n] > 0.0) || !std::isfinite(table[n])) {
+      const std::size_t per_soc = temperature.size() * current.size();
+      throw InputError(fmt::format("cell '{}': {} is {} at SOC {}; it must be above 0", cell.name, key, table[n],
+                                   soc[n / per_soc]));
+    }
+  }
+  return table;
+}
+
+double polynomial(const std::vector<double>& coefficients, double x) {
+  double sum = 0.0;
+  for (std::size_t i = coefficients.size(); i-- > 0;) sum = sum * x + coefficients[i];
+  return sum;
+}
+
+double piecewise(const std::vector<double>& x, const std::vector<double>& y, double at) {
+  const auto above = std::upper_bound(x.begin() + 1, x.end() - 1, at);
+  const auto i = static_cast<std::size_t>(above - x.begin());
+  return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
+}
+
+}  // namespace
+
+CellTables::Axis::Place CellTables::Axis::find(double x) const {
+  if (at.size() == 1 || x <= at.front()) return {0, 0.0};
+  if (x >= at.back()) return {at.size() - 2, 1.0};
+  std::size_t i = 0;
+  while (x >= at[i + 1]) ++i;  // a handful of breakpoints: a walk beats a bisection
+  return {i, (x - at[i]) / (at[i + 1] - at[i])};
+}
+
+CellTables::CellTables(const CellParameters& cell) {
+  require_increasing(cell, "breakpoints.soc", cell.soc_breakpoints);
+  require_increasing(cell, "breakpoints.temperature_c", cell.temperature_breakpoints_c);
+  require_increasing(cell, "breakpoints.current_a", cell.current_breakpoints_a);
+  soc_.at = cell.soc_breakpoints;
+  temperature_.at = cell.temperature_breakpoints_c;
+  current_.at = cell.current_breakpoints_a;
+
+  const std::array<std::vector<double>, kParameters> tables = {
+      expand(cell, "r0", cell.r0_ohm), expand(cell, "r1", cell.r1_ohm), expand(cell, "r2", cell.r2_ohm),
+      expand(cell, "tau1", cell.tau1_s), expand(cell, "tau2", cell.tau2_s)};
+  nodes_.resize(tables[0].size());
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    for (std::size_t p = 0; p < kParameters; ++p) nodes_[n][p] = tables[p][n];
+  }
+
+  const bool tabulated = !cell.ocv_soc.empty();
+  if (tabulated) require_increasing(cell, "ocv.soc", cell.ocv_soc);
+  if (tabulated && (cell.ocv_soc.size() < 2 || cell.ocv_v.size() != cell.ocv_soc.size())) {
+    throw InputError(fmt::format("cell '{}': ocv.soc has {} entries and ocv.voltage_v has {}; give two or more of each, as many",
+                                 cell.name, cell.ocv_soc.size(), cell.ocv_v.size()));
+  }
+  if (!tabulated && cell.ocv_polynomial_v.empty()) {
+    throw InputError(fmt::format("cell '{}': no open-circuit voltage; give ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
+                                 cell.name));
+  }
+  ocv_.resize(kOcvIntervals + 1);
+  for (std::size_t i = 0; i <= kOcvIntervals; ++i) {
+    const double soc = static_cast<double>(i) / kOcvIntervals;
+    ocv_[i] = tabulated ? piecewise(cell.ocv_soc, cell.ocv_v, soc) : polynomial(cell.ocv_polynomial_v, soc);
+    if (i > 0 && ocv_[i] < ocv_[i - 1]) {
+      throw InputError(fmt::format("cell '{}': the open-circuit voltage falls from {:.4f} to {:.4f} V at SOC {:.3f}; "
+                                   "it must not fall as SOC rises", cell.name, ocv_[i - 1], ocv_[i], soc));
+    }
+  }
+}
+
+CircuitParameters CellTables::circuit(double soc, double temperature_c, double current_a) const {
+  const auto s = soc_.find(soc);
+  const auto t = temperature_.find(temperature_c);
+  const auto c = current_.find(current_a);
+  const std::size_t nc = current_.at.size();
+  const std::size_t nt = temperature_.at.size();
+  const std::size_t step_s = soc_.at.size() > 1 ? nt * nc : 0;
+  const std::size_t step_t = nt > 1 ? nc : 0;
+  const std::size_t step_c = nc > 1 ? 1 : 0;
+  const std::size_t base = (s.index * nt + t.index) * nc + c.index;
+  std::array<double, kParameters> sum{};
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const bool up_s = (corner & 4U) != 0;
+    const bool up_t = (corner & 2U) != 0;
+    const bool up_c = (corner & 1U) != 0;
+    const double weight = (up_s ? s.fraction : 1.0 - s.fraction) * (up_t ? t.fraction : 1.0 - t.fraction) *
+                          (up_c ? c.fraction : 1.0 - c.fraction);
+    const auto& node = nodes_[base + (up_s ? step_s : 0) + (up_t ? step_t : 0) + (up_c ? step_c : 0)];
+    for (std::size_t p = 0; p < kParameters; ++p) sum[p] += weight * node[p];
+  }
+  return {sum[0], sum[1], sum[2], sum[3], sum[4]};
+}
+
+OcvPoint CellTables::ocv(double soc) const {
+  const double place = soc * kOcvIntervals;
+  const auto i = static_cast<std::size_t>(std::clamp(place, 0.0, kOcvIntervals - 1.0));
+  const double rise = ocv_[i + 1] - ocv_[i];
+  return {ocv_[i] + rise * (place - static_cast<double>(i)), rise * kOcvIntervals};
+}
+
+double CellTables::soc_of_ocv(double voltage_v) const {
+  if (voltage_v <= ocv_.front()) return 0.0;
+  if (voltage_v >= ocv_.back()) return 1.0;
+  const auto above = std::upper_bound(ocv_.begin(), ocv_.end(), voltage_v);
+  const auto i = static_cast<std::size_t>(above - ocv_.begin());
+  const double fraction = (voltage_v - ocv_[i - 1]) / (ocv_[i] - ocv_[i - 1]);
+  return (static_cast<double>(i - 1) + fraction) / kOcvIntervals;
+}
+
+}  // namespace voltlap::plant

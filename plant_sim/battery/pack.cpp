@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "battery/pack.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kSecondsPerHour = 3600.0;
+
+CellVariation variation_of(const BatterySection& battery, std::size_t cell) {
+  return cell < battery.cells.size() ? battery.cells[cell] : CellVariation{};
+}
+
+bool is_nominal(const CellVariation& v) {
+  return v.capacity_scale == 1.0 && v.resistance_scale == 1.0 && v.initial_soc_offset == 0.0;
+}
+
+}  // namespace
+
+Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
+    : tables_(car.cell),
+      series_(static_cast<std::size_t>(car.battery.cells_in_series)),
+      count_(representative ? 1 : series_),
+      representative_(representative),
+      parallel_(car.battery.cells_in_parallel),
+      multiplicity_(parallel_ * (representative ? static_cast<double>(series_) : 1.0)),
+      step_s_(step_s),
+      heat_capacity_j_per_k_(car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k),
+      cooling_w_per_k_(car.cell.convection_w_per_m2_k * car.cell.surface_area_m2),
+      lookup_floor_a_(car.battery.lookup_current_floor_a) {
+  if (representative && !std::all_of(car.battery.cells.begin(), car.battery.cells.end(), is_nominal)) {
+    throw InputError("battery.cells.<n>.* gives cells that differ, but a representative cell stands for equal ones; "
+                     "use --cells all");
+  }
+  if (car.battery.cells.size() > series_) {
+    throw InputError(fmt::format("battery.cells.{} is set, but battery.cells_in_series is {}; cells are numbered from 1",
+                                 car.battery.cells.size(), series_));
+  }
+  for (auto* array : {&soc_, &v1_, &v2_, &ocv_, &voltage_, &temperature_, &heat_j_, &soc_per_amp_, &resistance_scale_,
+                      &r0_, &g1_, &g2_, &c1_, &c2_, &ocv_per_amp_, &decay1_, &decay2_, &gain1_, &gain2_, &mean_decay1_,
+                      &mean_decay2_, &mean_gain1_, &mean_gain2_, &r_step_}) {
+    array->assign(count_, 0.0);
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    const CellVariation v = variation_of(car.battery, i);
+    soc_[i] = car.battery.initial_soc + v.initial_soc_offset;
+    temperature_[i] = car.battery.initial_temperature_c;
+    soc_per_amp_[i] = step_s / (kSecondsPerHour * car.cell.capacity_ah * v.capacity_scale);
+    resistance_scale_[i] = v.resistance_scale;
+  }
+  renew(0.0, car.environment.ambient_c);
+  for (std::size_t i = 0; i < count_; ++i) voltage_[i] = ocv_[i];
+  pack_voltage_ = thevenin_.voltage_v;
+  cell_voltage_min_ = *std::min_element(voltage_.begin(), voltage_.end());
+}
+
+void Pack::renew(double elapsed_s, double ambient_c) {
+  const double decay = std::exp(-elapsed_s * cooling_w_per_k_ / heat_capacity_j_per_k_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    // Exact for constant heat flow and constant ambient; without cooling the heat just adds up.
+    if (elapsed_s > 0.0) {
+      const double power = heat_j_[i] / elapsed_s;
+      temperature_[i] = cooling_w_per_k_ > 0.0
+                            ? ambient_c + power / cooling_w_per_k_ +
+                                  (temperature_[i] - ambient_c - power / cooling_w_per_k_) * decay
+                            : temperature_[i] + heat_j_[i] / heat_capacity_j_per_k_;
+    }
+    heat_j_[i] = 0.0;
+
+    const CircuitParameters p = tables_.circuit(soc_[i], temperature_[i], lookup_current_);
+    const double r1 = p.r1_ohm * resistance_scale_[i];
+    const double r2 = p.r2_ohm * resistance_scale_[i];
+    r0_[i] = p.r0_ohm * resistance_scale_[i];
+    g1_[i] = 1.0 / r1;
+    g2_[i] = 1.0 / r2;
+    c1_[i] = p.tau1_s / r1;
+    c2_[i] = p.tau2_s / r2;
+    decay1_[i] = std::exp(-step_s_ / p.tau1_s);
+    decay2_[i] = std::exp(-step_s_ / p.tau2_s);
+    gain1_[i] = (1.0 - decay1_[i]) * r1;
+    gain2_[i] = (1.0 - decay2_[i]) * r2;
+    // Mean of v over the step: m v + (1 - m) R I with m = tau (1 - a) / dt.
+    mean_decay1_[i] = p.tau1_s * (1.0 - decay1_[i]) / step_s_;
+    mean_decay2_[i] = p.tau2_s * (1.0 - decay2_[i]) / step_s_;
+    mean_gain1_[i] = (1.0 - mean_decay1_[i]) * r1;
+    mean_gain2_[i] = (1.0 - mean_decay2_[i]) * r2;
+    r_step_[i] = r0_[i] + mean_gain1_[i] + mean_gain2_[i];
+    const OcvPoint ocv = tables_.ocv(soc_[i]);
+    ocv_[i] = ocv.voltage_v;
+    ocv_per_amp_[i] = ocv.slope_v * soc_per_amp_[i];
+  }
+  sum_thevenin();
+}
+
+void Pack::sum_thevenin() {
+  double voltage = 0.0;
+  double resistance = 0.0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    voltage += ocv_[i] - mean_decay1_[i] * v1_[i] - mean_decay2_[i] * v2_[i];
+    resistance += r_step_[i];
+  }
+  const double in_series = multiplicity_ / parallel_;
+  thevenin_ = {voltage * in_series, resistance * in_series / parallel_};
+}
+
+PackEnergy Pack::advance(double pack_current_a) {
+  const double current = pack_current_a / parallel_;
+  const double charge = current * step_s_;
+  double chemical = 0.0, r0_heat = 0.0, rc_heat = 0.0, rc_stored = 0.0, next_voltage = 0.0, sum_voltage = 0.0;
+  double lowest = 1e9;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double mean1 = mean_decay1_[i] * v1_[i] + mean_gain1_[i] * current;
+    const double mean2 = mean_decay2_[i] * v2_[i] + mean_gain2_[i] * current;
+    const double next1 = decay1_[i] * v1_[i] + gain1_[i] * current;
+    const double next2 = decay2_[i] * v2_[i] + gain2_[i] * current;
+    const double heat0 = r0_[i] * current * charge;
+    const double heat12 = (g1_[i] * mean1 * mean1 + g2_[i] * mean2 * mean2) * step_s_;
+    const double voltage = ocv_[i] - mean1 - mean2 - r0_[i] * current;
+    chemical += ocv_[i] * charge;
+    r0_heat += heat0;
+    rc_heat += heat12;
+    rc_stored += c1_[i] * (next1 - v1_[i]) * mean1 + c2_[i] * (next2 - v2_[i]) * mean2;
+    heat_j_[i] += heat0 + heat12;
+    v1_[i] = next1;
+    v2_[i] = next2;
+    soc_[i] -= soc_per_amp_[i] * current;
+    ocv_[i] -= ocv_per_amp_[i] * current;
+    voltage_[i] = voltage;
+    sum_voltage += voltage;
+    lowest = std::min(lowest, voltage);
+    next_voltage += ocv_[i] - mean_decay1_[i] * next1 - mean_decay2_[i] * next2;
+  }
+  const double in_series = multiplicity_ / parallel_;
+  thevenin_.voltage_v = next_voltage * in_series;
+  pack_voltage_ = sum_voltage * in_series;
+  cell_voltage_min_ = lowest;
+  charge_out_as_ += charge;
+  if (std::abs(current) > lookup_floor_a_) lookup_current_ = std::abs(current);
+  return {chemical * multiplicity_, r0_heat * multiplicity_, rc_heat * multiplicity_, rc_stored * multiplicity_};
+}
+
+double Pack::soc_mean() const {
+  return std::accumulate(soc_.begin(), soc_.end(), 0.0) / static_cast<double>(count_);
+}
+
+double Pack::temperature_max_c() const { return *std::max_element(temperature_.begin(), temperature_.end()); }
+
+std::size_t Pack::weakest_cell() const {
+  return static_cast<std::size_t>(std::min_element(voltage_.begin(), voltage_.end()) - voltage_.begin());
+}
+
+double Pack::capacity_ah(std::size_t cell) const { return step_s_ / (kSecondsPerHour * soc_per_amp_[index(cell)]); }
+
+}  // namespace voltlap::plant

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// A course as a chain of segments of constant curvature (reference study, 2016, section 3.1.2).
+#pragma once
+#include <string>
+#include <vector>
+
+namespace voltlap::plant {
+
+struct Segment {
+  double length_m;
+  double curvature_per_m;  ///< 0 on a straight; positive turns right (z down, as in SAE J670)
+};
+
+struct Track {
+  std::string name;
+  std::vector<Segment> segments;
+
+  [[nodiscard]] double length_m() const;
+};
+
+/// Reads a track file. Two forms, told apart by their header:
+///   straight_m,corner_radius_m,corner_angle_rad[,feature]   a straight, then an arc of radius x |angle|
+///   type,section_length_m,corner_radius_m                   Straight | Left | Right, a segment a row
+/// Throws InputError with file and line for a negative length, a radius that is not positive, a missing column.
+[[nodiscard]] Track load_track(const std::string& path);
+
+}  // namespace voltlap::plant
