@@ -61,15 +61,17 @@ struct Pack {
   Instant oldest_temperature{};
 };
 
-/// Written by faults; index is can::BmsFault.
+/// Written by faults: one timer a row of its table.
+inline constexpr std::size_t kFaultRows = 17;
 struct FaultTimer {
   Instant since{};
   bool timing = false;
   bool set = false;
 };
 struct Faults {
-  FaultTimer timer[can::kBmsFaultCount] = {};
-  std::uint16_t bits = 0;  ///< as on the bus
+  FaultTimer timer[kFaultRows] = {};
+  std::uint16_t latched = 0;
+  std::uint16_t bits = 0;  ///< set now or latched, as on the bus
   bool open = false;       ///< some fault that is set asks for open contactors
   bool reset_released = false;
 };
@@ -133,6 +135,7 @@ struct CellReport {
 };
 
 struct Output {
+  Instant now{};
   ContactorCommand contactors{};
   Limits limits{};
   can::BmsState state = can::BmsState::kInvalid;
@@ -145,7 +148,6 @@ struct Output {
   Temperature temperature_min{};
   Temperature temperature_max{};
   CellReport cell{};
-  bool slow_frames_due = false;  ///< the 100 ms frames go out with this step
 };
 
 }  // namespace voltlap::bms

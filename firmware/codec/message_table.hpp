@@ -11,6 +11,11 @@ namespace voltlap::codec {
 inline constexpr std::size_t kNoRow = static_cast<std::size_t>(-1);
 
 template <std::size_t N>
+[[nodiscard]] constexpr std::size_t row_count(const can::MessageRow (&)[N]) {
+  return N;
+}
+
+template <std::size_t N>
 [[nodiscard]] constexpr bool sorted_by_id(const can::MessageRow (&rows)[N]) {
   for (std::size_t i = 1; i < N; ++i) {
     if (rows[i - 1].id >= rows[i].id) return false;
@@ -33,7 +38,7 @@ template <std::size_t N>
   return low < count && rows[low].id == id ? low : kNoRow;
 }
 
-inline constexpr std::size_t kMessageCount = sizeof(can::kMessages) / sizeof(can::kMessages[0]);
+inline constexpr std::size_t kMessageCount = row_count(can::kMessages);
 static_assert(sorted_by_id(can::kMessages));
 static_assert(sorted_by_id(can::kBmsRx) && sorted_by_id(can::kMasterRx) && sorted_by_id(can::kPlantRx));
 

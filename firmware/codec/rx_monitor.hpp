@@ -44,7 +44,7 @@ struct RxRow {
 template <const auto& kTable>
 class RxMonitor {
  public:
-  static constexpr std::size_t kRows = sizeof(kTable) / sizeof(kTable[0]);
+  static constexpr std::size_t kRows = row_count(kTable);
 
   /// kAccepted: the contents may be used. Anything else: leave everything as it was.
   [[nodiscard]] RxVerdict receive(const Frame& frame, Instant now) {

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/bms_step.hpp"
+
+#include "bms/balancing.hpp"
+#include "bms/contactors.hpp"
+#include "bms/estimate/resistance.hpp"
+#include "bms/faults.hpp"
+#include "bms/ingest.hpp"
+#include "bms/limits.hpp"
+#include "bms/plausibility.hpp"
+
+namespace voltlap::bms {
+namespace {
+
+void start(const Config& config, Instant now, State& state) {
+  state.started = true;
+  state.config_ok = config_check(config);
+  state.start = now;
+  state.last = now;
+  state.contactors.entered = now;
+  state.contactors.opened_at = now;
+}
+
+/// Nothing closed, nothing allowed, and why.
+Output refuse(Instant now) {
+  Output out;
+  out.now = now;
+  out.state = can::BmsState::kFault;
+  out.faults = bit_of(can::BmsFault::kConfigInvalid);
+  out.limits.discharge.reason = can::LimitReason::kFault;
+  out.limits.charge.reason = can::LimitReason::kFault;
+  return out;
+}
+
+void estimate(const Config& config, bool slow, State& state) {
+  estimate_soc(config, SocInput{state.measured.cell, state.pack.cells_good, state.measured.current}, state.soc);
+  const bool known = state.pack.hottest_sensor != kNoCell && soc_ready(config, state.soc);
+  if (slow && known) state.cell_resistance = cell_resistance(config.resistance, state.soc, state.pack.temperature_min);
+}
+
+/// The next cell with every step, as the Orion broadcasts them.
+CellReport report_cell(const Config& config, const State& state) {
+  const std::size_t index = state.steps % config.cells_in_series;
+  const Sample<CellVoltage>& sample = state.measured.cell[index];
+  CellReport report;
+  report.cell = static_cast<std::uint8_t>(index);
+  report.good = sample.good();
+  report.voltage = sample.value;
+  // V + I R, with mA * uOhm = nV and 1e5 nV = 0.1 mV
+  const std::int64_t drop_nv = std::int64_t{state.measured.cell_current[index].raw()} * state.cell_resistance.raw();
+  report.open_voltage = CellVoltage::saturated(sample.value.raw() + drop_nv / 100'000);
+  report.resistance = state.cell_resistance;
+  report.balancing = state.balancing[index];
+  return report;
+}
+
+Output report(const Config& config, Instant now, const State& state) {
+  Output out;
+  out.contactors = state.contactors.command;
+  out.limits = state.limits;
+  out.state = state.contactors.state;
+  out.faults = state.faults.bits;
+  out.weakest_cell = state.pack.weakest_cell;
+  out.soc = state.soc.value;
+  out.soc_valid = state.soc.valid;
+  out.current = state.measured.current.value;
+  out.pack_voltage = state.pack.cell_sum;
+  out.temperature_min = state.pack.temperature_min;
+  out.temperature_max = state.pack.temperature_max;
+  out.cell = report_cell(config, state);
+  out.now = now;
+  return out;
+}
+
+}  // namespace
+
+Output step(const Config& config, const Input& input, State& state) {
+  if (!state.started) start(config, input.now, state);
+  if (!state.config_ok) return refuse(input.now);
+  const Duration elapsed = max(input.now - state.last, Duration{});
+  const bool slow = state.steps % kSlowSteps == 0;
+
+  ingest(config, input, state);
+  summarise(config, state.measured, state.start, state.pack);
+  estimate(config, slow, state);
+  judge_faults(config, input.now, state);
+  sequence_contactors(config, input.now, state);
+  update_limits(config, elapsed, state);
+  if (slow) request_balancing(config, state);
+
+  const Output output = report(config, input.now, state);
+  state.last = input.now;
+  ++state.steps;
+  return output;
+}
+
+}  // namespace voltlap::bms

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/faults.hpp"
+
+#include "bms/plausibility.hpp"
+
+namespace voltlap::bms {
+namespace {
+
+using can::BmsFault;
+
+/// Unknown keeps a running timer running and a set fault set: a lost sample is no sign of health.
+enum class Condition : std::uint8_t { kUnknown = 0, kClear = 1, kActive = 2 };
+
+struct Finding {
+  Condition condition = Condition::kUnknown;
+  bool dated = false;  ///< `since` is known from the sample itself, not from when it was first noticed
+  Instant since{};
+};
+
+Finding active_if(bool active) { return Finding{active ? Condition::kActive : Condition::kClear, false, {}}; }
+/// What is seen to be wrong is wrong, whatever else is missing.
+Finding unknown_unless(bool known, Finding finding) {
+  return known || finding.condition == Condition::kActive ? finding : Finding{};
+}
+
+Finding cell_voltage_low(const Config& c, const State& s, Instant) {
+  const bool any = s.pack.weakest_cell != kNoCell;
+  return unknown_unless(s.pack.cells_good, active_if(any && s.pack.cell_min < c.cell_voltage_trip_low));
+}
+Finding cell_voltage_high(const Config& c, const State& s, Instant) {
+  const bool any = s.pack.weakest_cell != kNoCell;
+  return unknown_unless(s.pack.cells_good, active_if(any && s.pack.cell_max > c.cell_voltage_trip_high));
+}
+Finding temperature_high(const Config& c, const State& s, Instant) {
+  const bool any = s.pack.hottest_sensor != kNoCell;
+  return unknown_unless(s.pack.temperatures_good, active_if(any && s.pack.temperature_max >= c.temperature_trip));
+}
+
+Finding lost_since(bool good, Instant since) {
+  return good ? Finding{Condition::kClear, false, {}} : Finding{Condition::kActive, true, since};
+}
+Finding cell_measurement_lost(const Config&, const State& s, Instant) {
+  return lost_since(s.pack.cells_good, s.pack.oldest_cell);
+}
+Finding temperature_measurement_lost(const Config&, const State& s, Instant) {
+  return lost_since(s.pack.temperatures_good, s.pack.oldest_temperature);
+}
+Finding current_measurement_lost(const Config&, const State& s, Instant) {
+  const bool never = s.measured.current.quality == Quality::kNone;
+  return lost_since(s.measured.current.good(), never ? s.start : s.measured.current.time);
+}
+
+Finding discharge_current_high(const Config& c, const State& s, Instant) {
+  const Sample<Current>& current = s.measured.current;
+  return current.good() ? active_if(current.value > c.discharge_current_trip) : Finding{};
+}
+Finding charge_current_high(const Config& c, const State& s, Instant) {
+  const Sample<Current>& current = s.measured.current;
+  return current.good() ? active_if(-current.value > c.charge_current_trip) : Finding{};
+}
+
+Finding precharge_timeout(const Config&, const State& s, Instant) { return active_if(s.contactors.precharge_failed); }
+
+bool all_open(const ContactorCommand& command) { return !command.air_plus && !command.air_minus && !command.precharge; }
+
+/// An auxiliary contact that says closed without command.
+Finding contactor_welded(const Config&, const State& s, Instant) {
+  if (!s.measured.io.good()) return Finding{};
+  const VehicleIo& io = s.measured.io.value;
+  const ContactorCommand& command = s.contactors.command;
+  return active_if((io.air_plus_aux && !command.air_plus) || (io.air_minus_aux && !command.air_minus) ||
+                   (io.precharge_aux && !command.precharge));
+}
+/// An auxiliary contact that says open in spite of the command.
+Finding contactor_stuck_open(const Config&, const State& s, Instant) {
+  if (!s.measured.io.good()) return Finding{};
+  const VehicleIo& io = s.measured.io.value;
+  const ContactorCommand& command = s.contactors.command;
+  return active_if((!io.air_plus_aux && command.air_plus) || (!io.air_minus_aux && command.air_minus) ||
+                   (!io.precharge_aux && command.precharge));
+}
+/// The DC link still stands at the pack's voltage when it should long be discharged, or came up in no time.
+Finding dc_link_connected(const Config& c, const State& s, Instant now) {
+  if (s.contactors.precharge_too_fast) return active_if(true);
+  if (!s.measured.dc_link_voltage.good() || !s.measured.pack_voltage.good()) return Finding{};
+  const bool long_open = all_open(s.contactors.command) && now - s.contactors.opened_at >= c.discharge_time;
+  const std::int64_t share = std::int64_t{s.measured.pack_voltage.value.raw()} * c.dc_link_welded.raw();
+  return active_if(long_open && std::int64_t{s.measured.dc_link_voltage.value.raw()} * 1'000'000 > share);
+}
+
+Finding vehicle_io_lost(const Config&, const State& s, Instant) { return active_if(!s.measured.io.good()); }
+Finding inverter_lost(const Config&, const State& s, Instant) { return active_if(!s.measured.dc_link_voltage.good()); }
+Finding master_lost(const Config&, const State& s, Instant) { return active_if(!s.measured.master.good()); }
+
+Finding voltage_implausible(const Config& c, const State& s, Instant) {
+  const bool known = s.pack.cells_good && s.measured.pack_voltage.good();
+  return known ? active_if(voltages_disagree(c, s.measured, s.pack)) : Finding{};
+}
+Finding config_invalid(const Config&, const State& s, Instant) { return active_if(!s.config_ok); }
+
+enum class Latch : bool { kNo = false, kYes = true };
+enum class Opens : bool { kNo = false, kYes = true };
+
+struct FaultRow {
+  BmsFault fault;
+  Finding (*find)(const Config&, const State&, Instant);
+  Duration Config::*time;  ///< nullptr: at once
+  Latch latch;
+  Opens opens;
+};
+
+// One row a fault, with its requirement; two rows may set one bit.
+constexpr FaultRow kTable[] = {
+    {BmsFault::kCellVoltageLow, cell_voltage_low, &Config::voltage_trip_time, Latch::kYes, Opens::kYes},  // BMS-010
+    {BmsFault::kCellVoltageHigh, cell_voltage_high, &Config::voltage_trip_time, Latch::kYes, Opens::kYes},  // BMS-011
+    {BmsFault::kTemperatureHigh, temperature_high, &Config::temperature_trip_time, Latch::kYes, Opens::kYes},  // BMS-012
+    {BmsFault::kCellMeasurementLost, cell_measurement_lost, &Config::measurement_lost_time, Latch::kYes, Opens::kYes},  // BMS-013
+    {BmsFault::kTemperatureMeasurementLost, temperature_measurement_lost, &Config::measurement_lost_time, Latch::kYes,
+     Opens::kYes},  // BMS-014
+    {BmsFault::kCurrentMeasurementLost, current_measurement_lost, &Config::measurement_lost_time, Latch::kYes,
+     Opens::kYes},  // BMS-015
+    {BmsFault::kDischargeCurrentHigh, discharge_current_high, &Config::current_trip_time, Latch::kYes, Opens::kYes},  // BMS-016
+    {BmsFault::kChargeCurrentHigh, charge_current_high, &Config::current_trip_time, Latch::kYes, Opens::kYes},  // BMS-016
+    {BmsFault::kPrechargeTimeout, precharge_timeout, nullptr, Latch::kYes, Opens::kYes},  // BMS-017
+    {BmsFault::kContactorWelded, contactor_welded, &Config::contactor_time, Latch::kYes, Opens::kYes},  // BMS-018
+    {BmsFault::kContactorWelded, dc_link_connected, nullptr, Latch::kYes, Opens::kYes},  // BMS-018
+    {BmsFault::kContactorStuckOpen, contactor_stuck_open, &Config::contactor_time, Latch::kYes, Opens::kYes},  // BMS-019
+    {BmsFault::kVehicleIoLost, vehicle_io_lost, nullptr, Latch::kNo, Opens::kYes},  // BMS-020
+    {BmsFault::kInverterLost, inverter_lost, nullptr, Latch::kNo, Opens::kNo},
+    {BmsFault::kMasterLost, master_lost, nullptr, Latch::kNo, Opens::kYes},  // BMS-021
+    {BmsFault::kVoltageImplausible, voltage_implausible, &Config::mismatch_time, Latch::kYes, Opens::kYes},  // BMS-022
+    {BmsFault::kConfigInvalid, config_invalid, nullptr, Latch::kYes, Opens::kYes},  // BMS-002
+};
+constexpr std::size_t kRows = sizeof(kTable) / sizeof(kTable[0]);
+static_assert(kRows == kFaultRows, "State keeps one timer a row");
+
+void time_row(const FaultRow& row, const Config& config, const Finding& finding, Instant now, FaultTimer& timer) {
+  switch (finding.condition) {
+    case Condition::kClear: timer = FaultTimer{}; return;
+    case Condition::kUnknown:
+      if (!timer.timing) return;
+      break;
+    case Condition::kActive:
+      if (finding.dated || !timer.timing) timer.since = finding.dated ? finding.since : now;
+      timer.timing = true;
+      break;
+  }
+  const Duration time = row.time == nullptr ? Duration{} : config.*row.time;
+  timer.set = timer.set || now - timer.since >= time;
+}
+
+// BMS-023, EV.7.2.3: a new request of the master, with the tractive system off.
+bool reset_requested(State& state) {
+  const Sample<MasterRequest>& master = state.measured.master;
+  const bool requested = master.good() && master.value.reset;
+  const bool rising = requested && state.faults.reset_released;
+  state.faults.reset_released = master.good() && !master.value.reset;
+  const bool off = all_open(state.contactors.command) && master.good() && !master.value.tractive_system;
+  return rising && off;
+}
+
+}  // namespace
+
+void judge_faults(const Config& config, Instant now, State& state) {
+  // Before the first complete set of measurements nothing can be closed and nothing is latched.
+  const bool latching = state.contactors.state != can::BmsState::kInvalid;
+  bool healthy = true;
+  std::uint16_t bits = 0;
+  std::uint16_t latched = latching ? state.faults.latched : std::uint16_t{0};
+  for (std::size_t i = 0; i < kRows; ++i) {
+    const FaultRow& row = kTable[i];
+    const Finding finding = row.find(config, state, now);
+    FaultTimer& timer = state.faults.timer[i];
+    time_row(row, config, finding, now, timer);
+    if (timer.set) bits = static_cast<std::uint16_t>(bits | bit_of(row.fault));
+    if (row.latch == Latch::kNo) continue;
+    healthy = healthy && finding.condition == Condition::kClear;
+    if (timer.set && latching) latched = static_cast<std::uint16_t>(latched | bit_of(row.fault));
+  }
+  if (reset_requested(state) && healthy) latched = 0;
+  state.faults.latched = latched;
+  state.faults.bits = static_cast<std::uint16_t>(bits | latched);
+  state.faults.open = false;
+  for (const FaultRow& row : kTable) {
+    if (row.opens == Opens::kYes && is_set(state.faults, row.fault)) state.faults.open = true;
+  }
+}
+
+}  // namespace voltlap::bms

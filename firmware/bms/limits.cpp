@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/limits.hpp"
+
+#include "base/require.hpp"
+
+namespace voltlap::bms {
+namespace {
+
+using can::LimitReason;
+
+/// V / R in mA, rounded down: 0.1 mV / 1 uOhm is 100 A, that is 100'000 mA.
+Current over_resistance(CellVoltage voltage, Resistance resistance) {
+  const std::int64_t numerator = std::int64_t{voltage.raw()} * 100'000;
+  const std::int64_t denominator = resistance.raw();
+  const std::int64_t quotient = numerator / denominator;
+  return Current::saturated(numerator % denominator < 0 ? quotient - 1 : quotient);
+}
+
+/// The lower of two limits with its reason.
+void lower(Limit& limit, Current value, LimitReason reason, std::uint8_t cell = kNoCell) {
+  if (value < limit.value) limit = Limit{max(value, Current{}), reason, cell};
+}
+
+/// `full` scaled by numerator / denominator, both not negative, rounded down.
+Current share(Current full, std::int64_t numerator, std::int64_t denominator) {
+  if (numerator <= 0) return Current{};
+  return Current::saturated(std::int64_t{full.raw()} * numerator / denominator);
+}
+
+bool measurements_good(const Config& config, const State& s) {
+  return s.pack.cells_good && s.pack.temperatures_good && s.measured.current.good() && soc_ready(config, s.soc) &&
+         s.cell_resistance > Resistance{};
+}
+
+// BMS-044
+/// Why there is no limit but zero; kNone when there is one.
+LimitReason blocked_by(const Config& config, const State& s) {
+  if (s.faults.open) return LimitReason::kFault;
+  if (!measurements_good(config, s)) return LimitReason::kMeasurementLost;
+  return s.contactors.state == can::BmsState::kTsActive ? LimitReason::kNone : LimitReason::kContactorsOpen;
+}
+
+// BMS-042: linear from the maximum at derating_start to zero at the trip.
+Current derated_by_heat(const Config& config, const State& s, Current full) {
+  const Temperature hottest = s.pack.temperature_max;
+  if (hottest <= config.derating_start) return full;
+  return share(full, (config.temperature_trip - hottest).raw(), (config.temperature_trip - config.derating_start).raw());
+}
+
+}  // namespace
+
+// BMS-040: no cell below its minimum voltage.
+Limit discharge_ceiling(const Config& config, const State& s) {
+  const LimitReason block = blocked_by(config, s);
+  if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
+  Limit limit{config.discharge_current_max, LimitReason::kConfigMaximum, kNoCell};
+  lower(limit, derated_by_heat(config, s, config.discharge_current_max), LimitReason::kTemperature);
+  if (s.soc.valid && s.soc.value < config.soc_derating_start) {
+    lower(limit, share(config.discharge_current_max, s.soc.value.raw(), config.soc_derating_start.raw()),
+          LimitReason::kSocLow);
+  }
+  for (std::uint16_t k = 0; k < config.cells_in_series; ++k) {
+    const CellVoltage margin = s.measured.cell[k].value - config.cell_voltage_min;
+    lower(limit, s.measured.cell_current[k] + over_resistance(margin, s.cell_resistance), LimitReason::kCellVoltage,
+          static_cast<std::uint8_t>(k));
+  }
+  return limit;
+}
+
+// BMS-041: no cell above its maximum voltage, and no charging of a frozen one.
+Limit charge_ceiling(const Config& config, const State& s) {
+  const LimitReason block = blocked_by(config, s);
+  if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
+  Limit limit{config.charge_current_max, LimitReason::kConfigMaximum, kNoCell};
+  lower(limit, derated_by_heat(config, s, config.charge_current_max), LimitReason::kTemperature);
+  if (s.pack.temperature_min < config.charge_temperature_min) lower(limit, Current{}, LimitReason::kTemperature);
+  for (std::uint16_t k = 0; k < config.cells_in_series; ++k) {
+    const CellVoltage margin = config.cell_voltage_max - s.measured.cell[k].value;
+    lower(limit, over_resistance(margin, s.cell_resistance) - s.measured.cell_current[k], LimitReason::kCellVoltage,
+          static_cast<std::uint8_t>(k));
+  }
+  return limit;
+}
+
+// BMS-043: falls at once, rises slowly.
+Limit follow(const Config& config, Limit previous, Limit ceiling, Duration elapsed) {
+  VOLTLAP_REQUIRE(elapsed >= Duration{});
+  const std::int64_t rise = std::int64_t{config.limit_rise_per_s.raw()} * elapsed.ms() / 1000;
+  const Current highest = Current::saturated(previous.value.raw() + rise);
+  if (ceiling.value <= highest) return ceiling;
+  return Limit{highest, previous.reason, previous.cell};
+}
+
+void update_limits(const Config& config, Duration elapsed, State& state) {
+  state.limits.discharge = follow(config, state.limits.discharge, discharge_ceiling(config, state), elapsed);
+  state.limits.charge = follow(config, state.limits.charge, charge_ceiling(config, state), elapsed);
+}
+
+}  // namespace voltlap::bms

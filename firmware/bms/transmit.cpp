@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/transmit.hpp"
+
+#include "base/require.hpp"
+#include "can_dbc/car.hpp"
+#include "can_dbc/orion.hpp"
+#include "codec/message_table.hpp"
+
+namespace voltlap::bms {
+namespace {
+
+// Codes of 0x6B0 RelayState, by bit (can_dbc/orion.dbc)
+constexpr std::uint16_t kRelayDischarge = 1U << 0;
+constexpr std::uint16_t kRelayCharge = 1U << 1;
+constexpr std::uint16_t kRelayMalfunction = 1U << 3;
+constexpr std::uint16_t kRelayAlwaysOn = 1U << 5;
+constexpr std::uint16_t kRelayReady = 1U << 6;
+
+template <class Message>
+void send(const Message& message, codec::Sealer& sealer, TxQueue& tx) {
+  Frame frame;
+  can::encode(message, frame);
+  sealer.seal(frame);
+  const bool room = tx.push(frame);
+  VOLTLAP_REQUIRE(room);
+}
+
+/// A limit is rounded down to what its code can say: never more than was allowed.
+std::int32_t rounded_down(Current limit, std::int32_t step_ma) { return limit.raw() / step_ma * step_ma; }
+
+can::ContactorCommand contactor_command(const Output& out) {
+  can::ContactorCommand m;
+  m.air_plus_close = out.contactors.air_plus;
+  m.air_minus_close = out.contactors.air_minus;
+  m.precharge_close = out.contactors.precharge;
+  return m;
+}
+
+can::BmsLimits bms_limits(const Output& out) {
+  constexpr std::int32_t kStepMa = 100;
+  can::BmsLimits m;
+  m.discharge_limit_ma = rounded_down(out.limits.discharge.value, kStepMa);
+  m.discharge_limit_ok = true;
+  m.charge_limit_ma = rounded_down(out.limits.charge.value, kStepMa);
+  m.charge_limit_ok = true;
+  m.discharge_reason = out.limits.discharge.reason;
+  m.charge_reason = out.limits.charge.reason;
+  m.limiting_cell = out.limits.discharge.cell;
+  return m;
+}
+
+can::BmsStatus bms_status(const Output& out) {
+  can::BmsStatus m;
+  m.soc_ppm = out.soc.raw();
+  m.soc_ok = out.soc_valid;
+  m.state = out.state;
+  m.faults = out.faults;
+  m.weakest_cell = out.weakest_cell;
+  return m;
+}
+
+std::uint16_t relay_state(const Output& out) {
+  unsigned bits = kRelayAlwaysOn;
+  if (out.limits.discharge.value > Current{}) bits |= kRelayDischarge;
+  if (out.limits.charge.value > Current{}) bits |= kRelayCharge;
+  if (out.faults != 0) bits |= kRelayMalfunction;
+  if (out.state == can::BmsState::kTsActive) bits |= kRelayReady;
+  return static_cast<std::uint16_t>(bits);
+}
+
+can::PackBroadcast pack_broadcast(const Output& out) {
+  can::PackBroadcast m;
+  m.pack_current_ma = out.current.raw();
+  m.pack_voltage_100uv = out.pack_voltage.raw();
+  m.pack_soc_ppm = out.soc.raw();
+  m.relay_state = relay_state(out);
+  return m;
+}
+
+/// A cell without a good sample is sent as 0 V: the Orion has no code for "not measured".
+can::CellBroadcast cell_broadcast(const Output& out) {
+  can::CellBroadcast m;
+  m.cell_id = out.cell.cell;
+  m.cell_balancing = out.cell.balancing;
+  m.cell_resistance_uohm = out.cell.resistance.raw();
+  if (out.cell.good) {
+    m.cell_voltage_100uv = out.cell.voltage.raw();
+    m.cell_open_voltage_100uv = out.cell.open_voltage.raw();
+  }
+  return m;
+}
+
+can::LimitBroadcast limit_broadcast(const Output& out) {
+  constexpr std::int32_t kStepMa = 1000;
+  can::LimitBroadcast m;
+  m.pack_dcl_ma = rounded_down(out.limits.discharge.value, kStepMa);
+  m.pack_ccl_ma = rounded_down(out.limits.charge.value, kStepMa);
+  m.high_temperature_dc = out.temperature_max.raw();
+  m.low_temperature_dc = out.temperature_min.raw();
+  return m;
+}
+
+bool limit_broadcast_due(Instant now) {
+  constexpr std::size_t kRow = codec::find_row(can::kBmsTx, codec::row_count(can::kBmsTx), can::LimitBroadcast::kId);
+  static_assert(kRow != codec::kNoRow);
+  return can::due(now.ms(), can::kBmsTx[kRow].cycle_ms, can::kBmsTx[kRow].delay_ms);
+}
+
+}  // namespace
+
+void transmit(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
+  send(contactor_command(output), sealer, tx);
+  send(bms_limits(output), sealer, tx);
+  send(bms_status(output), sealer, tx);
+  send(pack_broadcast(output), sealer, tx);
+  send(cell_broadcast(output), sealer, tx);
+  if (limit_broadcast_due(output.now)) send(limit_broadcast(output), sealer, tx);
+}
+
+}  // namespace voltlap::bms
