@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/arbitration.hpp"
+
+#include "master/derating.hpp"
+
+namespace voltlap::master {
+namespace {
+
+constexpr std::int64_t kFull = 1'000'000;
+constexpr std::int64_t kMilliwattPerProduct = 10'000;  // mA x 0.1 mV = 0.1 uW = 1 mW / 10'000
+
+struct Ceiling {
+  Current current;
+  TorqueReason reason = TorqueReason::kNone;
+  void lower_to(Current other, TorqueReason why) {
+    if (other >= current) return;
+    current = other;
+    reason = why;
+  }
+};
+
+// The voltage that the battery's power comes at: the pack's, else the DC link's.
+Sample<PackVoltage> supply_voltage(const Input& input) {
+  return input.pack_voltage.good() ? input.pack_voltage : input.dc_link_voltage;
+}
+
+// MST-030: a DC limit as phase current. Without speed or voltage the printed rule remains: phase current <= DC limit.
+Current battery_ceiling(const Config& config, const Input& input, const Sample<Current>& limit, Ratio efficiency) {
+  if (!limit.good() || limit.value <= Current{}) return Current{};
+  const Sample<PackVoltage> voltage = supply_voltage(input);
+  if (config.arbitration == Arbitration::kLiteral || !input.motor_speed.good() || !voltage.good()) {
+    return min(limit.value, config.phase_current_max);
+  }
+  return phase_current_for(config, limit.value, voltage.value, efficiency,
+                           induced_voltage(config, input.motor_speed.value));
+}
+
+// MST-032 (EV.3.3): P_max eta / E; at the highest speed when the speed is not known.
+Current power_ceiling(const Config& config, const Input& input) {
+  const MotorSpeed speed = input.motor_speed.good() ? input.motor_speed.value : config.motor_speed_max;
+  const std::int64_t induced = induced_voltage(config, speed).raw();
+  if (induced == 0) return config.phase_current_max;
+  const std::int64_t shaft_mw = std::int64_t{config.power_max_mw} * config.drive_efficiency.raw() / kFull;
+  return min(Current::saturated(shaft_mw * kMilliwattPerProduct / induced), config.phase_current_max);
+}
+
+// Open above `on`, shut below `off`, as before between them; shut without a good limit.
+bool hysteresis(const Config& config, const Sample<Current>& limit, bool open) {
+  if (!limit.good() || limit.value < config.battery_limit_off) return false;
+  return open || limit.value > config.battery_limit_on;
+}
+
+// Measured excess over what the previous command was allowed, as a share: the larger of current and power.
+Ratio measured_excess(const Config& config, const Input& input, const ArbitrationState& state) {
+  if (!input.pack_current.good() || input.pack_current.value <= Current{}) return Ratio{};
+  const std::int64_t current = input.pack_current.value.raw();
+  std::int64_t excess = 0;
+  const std::int64_t limit = state.discharge_limit_before.raw();
+  if (limit > 0 && current > limit) excess = (current - limit) * kFull / limit;
+  if (input.pack_voltage.good()) {
+    const std::int64_t power_mw = current * input.pack_voltage.value.raw() / kMilliwattPerProduct;
+    const std::int64_t over = (power_mw - config.power_max_mw) * kFull / config.power_max_mw;
+    if (over > excess) excess = over;
+  }
+  return Ratio::saturated(excess);
+}
+
+// MST-033: the losses are an estimate, so a measured excess is integrated into a trim that gives back slowly.
+void update_trim(const Config& config, const Input& input, Duration elapsed, ArbitrationState& state) {
+  const Ratio excess = measured_excess(config, input, state);
+  const Ratio given_back = Ratio::saturated(std::int64_t{config.trim_decay_ppm_per_s} * elapsed.ms() / 1'000);
+  const Ratio taken = Ratio::saturated(std::int64_t{excess.raw()} * config.trim_gain.raw() / kFull);
+  state.trim = excess > Ratio{} ? min(state.trim + taken, config.trim_max) : max(state.trim - given_back, Ratio{});
+}
+
+Current trimmed(Current ceiling, Ratio trim) {
+  return Current::saturated(std::int64_t{ceiling.raw()} * (kFull - trim.raw()) / kFull);
+}
+
+Ceiling drive_ceiling(const Config& config, const Input& input, const ArbitrationState& state) {
+  Ceiling c{config.phase_current_max};
+  const Current battery = state.discharge_open ? battery_ceiling(config, input, input.discharge_limit,
+                                                                 config.drive_efficiency)
+                                               : Current{};
+  c.lower_to(trimmed(battery, state.trim), TorqueReason::kDischargeLimit);
+  c.lower_to(trimmed(power_ceiling(config, input), state.trim), TorqueReason::kPower);
+  c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
+  return c;
+}
+
+Ceiling regen_ceiling(const Config& config, const Input& input, const ArbitrationState& state) {
+  Ceiling c{config.phase_current_max};
+  const Current battery = state.charge_open ? battery_ceiling(config, input, input.charge_limit, Ratio::from_raw(kFull))
+                                            : Current{};
+  c.lower_to(battery, TorqueReason::kChargeLimit);
+  c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
+  // MST-035 (EV.3.3.3): none below 5 km/h, nor with the speed unknown, nor in reverse.
+  const Sample<Speed> speed = lowest_wheel_speed(input);
+  const bool fast_enough = speed.good() && speed.value > config.regen_speed_min && input.motor_speed.good() &&
+                           input.motor_speed.value > MotorSpeed{};
+  if (!fast_enough) c.lower_to(Current{}, TorqueReason::kGate);
+  return c;
+}
+
+// MST-036: down at once, up at the configured rate; the last reason stays until the ceiling is back.
+void apply(const Ceiling& target, Current rise, Current& ceiling, TorqueReason& reason) {
+  const Current reachable = ceiling + rise;
+  if (target.current <= reachable) {
+    ceiling = target.current;
+    reason = target.reason;
+  } else {
+    ceiling = reachable;
+    if (reason == TorqueReason::kNone) reason = target.reason;
+  }
+}
+
+Faults find_faults(const Input& input, const Sample<Speed>& wheels) {
+  Faults f;
+  f.set(MasterFault::kPackSensorLost, !input.pack_current.good() || !input.pack_voltage.good());
+  f.set(MasterFault::kWheelSpeedsLost, !wheels.good());
+  f.set(MasterFault::kMotorTemperatureLost, !input.motor_temperature.good() || !input.inverter_temperature.good());
+  return f;
+}
+
+}  // namespace
+
+PackVoltage induced_voltage(const Config& config, MotorSpeed speed) {
+  const std::int64_t rpm = speed.raw() < 0 ? -std::int64_t{speed.raw()} : speed.raw();
+  // uV s/rad x rpm x 0.104720 rad/s/rpm = uV; 100 uV a unit. Rounded up, which lowers a ceiling.
+  return PackVoltage::saturated((config.motor_constant_unm_per_a * rpm * 104'720 + 99'999'999) / 100'000'000);
+}
+
+Current phase_current_for(const Config& config, Current dc, PackVoltage voltage, Ratio efficiency,
+                          PackVoltage induced) {
+  if (dc <= Current{} || voltage <= PackVoltage{}) return Current{};
+  if (induced <= PackVoltage{}) return config.phase_current_max;
+  const std::int64_t usable = std::int64_t{dc.raw()} * efficiency.raw() / kFull;
+  return min(Current::saturated(usable * voltage.raw() / induced.raw()), config.phase_current_max);
+}
+
+Sample<Speed> lowest_wheel_speed(const Input& input) {
+  Sample<Speed> lowest;
+  int good = 0;
+  for (const Sample<Speed>& wheel : input.wheel_speed) {
+    if (!wheel.good()) continue;
+    if (good == 0 || wheel.value < lowest.value) lowest = wheel;
+    ++good;
+  }
+  if (good < 2) lowest.quality = Quality::kInvalid;
+  return lowest;
+}
+
+void arbitration_step(const Config& config, const Input& input, Current request, Duration elapsed,
+                      ArbitrationState& state) {
+  state.faults = find_faults(input, lowest_wheel_speed(input));
+  update_trim(config, input, elapsed, state);
+  state.discharge_open = hysteresis(config, input.discharge_limit, state.discharge_open);
+  state.charge_open = hysteresis(config, input.charge_limit, state.charge_open);
+
+  const Current rise = Current::saturated(std::int64_t{config.ceiling_rise_ma_per_s} * elapsed.ms() / 1'000);
+  apply(drive_ceiling(config, input, state), rise, state.drive_ceiling, state.drive_reason);
+  apply(regen_ceiling(config, input, state), rise, state.regen_ceiling, state.regen_reason);
+  state.discharge_limit_before = input.discharge_limit.good() ? input.discharge_limit.value : Current{};
+
+  // MST-031 (Eq. 4.13): the request where it is below its ceiling, else the ceiling; the sign never changes.
+  const bool driving = request >= Current{};
+  state.current = driving ? min(request, state.drive_ceiling) : max(request, -state.regen_ceiling);
+  const TorqueReason binding = driving ? state.drive_reason : state.regen_reason;
+  state.reason = state.current == request ? TorqueReason::kNone : binding;
+}
+
+}  // namespace voltlap::master

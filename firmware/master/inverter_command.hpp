@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command in steps that the wire can carry, and whether the output stage may be on.
+#pragma once
+#include "master/io.hpp"
+
+namespace voltlap::master {
+
+struct InverterCommand {
+  Current phase_current{};
+  bool enable = false;
+};
+
+/// Step of the phase current on the bus: 0.1 A. The current is cut towards zero, so that rounding never passes a ceiling.
+inline constexpr Current kPhaseCurrentStep = Current::from_raw(100);
+
+[[nodiscard]] InverterCommand inverter_command(Current current, DriveState mode, const Sample<InverterState>& inverter);
+
+}  // namespace voltlap::master

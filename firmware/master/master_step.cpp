@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/master_step.hpp"
+
+#include "master/inverter_command.hpp"
+#include "master/tx_gate.hpp"
+
+namespace voltlap::master {
+namespace {
+
+// Time since the last step: 0 at the first and when time runs back, never more than kStepMax.
+Duration advance(Instant now, State& state) {
+  const Duration elapsed = state.started ? now - state.last_step : Duration{};
+  state.started = true;
+  state.last_step = now;
+  return elapsed < Duration{} ? Duration{} : (elapsed > kStepMax ? kStepMax : elapsed);
+}
+
+Output report(const State& state, const InverterCommand& command, bool allowed) {
+  Output out;
+  if (allowed) {
+    out.phase_current = command.phase_current;
+    out.enable = command.enable;
+  }
+  out.drive_state = state.drive.mode;
+  out.ts_request = state.drive.ts_request;
+  out.reset_request = state.drive.reset_request;
+  out.rtd_sound = state.drive.rtd_sound;
+  out.faults = state.pedals.latched;
+  out.faults.add(state.drive.faults);
+  out.faults.add(state.arbitration.faults);
+  out.faults.set(MasterFault::kGateVeto, !allowed);
+  out.torque_reason = allowed ? state.arbitration.reason : TorqueReason::kGate;
+  out.pedal_request = state.request.pedal;
+  return out;
+}
+
+}  // namespace
+
+Output step(const Config& config, const Input& input, State& state) {
+  const Duration elapsed = advance(input.now, state);
+  pedals_step(config, input, state.pedals);
+  drive_state_step(config, input, state.pedals, state.drive);
+  request_step(config, input, state.pedals, state.drive.mode, elapsed, state.request);
+  arbitration_step(config, input, state.request.current, elapsed, state.arbitration);
+  const InverterCommand command =
+      inverter_command(state.arbitration.current, state.drive.mode, input.inverter_state);
+  return report(state, command, tx_gate_allows(config, input, command));
+}
+
+}  // namespace voltlap::master

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// One step of the master controller, 100 Hz: the stages in order.
+#pragma once
+#include "master/arbitration.hpp"
+#include "master/drive_state.hpp"
+#include "master/pedals.hpp"
+#include "master/request.hpp"
+
+namespace voltlap::master {
+
+/// All-zero memory is a controller that has not started.
+struct State {
+  bool started = false;
+  Instant last_step{};
+  PedalState pedals;
+  DriveStateState drive;
+  RequestState request;
+  ArbitrationState arbitration;
+};
+
+/// Longest time between two steps that rate limits give credit for.
+inline constexpr Duration kStepMax = Duration::from_ms(20);
+
+[[nodiscard]] Output step(const Config& config, const Input& input, State& state);
+
+}  // namespace voltlap::master

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/request.hpp"
+
+namespace voltlap::master {
+namespace {
+
+constexpr std::int64_t kFull = 1'000'000;
+
+bool inverter_usable(const Input& input) {
+  return input.inverter_state.good() && (input.inverter_state.value == InverterState::kDisabled ||
+                                         input.inverter_state.value == InverterState::kEnabled);
+}
+
+// Regeneration: in proportion to brake pressure with the accelerator released; MST-024 needs it configured.
+Current regen_request(const Config& config, const PedalState& pedals) {
+  if (!pedals.released || !pedals.brake_pressed) return Current{};
+  const std::int64_t over = (pedals.brake_pressure - config.brake_pressed_level).raw();
+  const std::int64_t span = (config.regen_full_level - config.brake_pressed_level).raw();
+  if (span <= 0) return Current{};
+  const std::int64_t share = over > span ? span : over;
+  return -Current::saturated(config.regen_current_max.raw() * share / span);
+}
+
+// MST-021: the request may grow, in either direction, only so fast; it shrinks at once.
+Current rate_limited(Current target, Current previous, Current step) {
+  const Current zero{};
+  if (target >= zero) return min(target, max(previous, zero) + step);
+  return max(target, min(previous, zero) - step);
+}
+
+}  // namespace
+
+Ratio beyond_dead_zone(Ratio position, Ratio zone) {
+  if (position <= zone) return Ratio{};
+  const std::int64_t span = kFull - zone.raw();
+  return Ratio::saturated((position - zone).raw() * kFull / span);
+}
+
+void request_step(const Config& config, const Input& input, const PedalState& pedals, DriveState mode,
+                  Duration elapsed, RequestState& state) {
+  // MST-020: after every interruption torque comes back only from a released pedal.
+  const bool permitted = mode == DriveState::kReadyToDrive && !pedals.latched.any() && inverter_usable(input);
+  state.armed = permitted && (state.armed || pedals.released);
+  if (!state.armed) {
+    state.pedal = Ratio{};
+    state.current = Current{};
+    return;
+  }
+  state.pedal = beyond_dead_zone(pedals.position, config.pedal_dead_zone);
+  const Current drive = Current::saturated(std::int64_t{config.phase_current_max.raw()} * state.pedal.raw() / kFull);
+  const Current target = drive > Current{} ? drive : regen_request(config, pedals);
+  const Current step = Current::saturated(std::int64_t{config.request_rise_ma_per_ms} * elapsed.ms());
+  state.current = rate_limited(target, state.current, step);
+}
+
+}  // namespace voltlap::master
