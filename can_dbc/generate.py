@@ -159,8 +159,8 @@ def struct_lines(m: model.Message, count: int) -> list[str]:
     """Struct, encode and decode of one message, or of a group of `count` messages that starts with `m`."""
     name = m.group[0] if m.group else m.name
     fields = fields_of(m)
-    lines = ["", f"/// {m.comment}" if m.comment and not m.group else f"/// {count} messages of one shape, sent by {m.sender}.",
-             f"struct {name} {{"]
+    headline = f"{count} messages of one shape, sent by {m.sender}." if m.group else m.comment
+    lines = ["", f"/// {headline}", f"struct {name} {{"]
     if m.group:
         lines += [f"  static constexpr std::uint32_t kBaseId = {hex_of(m.id)};",
                   f"  static constexpr std::uint8_t kGroups = {count};",
@@ -243,11 +243,15 @@ struct MessageRow {
 
 enum class Node : std::uint8_t { kNone = 0, kPlant = 1, kBms = 2, kMaster = 3 };
 
-/// The rule of sending that keeps the frames of one tick few: due when (now - delay) is a whole number of cycles.
+/// Every node steps and sends on this raster.
+inline constexpr std::uint32_t kTickMs = 10;
+
+/// The rule of sending that keeps the frames of one tick few: due in the tick where (now - delay) reaches a whole
+/// number of cycles. `now` need not be a whole tick: it is not after the clock has wrapped.
 [[nodiscard]] constexpr bool due(std::uint32_t now_ms, std::int32_t cycle_ms, std::int32_t delay_ms) {
   const auto cycle = static_cast<std::uint32_t>(cycle_ms);
   const auto delay = static_cast<std::uint32_t>(delay_ms) % cycle;
-  return now_ms % cycle == delay;
+  return (now_ms % cycle + cycle - delay) % cycle < kTickMs;
 }
 """
 

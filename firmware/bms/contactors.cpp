@@ -43,7 +43,8 @@ void enter(BmsState next, Instant now, Contactors& c) {
 }
 
 void from_invalid(const Config& config, Instant now, State& s) {
-  if (s.pack.complete_once && soc_ready(config, s.soc) && released(s.measured)) enter(BmsState::kIdle, now, s.contactors);
+  const bool complete = s.pack.complete_once && soc_ready(config, s.soc);
+  if (complete && released(s.measured)) enter(BmsState::kIdle, now, s.contactors);
 }
 
 void from_idle(const Config& config, Instant now, State& s) {

@@ -98,38 +98,40 @@ Finding voltage_implausible(const Config& c, const State& s, Instant) {
 }
 Finding config_invalid(const Config&, const State& s, Instant) { return active_if(!s.config_ok); }
 
-enum class Latch : bool { kNo = false, kYes = true };
-enum class Opens : bool { kNo = false, kYes = true };
+enum class Effect : std::uint8_t {
+  kReport,  ///< told on the bus
+  kOpen,    ///< opens the contactors as long as it lasts
+  kTrip,    ///< opens the contactors and stays latched
+};
 
 struct FaultRow {
   BmsFault fault;
   Finding (*find)(const Config&, const State&, Instant);
   Duration Config::*time;  ///< nullptr: at once
-  Latch latch;
-  Opens opens;
+  Effect effect;
 };
 
 // One row a fault, with its requirement; two rows may set one bit.
 constexpr FaultRow kTable[] = {
-    {BmsFault::kCellVoltageLow, cell_voltage_low, &Config::voltage_trip_time, Latch::kYes, Opens::kYes},  // BMS-010
-    {BmsFault::kCellVoltageHigh, cell_voltage_high, &Config::voltage_trip_time, Latch::kYes, Opens::kYes},  // BMS-011
-    {BmsFault::kTemperatureHigh, temperature_high, &Config::temperature_trip_time, Latch::kYes, Opens::kYes},  // BMS-012
-    {BmsFault::kCellMeasurementLost, cell_measurement_lost, &Config::measurement_lost_time, Latch::kYes, Opens::kYes},  // BMS-013
-    {BmsFault::kTemperatureMeasurementLost, temperature_measurement_lost, &Config::measurement_lost_time, Latch::kYes,
-     Opens::kYes},  // BMS-014
-    {BmsFault::kCurrentMeasurementLost, current_measurement_lost, &Config::measurement_lost_time, Latch::kYes,
-     Opens::kYes},  // BMS-015
-    {BmsFault::kDischargeCurrentHigh, discharge_current_high, &Config::current_trip_time, Latch::kYes, Opens::kYes},  // BMS-016
-    {BmsFault::kChargeCurrentHigh, charge_current_high, &Config::current_trip_time, Latch::kYes, Opens::kYes},  // BMS-016
-    {BmsFault::kPrechargeTimeout, precharge_timeout, nullptr, Latch::kYes, Opens::kYes},  // BMS-017
-    {BmsFault::kContactorWelded, contactor_welded, &Config::contactor_time, Latch::kYes, Opens::kYes},  // BMS-018
-    {BmsFault::kContactorWelded, dc_link_connected, nullptr, Latch::kYes, Opens::kYes},  // BMS-018
-    {BmsFault::kContactorStuckOpen, contactor_stuck_open, &Config::contactor_time, Latch::kYes, Opens::kYes},  // BMS-019
-    {BmsFault::kVehicleIoLost, vehicle_io_lost, nullptr, Latch::kNo, Opens::kYes},  // BMS-020
-    {BmsFault::kInverterLost, inverter_lost, nullptr, Latch::kNo, Opens::kNo},
-    {BmsFault::kMasterLost, master_lost, nullptr, Latch::kNo, Opens::kYes},  // BMS-021
-    {BmsFault::kVoltageImplausible, voltage_implausible, &Config::mismatch_time, Latch::kYes, Opens::kYes},  // BMS-022
-    {BmsFault::kConfigInvalid, config_invalid, nullptr, Latch::kYes, Opens::kYes},  // BMS-002
+    {BmsFault::kCellVoltageLow, cell_voltage_low, &Config::voltage_trip_time, Effect::kTrip},  // BMS-010
+    {BmsFault::kCellVoltageHigh, cell_voltage_high, &Config::voltage_trip_time, Effect::kTrip},  // BMS-011
+    {BmsFault::kTemperatureHigh, temperature_high, &Config::temperature_trip_time, Effect::kTrip},  // BMS-012
+    {BmsFault::kCellMeasurementLost, cell_measurement_lost, &Config::measurement_lost_time, Effect::kTrip},  // BMS-013
+    {BmsFault::kTemperatureMeasurementLost, temperature_measurement_lost, &Config::measurement_lost_time,
+     Effect::kTrip},  // BMS-014
+    {BmsFault::kCurrentMeasurementLost, current_measurement_lost, &Config::measurement_lost_time,
+     Effect::kTrip},  // BMS-015
+    {BmsFault::kDischargeCurrentHigh, discharge_current_high, &Config::current_trip_time, Effect::kTrip},  // BMS-016
+    {BmsFault::kChargeCurrentHigh, charge_current_high, &Config::current_trip_time, Effect::kTrip},  // BMS-016
+    {BmsFault::kPrechargeTimeout, precharge_timeout, nullptr, Effect::kTrip},  // BMS-017
+    {BmsFault::kContactorWelded, contactor_welded, &Config::contactor_time, Effect::kTrip},  // BMS-018
+    {BmsFault::kContactorWelded, dc_link_connected, nullptr, Effect::kTrip},  // BMS-018
+    {BmsFault::kContactorStuckOpen, contactor_stuck_open, &Config::contactor_time, Effect::kTrip},  // BMS-019
+    {BmsFault::kVehicleIoLost, vehicle_io_lost, nullptr, Effect::kOpen},  // BMS-020
+    {BmsFault::kInverterLost, inverter_lost, nullptr, Effect::kReport},
+    {BmsFault::kMasterLost, master_lost, nullptr, Effect::kOpen},  // BMS-021
+    {BmsFault::kVoltageImplausible, voltage_implausible, &Config::mismatch_time, Effect::kTrip},  // BMS-022
+    {BmsFault::kConfigInvalid, config_invalid, nullptr, Effect::kTrip},  // BMS-002
 };
 constexpr std::size_t kRows = sizeof(kTable) / sizeof(kTable[0]);
 static_assert(kRows == kFaultRows, "State keeps one timer a row");
@@ -173,7 +175,7 @@ void judge_faults(const Config& config, Instant now, State& state) {
     FaultTimer& timer = state.faults.timer[i];
     time_row(row, config, finding, now, timer);
     if (timer.set) bits = static_cast<std::uint16_t>(bits | bit_of(row.fault));
-    if (row.latch == Latch::kNo) continue;
+    if (row.effect != Effect::kTrip) continue;
     healthy = healthy && finding.condition == Condition::kClear;
     if (timer.set && latching) latched = static_cast<std::uint16_t>(latched | bit_of(row.fault));
   }
@@ -182,7 +184,7 @@ void judge_faults(const Config& config, Instant now, State& state) {
   state.faults.bits = static_cast<std::uint16_t>(bits | latched);
   state.faults.open = false;
   for (const FaultRow& row : kTable) {
-    if (row.opens == Opens::kYes && is_set(state.faults, row.fault)) state.faults.open = true;
+    if (row.effect != Effect::kReport && is_set(state.faults, row.fault)) state.faults.open = true;
   }
 }
 

@@ -44,7 +44,8 @@ LimitReason blocked_by(const Config& config, const State& s) {
 Current derated_by_heat(const Config& config, const State& s, Current full) {
   const Temperature hottest = s.pack.temperature_max;
   if (hottest <= config.derating_start) return full;
-  return share(full, (config.temperature_trip - hottest).raw(), (config.temperature_trip - config.derating_start).raw());
+  const Temperature span = config.temperature_trip - config.derating_start;
+  return share(full, (config.temperature_trip - hottest).raw(), span.raw());
 }
 
 }  // namespace

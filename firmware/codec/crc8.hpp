@@ -25,7 +25,9 @@ inline constexpr Crc8Table kCrc8Table = make_crc8_table();
 inline constexpr std::uint8_t kCrc8Start = 0xFF;
 
 /// One byte further, without the final xor.
-[[nodiscard]] constexpr std::uint8_t crc8_step(std::uint8_t crc, std::uint8_t byte) { return kCrc8Table.of[crc ^ byte]; }
+[[nodiscard]] constexpr std::uint8_t crc8_step(std::uint8_t crc, std::uint8_t byte) {
+  return kCrc8Table.of[crc ^ byte];
+}
 
 [[nodiscard]] constexpr std::uint8_t crc8_finish(std::uint8_t crc) { return static_cast<std::uint8_t>(crc ^ 0xFFU); }
 
