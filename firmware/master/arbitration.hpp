@@ -19,7 +19,7 @@ struct ArbitrationState {
   bool discharge_open = false;               ///< hysteresis of the battery limits
   bool charge_open = false;
   Ratio trim{};                              ///< taken off the battery and power ceilings
-  Current discharge_limit_before{};          ///< the limit that the previous command had to obey
+  Current discharge_limit_before{};          ///< what the previous command had to obey
   // Computed by arbitration_step.
   Current current{};
   TorqueReason reason = TorqueReason::kNone;

@@ -32,14 +32,14 @@ struct Config {
   Duration brake_sensor_fail_time = Duration::from_ms(100);        ///< T.4.3
   Ratio brake_throttle_limit = Ratio::from_raw(250'000);           ///< EV.4.7: APPS above 25 % with the brake on
   Ratio pedal_release_level = Ratio::from_raw(50'000);             ///< EV.4.7: back on power below 5 %
-  Ratio pedal_dead_zone = Ratio::from_raw(0);                      ///< travel without request; a linear pedal by default
+  Ratio pedal_dead_zone = Ratio::from_raw(0);                      ///< travel without request; none by default
   Pressure brake_pressed_level = Pressure::from_raw(3'000);        ///< 3 bar: above line noise, below a light stop
 
   // Request.
   Current phase_current_max = Current::from_raw(550'000);          ///< limit of the inverter, section 4.7.2
   std::int32_t request_rise_ma_per_ms = 20'000;                    ///< full request in 30 ms
   Current regen_current_max = Current::from_raw(0);                ///< phase current; 0 = no regeneration
-  Pressure regen_full_level = Pressure::from_raw(40'000);          ///< brake pressure of the full regeneration request
+  Pressure regen_full_level = Pressure::from_raw(40'000);          ///< brake pressure of full regeneration
 
   // Ceilings.
   Arbitration arbitration = Arbitration::kPowerBalance;
@@ -100,7 +100,9 @@ constexpr bool time_ok(Duration t, std::int32_t max_ms) { return t.ms() > 0 && t
       c.pedal_dead_zone < kNothing || c.pedal_dead_zone > Ratio::from_raw(200'000)) {
     return ConfigError::kPedalLevels;
   }
-  if (c.brake_pressed_level.raw() <= 0 || c.brake_pressed_level >= c.regen_full_level) return ConfigError::kBrakeLevels;
+  if (c.brake_pressed_level.raw() <= 0 || c.brake_pressed_level >= c.regen_full_level) {
+    return ConfigError::kBrakeLevels;
+  }
   if (c.phase_current_max.raw() <= 0 || c.phase_current_max.raw() > 550'000 || c.request_rise_ma_per_ms <= 0 ||
       c.regen_current_max.raw() < 0 || c.regen_current_max > c.phase_current_max) {
     return ConfigError::kRequest;
@@ -118,8 +120,8 @@ constexpr bool time_ok(Duration t, std::int32_t max_ms) { return t.ms() > 0 && t
   if (c.motor_derate_start >= c.motor_derate_end || c.inverter_derate_start >= c.inverter_derate_end) {
     return ConfigError::kDerating;
   }
-  if (!time_ok(c.apps_implausible_time, 100) || !time_ok(c.brake_sensor_fail_time, 100) || !time_ok(c.rx_timeout, 50) ||
-      !time_ok(c.ts_request_timeout, 60'000) || !time_ok(c.rtd_sound_time, 3'000) || c.rtd_sound_time.ms() < 1'000) {
+  if (!time_ok(c.apps_implausible_time, 100) || !time_ok(c.brake_sensor_fail_time, 100) ||
+      !time_ok(c.rx_timeout, 50) || !time_ok(c.ts_request_timeout, 60'000) || !time_ok(c.rtd_sound_time, 3'000) || c.rtd_sound_time.ms() < 1'000) {
     return ConfigError::kTimes;
   }
   return ConfigError::kNone;

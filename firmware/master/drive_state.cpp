@@ -27,7 +27,8 @@ Faults find_faults(const Input& input, const DriveStateState& state) {
   f.set(MasterFault::kBmsLost, !input.bms_state.good());
   f.set(MasterFault::kVehicleIoLost, !input.switches.good());
   f.set(MasterFault::kInverterLost, !input.inverter_state.good());
-  f.set(MasterFault::kInverterFault, input.inverter_state.good() && input.inverter_state.value == InverterState::kFault);
+  f.set(MasterFault::kInverterFault,
+        input.inverter_state.good() && input.inverter_state.value == InverterState::kFault);
   f.set(MasterFault::kBmsFault, bms_is(input, BmsState::kFault));
   return f;
 }

@@ -10,7 +10,7 @@ struct InverterCommand {
   bool enable = false;
 };
 
-/// Step of the phase current on the bus: 0.1 A. The current is cut towards zero, so that rounding never passes a ceiling.
+/// Step of the phase current on the bus: 0.1 A. Cut towards zero, so that rounding never passes a ceiling.
 inline constexpr Current kPhaseCurrentStep = Current::from_raw(100);
 
 [[nodiscard]] InverterCommand inverter_command(Current current, DriveState mode, const Sample<InverterState>& inverter);

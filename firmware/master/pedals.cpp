@@ -61,7 +61,8 @@ void pedals_step(const Config& config, const Input& input, PedalState& state) {
   active.set(MasterFault::kAppsImplausible,
              state.apps_disagree.held(a.in_range && !a.agree, input.now, config.apps_implausible_time));
   // MST-004 (T.4.3): a brake sensor that has failed.
-  active.set(MasterFault::kBrakeSensor, state.brake_sensor.held(!brakes_good, input.now, config.brake_sensor_fail_time));
+  active.set(MasterFault::kBrakeSensor,
+             state.brake_sensor.held(!brakes_good, input.now, config.brake_sensor_fail_time));
   // MST-005 (EV.4.7): brake and accelerator together, by the higher of the two sensors.
   active.set(MasterFault::kBrakeAndThrottle, a.in_range && state.brake_pressed && a.high > config.brake_throttle_limit);
 

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The BMS as a member of the bus: frames and time in, sealed frames out.
+#pragma once
+#include "base/can_frame.hpp"
+#include "base/time.hpp"
+#include "bms/config.hpp"
+#include "bms/state.hpp"
+#include "codec/seal.hpp"
+
+namespace voltlap::app {
+
+class BmsNode {
+ public:
+  explicit BmsNode(const bms::Config& config) : config_(config) {}
+
+  /// One step, every 10 ms. `tx` is added to, never cleared.
+  void tick(Instant now, FrameView rx, TxQueue& tx);
+
+  [[nodiscard]] const bms::State& state() const { return state_; }
+  [[nodiscard]] const bms::Output& output() const { return output_; }  ///< of the last tick
+
+ private:
+  bms::Config config_;
+  bms::State state_{};
+  bms::Output output_{};
+  codec::Sealer sealer_{};
+};
+
+}  // namespace voltlap::app

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The master controller as a member of the bus: frames and time in, sealed frames out.
+#pragma once
+#include "base/can_frame.hpp"
+#include "base/time.hpp"
+#include "codec/seal.hpp"
+#include "master/config.hpp"
+#include "master/ingest.hpp"
+#include "master/master_step.hpp"
+
+namespace voltlap::app {
+
+class MasterNode {
+ public:
+  explicit MasterNode(const master::Config& config) : config_(config) {}
+
+  /// One step, every 10 ms. `tx` is added to, never cleared.
+  void tick(Instant now, FrameView rx, TxQueue& tx);
+
+  [[nodiscard]] const master::State& state() const { return state_; }
+  [[nodiscard]] const master::Output& output() const { return output_; }  ///< of the last tick
+
+ private:
+  master::Config config_;
+  master::Receiver receiver_{};
+  master::State state_{};
+  master::Output output_{};
+  codec::Sealer sealer_{};
+};
+
+}  // namespace voltlap::app

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/ingest.hpp"
+
+#include "codec/refresh.hpp"
+
+namespace voltlap::master {
+namespace {
+
+using codec::expire;
+using codec::refresh;
+
+void take_pedals(const Frame& frame, Input& in) {
+  can::Pedals m;
+  if (!decode(frame, m)) return;
+  refresh(in.apps1, m.apps1_ok, Potential::from_raw(m.apps1_100uv), in.now);
+  refresh(in.apps2, m.apps2_ok, Potential::from_raw(m.apps2_100uv), in.now);
+  refresh(in.brake_front, m.brake_front_ok, Pressure::from_raw(m.brake_front_mbar), in.now);
+  refresh(in.brake_rear, m.brake_rear_ok, Pressure::from_raw(m.brake_rear_mbar), in.now);
+}
+
+void take_wheels(const Frame& frame, Input& in) {
+  can::WheelSpeeds m;
+  if (!decode(frame, m)) return;
+  refresh(in.wheel_speed[0], m.front_left_ok, Speed::from_raw(m.front_left_mmps), in.now);
+  refresh(in.wheel_speed[1], m.front_right_ok, Speed::from_raw(m.front_right_mmps), in.now);
+  refresh(in.wheel_speed[2], m.rear_left_ok, Speed::from_raw(m.rear_left_mmps), in.now);
+  refresh(in.wheel_speed[3], m.rear_right_ok, Speed::from_raw(m.rear_right_mmps), in.now);
+}
+
+void take_inverter(const Frame& frame, Input& in) {
+  can::InverterStatus m;
+  if (!decode(frame, m)) return;
+  refresh(in.motor_speed, m.motor_speed_ok, MotorSpeed::from_raw(m.motor_speed_rpm), in.now);
+  refresh(in.dc_link_voltage, m.dc_link_voltage_ok, PackVoltage::from_raw(m.dc_link_voltage_100uv), in.now);
+  refresh(in.inverter_state, true, m.state, in.now);
+}
+
+void take_pack(const Frame& frame, Input& in) {
+  can::PackSensor m;
+  if (!decode(frame, m)) return;
+  refresh(in.pack_current, m.pack_current_ok, Current::from_raw(m.pack_current_ma), in.now);
+  refresh(in.pack_voltage, m.pack_voltage_ok, PackVoltage::from_raw(m.pack_voltage_100uv), in.now);
+}
+
+void take_switches(const Frame& frame, Input& in) {
+  can::VehicleIo m;
+  if (!decode(frame, m)) return;
+  refresh(in.switches, true, Switches{m.shutdown_closed, m.ts_on_button, m.rtd_button, m.reset_button}, in.now);
+}
+
+// A limit without a reason is no limit that a BMS has computed: all-zero data allows nothing.
+void take_limits(const Frame& frame, Input& in) {
+  can::BmsLimits m;
+  if (!decode(frame, m)) return;
+  const bool discharge_ok = m.discharge_limit_ok && m.discharge_reason != can::LimitReason::kNone;
+  const bool charge_ok = m.charge_limit_ok && m.charge_reason != can::LimitReason::kNone;
+  refresh(in.discharge_limit, discharge_ok, Current::from_raw(m.discharge_limit_ma), in.now);
+  refresh(in.charge_limit, charge_ok, Current::from_raw(m.charge_limit_ma), in.now);
+}
+
+void take_bms_status(const Frame& frame, Input& in) {
+  can::BmsStatus m;
+  if (!decode(frame, m)) return;
+  refresh(in.bms_state, m.state != BmsState::kInvalid, m.state, in.now);
+}
+
+void take_temperatures(const Frame& frame, Input& in) {
+  can::MotorTemperatures m;
+  if (!decode(frame, m)) return;
+  refresh(in.motor_temperature, m.motor_ok, Temperature::from_raw(m.motor_dc), in.now);
+  refresh(in.inverter_temperature, m.inverter_ok, Temperature::from_raw(m.inverter_dc), in.now);
+}
+
+void take_frame(const Frame& frame, Input& in) {
+  switch (frame.id) {
+    case can::Pedals::kId: take_pedals(frame, in); break;
+    case can::WheelSpeeds::kId: take_wheels(frame, in); break;
+    case can::InverterStatus::kId: take_inverter(frame, in); break;
+    case can::PackSensor::kId: take_pack(frame, in); break;
+    case can::VehicleIo::kId: take_switches(frame, in); break;
+    case can::BmsLimits::kId: take_limits(frame, in); break;
+    case can::BmsStatus::kId: take_bms_status(frame, in); break;
+    case can::MotorTemperatures::kId: take_temperatures(frame, in); break;
+    default: break;
+  }
+}
+
+void expire_all(Input& in) {
+  expire(in.apps1, can::Pedals::kTimeoutMs, in.now);
+  expire(in.apps2, can::Pedals::kTimeoutMs, in.now);
+  expire(in.brake_front, can::Pedals::kTimeoutMs, in.now);
+  expire(in.brake_rear, can::Pedals::kTimeoutMs, in.now);
+  for (Sample<Speed>& wheel : in.wheel_speed) expire(wheel, can::WheelSpeeds::kTimeoutMs, in.now);
+  expire(in.motor_speed, can::InverterStatus::kTimeoutMs, in.now);
+  expire(in.dc_link_voltage, can::InverterStatus::kTimeoutMs, in.now);
+  expire(in.inverter_state, can::InverterStatus::kTimeoutMs, in.now);
+  expire(in.pack_current, can::PackSensor::kTimeoutMs, in.now);
+  expire(in.pack_voltage, can::PackSensor::kTimeoutMs, in.now);
+  expire(in.switches, can::VehicleIo::kTimeoutMs, in.now);
+  expire(in.discharge_limit, can::BmsLimits::kTimeoutMs, in.now);
+  expire(in.charge_limit, can::BmsLimits::kTimeoutMs, in.now);
+  expire(in.bms_state, can::BmsStatus::kTimeoutMs, in.now);
+  expire(in.motor_temperature, can::MotorTemperatures::kTimeoutMs, in.now);
+  expire(in.inverter_temperature, can::MotorTemperatures::kTimeoutMs, in.now);
+}
+
+}  // namespace
+
+// MST-060: a missing, late, repeated, damaged or impossible frame refreshes nothing.
+void ingest(Instant now, FrameView frames, Receiver& receiver) {
+  receiver.input.now = now;
+  for (const Frame& frame : frames) {
+    if (receiver.rx.receive(frame, now) == codec::RxVerdict::kAccepted) take_frame(frame, receiver.input);
+  }
+  receiver.rx.expire(now);
+  expire_all(receiver.input);
+}
+
+}  // namespace voltlap::master
