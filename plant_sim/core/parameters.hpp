@@ -58,7 +58,8 @@ struct VehicleSection {
 };
 
 struct TyreSection {
-  double radius_m = 0;              ///< [m] 0.05..1, rolling radius under load
+  double radius_m = 0;              ///< [m] 0.05..1, of the slipping tyre in the plant
+  double lap_radius_m = 0;          ///< [m] 0.05..1, rolling radius of the lap solver
   double friction = 0;              ///< [1] 0.1..4, of the lap solver
   double rolling_resistance = 0;    ///< [1] 0..0.2
   double pacejka_b = 0;             ///< [1] 0.1..50

@@ -42,6 +42,7 @@ class ContactorBox {
       c->advance(elapsed_s, section_.close_time_s, section_.open_time_s);
     }
   }
+  [[nodiscard]] bool main_closed() const { return air_plus.closed() && air_minus.closed(); }
   /// Conductance [S] from the pack's terminals to the DC link; 0 when the path is open.
   [[nodiscard]] double conductance() const {
     if (!air_minus.closed()) return 0.0;

@@ -31,7 +31,9 @@ void Car::step(double brake_pedal) {
   const double omega_mean = vehicle_.rear_omega_mean() * parameters_.powertrain.final_drive;
   const double motor_w = motor_power(parameters_.motor, current, omega_mean);
   const double inverter_w = inverter.dc_power(motor_w);
-  const double low_voltage_w = dc_voltage >= parameters_.inverter.dc_voltage_min_v ? parameters_.low_voltage.power_w : 0.0;
+  // The DC/DC converter starts behind the main contactors: the precharge resistor could not feed it.
+  const bool low_voltage_on = contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
+  const double low_voltage_w = low_voltage_on ? parameters_.low_voltage.power_w : 0.0;
   const PackThevenin source = pack_.thevenin();
   const DcLinkStep link = dc_link_.advance(source.voltage_v, source.resistance_ohm, contactors.conductance(),
                                            inverter_w + low_voltage_w, step_s_);

@@ -22,11 +22,11 @@ class Particle {
  public:
   explicit Particle(const VehicleParameters& car)
       : car_(car),
-        effective_mass_(total_mass(car) + car.powertrain.driveline_inertia_kg_m2 / (car.tyres.radius_m * car.tyres.radius_m)),
-        wheel_per_motor_(car.powertrain.final_drive / car.tyres.radius_m),
+        effective_mass_(total_mass(car) + car.powertrain.driveline_inertia_kg_m2 / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
+        wheel_per_motor_(car.powertrain.final_drive / car.tyres.lap_radius_m),
         rolling_(car.tyres.rolling_resistance * total_mass(car) * car.environment.gravity_mps2) {
     const BrakeTorques full = brake_torques(car.brakes, 1.0);
-    brake_force_ = (full.front_nm + full.rear_nm) / car.tyres.radius_m;
+    brake_force_ = (full.front_nm + full.rear_nm) / car.tyres.lap_radius_m;
     const auto& rpm = car.motor.curve_speed_rpm;
     const auto& torque = car.motor.curve_torque_nm;
     const double top = rpm.back();
