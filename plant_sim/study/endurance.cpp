@@ -19,6 +19,7 @@ constexpr double kTick_s = can::kTickMs * 1e-3;
 constexpr std::uint32_t kTicksPerSample = 10;
 constexpr double kJoulesPerKwh = 3.6e6;
 constexpr double kTsButton_s = 0.5;        // after power-on: every ECU has heard every sensor
+constexpr double kReadyButton_s = 2.0;      // after the contactors closed: the limits have risen
 constexpr double kReadyTimeout_s = 20.0;   // longest start-up before the run counts as failed
 constexpr double kAssertionRest_s = 10.0;  // after the start and after a seam of the tiled trace
 constexpr double kStall_s = 30.0;          // without a metre of progress
@@ -95,8 +96,9 @@ class Run {
     const bool active = commands_.bms().state == can::BmsState::kTsActive;
     switches_.shutdown_closed = true;
     switches_.ts_on = !active && tick_ * kTick_s >= kTsButton_s;
-    switches_.ready_to_drive = active;
-    pedals_ = {0.0, active ? 1.0 : 0.0};
+    active_s_ = active ? active_s_ + kTick_s : 0.0;
+    switches_.ready_to_drive = active_s_ >= kReadyButton_s;
+    pedals_ = {0.0, 1.0};
     for (int i = 0; i < options_.steps_per_tick; ++i) car_.step(pedals_.brake);
   }
 
@@ -307,7 +309,7 @@ class Run {
   std::uint32_t tick_ = 0, ready_tick_ = 0;
   bool ready_ = false, over_ = false;
   double initial_soc_ = 0.0, end_time_s_ = 0.0, end_of_drive_s_ = -1.0, target_mps_ = 0.0;
-  double lap_energy_j_ = 0.0, start_energy_j_ = 0.0, lap_start_s_ = 0.0, progress_m_ = 0.0, progress_s_ = 0.0;
+  double lap_energy_j_ = 0.0, start_energy_j_ = 0.0, lap_start_s_ = 0.0, progress_m_ = 0.0, progress_s_ = 0.0, active_s_ = 0.0;
 };
 
 }  // namespace
