@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A pack on a bench: sends the frames of plant and master to the BMS tick by tick, every one of them adjustable.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <functional>

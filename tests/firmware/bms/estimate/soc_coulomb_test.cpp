@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/estimate/soc_coulomb.hpp"
+
+#include <cmath>
+
+#include "bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::bms;
+using namespace voltlap::bms::test;
+
+TEST_GROUP(SocCoulomb) {
+  Config config = pack_config();
+  SocEstimate soc{};
+  Sample<CellVoltage> cells[kMaxCells] = {};
+  bool cells_good = true;
+
+  void setup() override { all_cells(39'000); }
+  void all_cells(std::int32_t v) {
+    for (std::size_t i = 0; i < config.cells_in_series; ++i) {
+      cells[i] = Sample<CellVoltage>{CellVoltage::from_raw(v), Instant{}, Quality::kGood};
+    }
+  }
+  void at(std::uint32_t ms, Current i, Quality quality = Quality::kGood) {
+    soc_coulomb(config, SocInput{cells, cells_good, Sample<Current>{i, Instant::from_ms(ms), quality}}, soc);
+  }
+};
+
+TEST(SocCoulomb, StartsAtTheMeanOfTheCellsOpenCircuitVoltages) {
+  cells[0].value = CellVoltage::from_raw(36'000);  // 50 %, the others 75 %
+  at(0, Current{});
+  CHECK(soc.valid);
+  LONGS_EQUAL((23 * 750'000 + 500'000) / 24, soc.value.raw());
+}
+
+TEST(SocCoulomb, DoesNotStartUnderLoadOrWithACellMissing) {
+  at(0, amps(1) + Current::from_raw(1));
+  CHECK_FALSE(soc.valid);
+  at(10, -amps(1) - Current::from_raw(1));
+  CHECK_FALSE(soc.valid);
+  cells_good = false;
+  at(20, Current{});
+  CHECK_FALSE(soc.valid);
+  cells_good = true;
+  at(30, Current{}, Quality::kStale);
+  CHECK_FALSE(soc.valid);
+  at(40, amps(1));
+  CHECK(soc.valid);
+}
+
+TEST(SocCoulomb, OneHourAtOneTenthOfTheCapacityTakesTenPoints) {
+  at(0, Current{});
+  at(10, amps(1));
+  for (std::uint32_t t = 20; t <= 3'600'010; t += 10) at(t, amps(1));
+  LONGS_EQUAL(650'000, soc.value.raw());
+}
+
+TEST(SocCoulomb, ChargingRaisesItAndTheEndsAreHeld) {
+  all_cells(41'990);
+  at(0, Current{});
+  at(10, amps(-400));
+  at(10'000, amps(-400));
+  LONGS_EQUAL(1'000'000, soc.value.raw());
+  at(200'000, amps(400));
+  at(400'000, amps(400));
+  LONGS_EQUAL(0, soc.value.raw());
+}
+
+TEST(SocCoulomb, LostCurrentIsBridgedByTheTrapezoid) {
+  at(0, Current{});
+  at(10, amps(100));
+  SocEstimate without = soc;
+  for (std::uint32_t t = 20; t < 410; t += 10) at(t, amps(100), Quality::kStale);
+  at(410, amps(100));
+  const SocEstimate bridged = soc;
+  soc = without;
+  for (std::uint32_t t = 20; t <= 410; t += 10) at(t, amps(100));
+  CHECK(soc.charge == bridged.charge);
+}
+
+TEST(SocCoulomb, RepeatedAndEarlierSamplesCountOnce) {
+  at(0, Current{});
+  at(10, amps(100));
+  const std::int64_t charge = soc.charge;
+  at(10, amps(100));
+  at(5, amps(100));
+  CHECK(soc.charge == charge);
+}
+
+// BMS-003
+TEST(SocCoulomb, StaysWithinHalfAPointOverAnEndurance) {
+  all_cells(41'400);  // 95 %
+  at(0, Current{});
+  double true_mah = 9'500.0;
+  double worst_points = 0;
+  const auto current_a = [](double t_s) { return 14.0 + 60.0 * std::sin(0.9 * t_s) * std::sin(0.13 * t_s) + 0.0003; };
+  for (std::uint32_t t = 10; t <= 2'100'000; t += 10) {
+    for (int sub = 0; sub < 10; ++sub) true_mah -= current_a((t - 10 + sub + 0.5) / 1000.0) / 3600.0;
+    at(t, amps(current_a(t / 1000.0)));
+    worst_points = std::max(worst_points, std::fabs(soc.value.raw() / 1e4 - true_mah / 100.0));
+  }
+  std::printf("BMS-003: worst error %.4f points in 2100 s (bound 0.5)\n", worst_points);
+  CHECK(worst_points < 0.5);
+  CHECK_TEXT(worst_points < 0.01, "an integer sum has no reason to be off by more");
+}

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/ingest.hpp"
+
+#include "bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::bms;
+using namespace voltlap::bms::test;
+
+TEST_GROUP(Ingest) {
+  Bench bench;
+  void setup() override { bench.idle(); }
+};
+
+TEST(Ingest, EverythingSentArrivesInItsUnit) {
+  bench.current(amps(12.345));
+  bench.cell_100uv[10] = 38'765;
+  bench.temperature_dc[4] = 287;
+  bench.run(200);
+  LONGS_EQUAL(12'345, bench.state.measured.current.value.raw());
+  LONGS_EQUAL(38'765, bench.state.measured.cell[10].value.raw());
+  LONGS_EQUAL(287, bench.state.measured.temperature[4].value.raw());
+  CHECK(bench.state.pack.cells_good && bench.state.pack.temperatures_good);
+}
+
+// BMS-001
+TEST(Ingest, ReadingOutsideOfThePlausibleRangeIsInvalidAndChangesNothing) {
+  const std::int32_t kBad[] = {0, 1, 4'998, 4'999, 50'001, 50'002, 65'000};
+  for (std::int32_t v : kBad) {
+    bench.cell_100uv[5] = v;
+    bench.run(30);
+    CHECK(bench.state.measured.cell[5].quality == Quality::kInvalid);
+    LONGS_EQUAL(39'000, bench.state.measured.cell[5].value.raw());
+  }
+  for (std::int32_t v : {5'000, 5'001, 49'999, 50'000}) {
+    bench.cell_100uv[5] = v;
+    bench.run(30);
+    LONGS_EQUAL(v, bench.state.measured.cell[5].value.raw());
+  }
+}
+
+TEST(Ingest, ErrorCodeOnTheWireBecomesNoValue) {
+  bench.pack.pack_current_ok = false;
+  bench.tick();
+  CHECK(bench.state.measured.current.quality == Quality::kInvalid);
+}
+
+TEST(Ingest, SilentMessageIsStaleAtItsTimeout) {
+  bench.silent.insert(can::PackSensor::kId);
+  const std::int32_t took =
+      bench.until([&](const Output&) { return bench.state.measured.current.quality == Quality::kStale; }, 1000);
+  expect_time("BMS-001 silent", took, can::PackSensor::kTimeoutMs - 10, can::PackSensor::kTimeoutMs);
+}
+
+TEST(Ingest, DamagedFrameRefreshesNothing) {
+  bench.tamper = [](Frame& f) {
+    if (f.id == can::PackSensor::kId) f.data[7] ^= 0x01U;
+  };
+  bench.current(amps(50));
+  bench.run(40);
+  LONGS_EQUAL(0, bench.state.measured.current.value.raw());
+  bench.run(20);
+  CHECK(bench.state.measured.current.quality == Quality::kStale);
+}
+
+TEST(Ingest, RepeatedFrameRefreshesNothing) {
+  Frame stuck{};
+  bench.tamper = [&](Frame& f) {
+    if (f.id != can::PackSensor::kId) return;
+    if (stuck.dlc == 0) stuck = f;
+    f = stuck;
+  };
+  bench.run(70);
+  CHECK(bench.state.measured.current.quality == Quality::kStale);
+}
+
+TEST(Ingest, FrameOfWrongLengthOrOfNobodyIsIgnored) {
+  bench.tamper = [](Frame& f) {
+    if (f.id == can::PackSensor::kId) f.dlc = 7;
+    if (f.id == can::VehicleIo::kId) f.id = 0x123;
+  };
+  bench.run(60);
+  CHECK(bench.state.measured.current.quality == Quality::kStale);
+  CHECK(bench.state.measured.io.quality == Quality::kStale);
+}
+
+TEST(Ingest, TwoLostFramesAreForgivenAndTheValueIsTakenAgain) {
+  bench.silent.insert(can::PackSensor::kId);
+  bench.run(20);
+  bench.silent.clear();
+  bench.current(amps(7));
+  bench.tick();
+  LONGS_EQUAL(7'000, bench.state.measured.current.value.raw());
+}
+
+TEST(Ingest, CellKeepsTheCurrentOfTheStepInWhichItWasMeasured) {
+  bench.current(amps(40));
+  bench.run(30);
+  bench.silent.insert(0x200);
+  bench.current(amps(90));
+  bench.run(30);
+  LONGS_EQUAL(40'000, bench.state.measured.cell_current[0].raw());
+  LONGS_EQUAL(90'000, bench.state.measured.cell_current[3].raw());
+}
+
+TEST(Ingest, CellsBeyondTheLastOneAreNotExpected) {
+  Config config = pack_config();
+  config.cells_in_series = 23;  // the last frame carries one position that is invalid
+  Bench odd(config);
+  odd.idle();
+  CHECK(odd.state.pack.cells_good);
+  CHECK(odd.out.state == can::BmsState::kIdle);
+}
+
+TEST(Ingest, HundredAndFortyFourCellsComeInWithinTheirTimeout) {
+  Config config = pack_config();
+  config.cells_in_series = 144;
+  config.temperature_sensors = 36;
+  Bench big(config);
+  big.idle();
+  CHECK(big.state.pack.cells_good);
+  big.run(3000);
+  LONGS_EQUAL(0, big.out.faults);
+}

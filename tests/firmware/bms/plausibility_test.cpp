@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/plausibility.hpp"
+
+#include "bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::bms;
+using namespace voltlap::bms::test;
+
+TEST_GROUP(Plausibility) {
+  Config config = pack_config();
+  Measured measured{};
+  Pack pack{};
+  const Instant start = Instant::from_ms(100);
+
+  void setup() override {
+    for (std::size_t i = 0; i < config.cells_in_series; ++i) cell(i, 39'000);
+    for (std::size_t i = 0; i < config.temperature_sensors; ++i) {
+      measured.temperature[i] = Sample<Temperature>{Temperature::from_raw(250), Instant::from_ms(1000), Quality::kGood};
+    }
+    measured.current.quality = Quality::kGood;
+  }
+  void cell(std::size_t i, std::int32_t v) {
+    measured.cell[i] = Sample<CellVoltage>{CellVoltage::from_raw(v), Instant::from_ms(1000), Quality::kGood};
+  }
+  void summary() { summarise(config, measured, start, pack); }
+};
+
+TEST(Plausibility, FindsExtremesSumAndWeakestCell) {
+  cell(5, 38'000);
+  cell(6, 40'000);
+  measured.temperature[3].value = Temperature::from_raw(310);
+  summary();
+  LONGS_EQUAL(38'000, pack.cell_min.raw());
+  LONGS_EQUAL(40'000, pack.cell_max.raw());
+  LONGS_EQUAL(5, pack.weakest_cell);
+  LONGS_EQUAL(24 * 39'000, pack.cell_sum.raw());
+  LONGS_EQUAL(310, pack.temperature_max.raw());
+  LONGS_EQUAL(250, pack.temperature_min.raw());
+  CHECK(pack.complete_once);
+}
+
+TEST(Plausibility, OneCellThatIsNotGoodMakesTheSetIncomplete) {
+  for (Quality quality : {Quality::kNone, Quality::kInvalid, Quality::kStale}) {
+    measured.cell[23].quality = quality;
+    pack = Pack{};
+    summary();
+    CHECK_FALSE(pack.cells_good);
+    CHECK_FALSE(pack.complete_once);
+  }
+}
+
+TEST(Plausibility, SampleThatNeverCameHasWaitedSinceTheStart) {
+  measured.cell[2] = Sample<CellVoltage>{};
+  measured.temperature[1] = Sample<Temperature>{};
+  summary();
+  LONGS_EQUAL(100, pack.oldest_cell.ms());
+  LONGS_EQUAL(100, pack.oldest_temperature.ms());
+}
+
+TEST(Plausibility, NothingGoodLeavesNoWeakestCell) {
+  measured = Measured{};
+  summary();
+  LONGS_EQUAL(kNoCell, pack.weakest_cell);
+  LONGS_EQUAL(kNoCell, pack.hottest_sensor);
+}
+
+TEST(Plausibility, MismatchIsTriedAFewLsbOnBothSides) {
+  pack.cell_sum = PackVoltage::from_raw(950'000);
+  for (std::int32_t lsb : {-2, -1, 0, 1, 2}) {
+    measured.pack_voltage.value = PackVoltage::from_raw(1'000'000 + lsb);  // 5 % are 50'000
+    CHECK_EQUAL(lsb > 0, voltages_disagree(config, measured, pack));
+  }
+}
