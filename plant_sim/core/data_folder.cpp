@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/errors.hpp"
+#include "core/parameter_file.hpp"
+#include "core/parameter_table.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* extension_of(const std::string& kind) { return kind == "tracks" ? ".csv" : ".toml"; }
+
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !fs::is_directory(path, ignored);
+}
+
+}  // namespace
+
+std::vector<std::string> DataFolder::names(const std::string& kind) const {
+  std::error_code error;
+  fs::directory_iterator entries(fs::path(root_) / kind, error);
+  if (error) {
+    throw InputError(fmt::format("{}/{}: this folder of the project cannot be read ({}). The program looks for its data "
+                                 "where it was built: run ./voltlap build again if the project has moved.",
+                                 root_, kind, error.message()));
+  }
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : entries) {
+    if (entry.path().extension() == extension_of(kind)) names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string DataFolder::find(const std::string& kind, const std::string& name, const std::string& beside) const {
+  const fs::path own = fs::path(root_) / kind / (name + extension_of(kind));
+  if (name.find('/') == std::string::npos && is_file(own)) return own.string();
+  if (!beside.empty() && is_file(fs::path(beside) / name)) return (fs::path(beside) / name).string();
+  if (is_file(name)) return name;
+  const std::vector<std::string> known = names(kind);
+  const std::string one = kind.substr(0, kind.size() - 1);
+  throw InputError(fmt::format("{} \"{}\": there is no {} of this name, nor a file at this path. Known: {}. Did you mean "
+                               "{}? A path must lead to an existing {} file.",
+                               one, name, one, fmt::join(known, ", "), nearest_of(name, known), extension_of(kind)));
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parameter_check.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Values = std::vector<double>;
+
+class Check {
+ public:
+  explicit Check(const LoadedVehicle& vehicle) : origin_(vehicle.origin) {}
+
+  void increasing(const std::string& key, const Values& values, bool strictly = true) const {
+    for (std::size_t i = 1; i < values.size(); ++i) {
+      if (strictly ? values[i] > values[i - 1] : values[i] >= values[i - 1]) continue;
+      throw InputError(place(key), fmt::format("{} after {}", values[i], values[i - 1]),
+                       strictly ? "each value greater than the one before" : "no value less than the one before",
+                       "Put the points in order");
+    }
+  }
+
+  void length(const std::string& key, const Values& values, std::size_t expected, const std::string& because) const {
+    if (values.size() == expected) return;
+    throw InputError(place(key), fmt::format("{} values", values.size()),
+                     fmt::format("{}, {}", expected, because), "Give one value for every point");
+  }
+
+  void that(bool ok, const std::string& key, const std::string& found, const std::string& expected,
+            const std::string& what_to_do) const {
+    if (!ok) throw InputError(place(key), found, expected, what_to_do);
+  }
+
+ private:
+  [[nodiscard]] std::string place(const std::string& key) const {
+    const auto known = origin_.find(key);
+    return known == origin_.end() ? key : fmt::format("{}, {}", known->second, key);
+  }
+  const std::map<std::string, std::string>& origin_;
+};
+
+void check_ocv(const Check& check, const CellParameters& cell) {
+  check.that(cell.ocv_polynomial_v.empty() != cell.ocv_soc.empty(),
+             cell.ocv_polynomial_v.empty() ? "cell.ocv.soc" : "cell.ocv.polynomial_v",
+             cell.ocv_soc.empty() ? "no open-circuit voltage" : "two open-circuit voltages",
+             "either ocv.polynomial_v, or ocv.soc with ocv.voltage_v", "Keep one form in the [ocv] section");
+  if (!cell.ocv_soc.empty()) {
+    check.increasing("cell.ocv.soc", cell.ocv_soc);
+    check.length("cell.ocv.voltage_v", cell.ocv_v, cell.ocv_soc.size(), "as many as ocv.soc");
+    check.increasing("cell.ocv.voltage_v", cell.ocv_v, false);
+  }
+}
+
+void check_maps(const Check& check, const CellParameters& cell) {
+  const std::size_t points = cell.soc_breakpoints.size();
+  const std::size_t table = points * cell.temperature_breakpoints_c.size() * cell.current_breakpoints_a.size();
+  const std::pair<const char*, const CellParameterMap*> maps[] = {
+      {"r0", &cell.r0_ohm}, {"r1", &cell.r1_ohm}, {"r2", &cell.r2_ohm}, {"tau1", &cell.tau1_s}, {"tau2", &cell.tau2_s}};
+  for (const auto& [name, map] : maps) {
+    const std::string section = std::string("cell.") + name;
+    check.that(map->value.empty() != map->table.empty(), section + (map->value.empty() ? ".table" : ".value"),
+               map->table.empty() ? "no values" : "both value and table",
+               fmt::format("either {}.value or {}.table", name, name), "Keep one of the two");
+    if (map->table.empty()) {
+      check.length(section + ".value", map->value, points, "one for each point of breakpoints.soc");
+    } else {
+      check.length(section + ".table", map->table, table, "SOC points times temperatures times currents");
+    }
+  }
+}
+
+void check_cell(const Check& check, const CellParameters& cell) {
+  check.increasing("cell.breakpoints.soc", cell.soc_breakpoints);
+  check.increasing("cell.breakpoints.temperature_c", cell.temperature_breakpoints_c);
+  check.increasing("cell.breakpoints.current_a", cell.current_breakpoints_a);
+  check.that(cell.soc_breakpoints.size() >= 2, "cell.breakpoints.soc",
+             fmt::format("{} points", cell.soc_breakpoints.size()), "at least 2", "Add points");
+  check.that(cell.voltage_min_v < cell.voltage_max_v, "cell.voltage_min_v", fmt::format("{} V", cell.voltage_min_v),
+             fmt::format("less than voltage_max_v, {} V", cell.voltage_max_v), "Change one of the two");
+  check_ocv(check, cell);
+  check_maps(check, cell);
+}
+
+}  // namespace
+
+void check_consistency(const LoadedVehicle& vehicle) {
+  const Check check(vehicle);
+  const VehicleParameters& p = vehicle.parameters;
+  check_cell(check, p.cell);
+  check.that(p.powertrain.kind == "electric" || p.powertrain.kind == "none", "powertrain.kind",
+             '"' + p.powertrain.kind + '"', "\"electric\" or \"none\"", "Choose one of the two");
+  check.increasing("motor.curve_speed_rpm", p.motor.curve_speed_rpm);
+  check.that(p.motor.curve_speed_rpm.size() >= 2, "motor.curve_speed_rpm",
+             fmt::format("{} points", p.motor.curve_speed_rpm.size()), "at least 2", "Add points to the torque curve");
+  check.length("motor.curve_torque_nm", p.motor.curve_torque_nm, p.motor.curve_speed_rpm.size(),
+               "as many as motor.curve_speed_rpm");
+}
+
+}  // namespace voltlap::plant

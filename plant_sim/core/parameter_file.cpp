@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parameter_file.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+
+#include "core/errors.hpp"
+#include "core/parameter_check.hpp"
+#include "core/parameter_table.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Rank { kCellFile, kVehicle, kSetting };
+
+/// One `key = value`, from wherever it came.
+struct Assignment {
+  std::shared_ptr<toml::node> value;
+  std::string place;  ///< "file:line" or "--set key"
+  Rank rank;
+};
+using Assignments = std::map<std::string, Assignment>;
+
+constexpr std::string_view kCellsPrefix = "battery.cells.";
+constexpr int kBaseDepthMax = 8;
+
+std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
+
+/// The path as a person at the prompt would write it.
+std::string shown(const std::string& path) {
+  std::error_code ignored;
+  const std::string near = fs::proximate(path, ignored).string();
+  return near.empty() || near.size() > path.size() ? path : near;
+}
+
+std::string found_text(const toml::node& node) {
+  std::ostringstream out;
+  node.visit([&](const auto& value) { out << value; });
+  std::string text = out.str();
+  constexpr std::size_t kShown = 60;
+  return text.size() > kShown ? text.substr(0, kShown) + " ..." : text;
+}
+
+struct CellKey {
+  std::size_t cell;  ///< from 0
+  const CellVariationRow* row;
+};
+
+/// battery.cells.<n>.<field>
+std::optional<CellKey> parse_cell_key(std::string_view key) {
+  if (!key.starts_with(kCellsPrefix)) return std::nullopt;
+  key.remove_prefix(kCellsPrefix.size());
+  const std::size_t dot = key.find('.');
+  if (dot == 0 || dot == std::string_view::npos || dot > 3) return std::nullopt;
+  std::size_t number = 0;
+  for (const char c : key.substr(0, dot)) {
+    if (c < '0' || c > '9') return std::nullopt;
+    number = number * 10 + static_cast<std::size_t>(c - '0');
+  }
+  for (const CellVariationRow& row : cell_variation_rows()) {
+    if (row.field == key.substr(dot + 1) && number >= 1) return CellKey{number - 1, &row};
+  }
+  return std::nullopt;
+}
+
+void put(Assignments& into, const std::string& key, Assignment assignment) {
+  if (find_parameter(key) == nullptr && !parse_cell_key(key)) {
+    throw InputError(fmt::format("{}: the key \"{}\" is not known. The nearest known key is \"{}\". "
+                                 "`voltlap list keys` shows them all.",
+                                 assignment.place, key, nearest_key(key)));
+  }
+  into.insert_or_assign(key, std::move(assignment));
+}
+
+void flatten(const toml::table& table, const std::string& prefix, const std::string& file, Rank rank,
+             Assignments& into) {
+  for (const auto& [name, node] : table) {
+    const std::string key = prefix + std::string(name.str());
+    if (const toml::table* section = node.as_table()) {
+      flatten(*section, key + ".", file, rank, into);
+    } else {
+      std::shared_ptr<toml::node> value;
+      node.visit([&](const auto& v) { value = std::make_shared<std::decay_t<decltype(v)>>(v); });
+      put(into, key, {value, fmt::format("{}:{}", file, node.source().begin.line), rank});
+    }
+  }
+}
+
+toml::table parse_file(const std::string& path) {
+  try {
+    return toml::parse_file(path);
+  } catch (const toml::parse_error& error) {
+    const auto line = error.source().begin.line;
+    throw InputError(fmt::format("{}{}: this is not valid TOML: {}. Expected lines of the form key = value under "
+                                 "[section] headings.",
+                                 shown(path), line != 0 ? fmt::format(":{}", line) : "", error.description()));
+  }
+}
+
+/// The file's own words, which are no keys of the parameter table.
+std::string take_word(toml::table& table, const std::string& name, const std::string& file) {
+  const toml::node* node = table.get(name);
+  if (node == nullptr) return {};
+  const auto word = node->value<std::string>();
+  if (!word) {
+    throw InputError(fmt::format("{}:{}, {}", file, node->source().begin.line, name), found_text(*node),
+                     "a word in quotes", "Put it in quotes");
+  }
+  table.erase(name);
+  return *word;
+}
+
+void read_vehicle(const DataFolder& data, const std::string& path, int depth, Assignments& into, std::string& name) {
+  if (depth > kBaseDepthMax) {
+    throw InputError(fmt::format("{}: more than {} vehicles are built on each other by `base`. Is there a circle? "
+                                 "Remove one `base` line.",
+                                 shown(path), kBaseDepthMax));
+  }
+  toml::table table = parse_file(path);
+  const std::string base = take_word(table, "base", shown(path));
+  if (!base.empty()) read_vehicle(data, data.find("vehicles", base, folder_of(path)), depth + 1, into, name);
+  name = take_word(table, "name", shown(path));
+  if (name.empty()) name = fs::path(path).stem().string();
+  flatten(table, "", shown(path), Rank::kVehicle, into);
+}
+
+/// `key=value`; what is not a TOML value is taken as a word, so that battery.cell=leaf needs no quotes.
+void read_setting(const std::string& setting, Assignments& into) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == setting.size()) {
+    throw InputError("--set " + setting, "no key=value", "for instance --set vehicle.mass_kg=219",
+                     "Write the key, an equals sign and the value, without spaces");
+  }
+  const std::string key = setting.substr(0, equals), text = setting.substr(equals + 1);
+  std::shared_ptr<toml::node> value;
+  try {
+    toml::table parsed = toml::parse("value = " + text);
+    parsed.get("value")->visit([&](auto& v) { value = std::make_shared<std::decay_t<decltype(v)>>(std::move(v)); });
+  } catch (const toml::parse_error&) {
+    value = std::make_shared<toml::value<std::string>>(text);
+  }
+  put(into, key, {value, "--set " + key, Rank::kSetting});
+}
+
+void read_cell_file(const std::string& path, Assignments& into) {
+  Assignments cell;
+  flatten(parse_file(path), "cell.", shown(path), Rank::kCellFile, cell);
+  into.merge(cell);  // keeps what a vehicle file or --set gave already
+}
+
+std::optional<double> number_of(const toml::node& node) {
+  if (!node.is_number()) return std::nullopt;
+  return node.value<double>();
+}
+
+class Store {
+ public:
+  Store(VehicleParameters& into, const ParameterRow& row, const Assignment& from)
+      : into_(into), row_(row), node_(*from.value), place_(fmt::format("{}, {}", from.place, row.key)) {}
+
+  void operator()(double& (*access)(VehicleParameters&)) const { access(into_) = number_in_range(node_); }
+  void operator()(int& (*access)(VehicleParameters&)) const {
+    if (!node_.is_integer()) wrong(node_);
+    access(into_) = static_cast<int>(number_in_range(node_));
+  }
+  void operator()(bool& (*access)(VehicleParameters&)) const {
+    if (!node_.is_boolean()) wrong(node_);
+    access(into_) = *node_.value<bool>();
+  }
+  void operator()(std::string& (*access)(VehicleParameters&)) const {
+    if (!node_.is_string()) wrong(node_);
+    access(into_) = *node_.value<std::string>();
+  }
+  void operator()(std::vector<double>& (*access)(VehicleParameters&)) const {
+    if (!node_.is_array()) wrong(node_);
+    std::vector<double>& list = access(into_);
+    list.clear();
+    append(*node_.as_array(), list);
+  }
+
+ private:
+  void append(const toml::array& array, std::vector<double>& list) const {
+    for (const toml::node& element : array) {
+      if (const toml::array* inner = element.as_array()) append(*inner, list);
+      else list.push_back(number_in_range(element));
+    }
+  }
+  [[nodiscard]] double number_in_range(const toml::node& node) const {
+    const std::optional<double> number = number_of(node);
+    if (!number || !(*number >= row_.low && *number <= row_.high)) wrong(node);
+    return *number;
+  }
+  [[noreturn]] void wrong(const toml::node& node) const {
+    throw InputError(place_, found_text(node), expectation(row_), "Correct the value");
+  }
+
+  VehicleParameters& into_;
+  const ParameterRow& row_;
+  const toml::node& node_;
+  std::string place_;
+};
+
+void store_cell_variations(const Assignments& given, VehicleParameters& into) {
+  for (const auto& [key, assignment] : given) {
+    const auto parsed = parse_cell_key(key);
+    if (!parsed) continue;
+    const std::string place = fmt::format("{}, {}", assignment.place, key);
+    const auto cells = static_cast<std::size_t>(into.battery.cells_in_series);
+    if (parsed->cell >= cells) {
+      throw InputError(place, fmt::format("cell {}", parsed->cell + 1), fmt::format("a cell from 1 to {}", cells),
+                       "Name a cell that the pack has");
+    }
+    const auto& row = *parsed->row;
+    const auto number = number_of(*assignment.value);
+    if (!number || !(*number >= row.low && *number <= row.high)) {
+      throw InputError(place, found_text(*assignment.value), fmt::format("a number from {} to {}", row.low, row.high),
+                       "Correct the value");
+    }
+    if (into.battery.cells.size() <= parsed->cell) into.battery.cells.resize(parsed->cell + 1);
+    into.battery.cells[parsed->cell].*row.value = *number;
+  }
+}
+
+/// battery.<field> and cell.<field> are one number: the one of higher rank holds, on a tie the battery's.
+void unify(const Assignments& given, const std::string& field, double& battery, double& cell) {
+  const auto of_battery = given.find("battery." + field), of_cell = given.find("cell." + field);
+  const bool battery_holds =
+      of_battery != given.end() && (of_cell == given.end() || of_battery->second.rank >= of_cell->second.rank);
+  (battery_holds ? cell : battery) = battery_holds ? battery : cell;
+}
+
+void require_all(const Assignments& given, const std::string& vehicle, const std::string& cell) {
+  for (const ParameterRow& row : parameter_rows()) {
+    if (row.presence == Presence::kOptional || given.contains(std::string(row.key))) continue;
+    throw InputError(row.key.starts_with("cell.") ? cell : vehicle, fmt::format("no {}", row.key), expectation(row),
+                     fmt::format("Add a line for it ({}), or start from another file with base = \"vtm16e\"",
+                                 row.description));
+  }
+}
+
+}  // namespace
+
+LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_path,
+                           const std::vector<std::string>& settings) {
+  LoadedVehicle out;
+  Assignments given;
+  const std::string path = data.find("vehicles", name_or_path);
+  read_vehicle(data, path, 0, given, out.parameters.name);
+  for (const std::string& setting : settings) read_setting(setting, given);
+
+  std::string cell_path = "the cell file";
+  if (const auto named = given.find("battery.cell"); named != given.end() && named->second.value->is_string()) {
+    cell_path = data.find("cells", *named->second.value->value<std::string>(), folder_of(path));
+    read_cell_file(cell_path, given);
+  }
+  require_all(given, shown(path), shown(cell_path));
+  for (const ParameterRow& row : parameter_rows()) {
+    const auto assignment = given.find(std::string(row.key));
+    if (assignment != given.end()) std::visit(Store(out.parameters, row, assignment->second), row.access);
+  }
+  store_cell_variations(given, out.parameters);
+  VehicleParameters& p = out.parameters;
+  unify(given, "capacity_ah", p.battery.capacity_ah, p.cell.capacity_ah);
+  unify(given, "convection_w_per_m2_k", p.battery.convection_w_per_m2_k, p.cell.convection_w_per_m2_k);
+  if (p.cell.name.empty()) p.cell.name = fs::path(cell_path).stem().string();
+
+  for (const auto& [key, assignment] : given) out.origin.emplace(key, assignment.place);
+  check_consistency(out);
+  return out;
+}
+
+}  // namespace voltlap::plant

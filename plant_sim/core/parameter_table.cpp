@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parameter_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace voltlap::plant {
+namespace {
+
+/// Levenshtein distance: fewest insertions, removals and replacements of a letter.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string list_text(const std::vector<double>& values) { return fmt::format("[{}]", fmt::join(values, ", ")); }
+
+template <class Value>
+std::string toml_text(const Value& value) {
+  if constexpr (std::is_same_v<Value, std::string>) return '"' + value + '"';
+  else if constexpr (std::is_same_v<Value, std::vector<double>>) return list_text(value);
+  else return fmt::format("{}", value);
+}
+
+}  // namespace
+
+const ParameterRow* find_parameter(std::string_view key) {
+  const auto rows = parameter_rows();
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const ParameterRow& row) { return row.key == key; });
+  return found == rows.end() ? nullptr : &*found;
+}
+
+std::string nearest_of(std::string_view word, const std::vector<std::string>& candidates) {
+  const auto nearer = [&](const std::string& a, const std::string& b) {
+    return edit_distance(word, a) < edit_distance(word, b);
+  };
+  const auto best = std::min_element(candidates.begin(), candidates.end(), nearer);
+  return best == candidates.end() ? std::string() : *best;
+}
+
+std::string nearest_key(std::string_view key) {
+  std::vector<std::string> candidates;
+  for (const ParameterRow& row : parameter_rows()) candidates.emplace_back(row.key);
+  for (const CellVariationRow& row : cell_variation_rows()) {
+    candidates.push_back(fmt::format("battery.cells.<n>.{}", row.field));
+  }
+  return nearest_of(key, candidates);
+}
+
+std::string expectation(const ParameterRow& row) {
+  const std::string range = row.unit == "1" ? fmt::format("from {} to {}", row.low, row.high)
+                                            : fmt::format("in {} from {} to {}", row.unit, row.low, row.high);
+  constexpr std::size_t kInt = 1, kBool = 2, kString = 3, kList = 4;
+  switch (row.access.index()) {
+    case kInt: return "a whole number " + range;
+    case kBool: return "true or false";
+    case kString: return fmt::format("a word in quotes ({})", row.description);
+    case kList: return fmt::format("a list of numbers {}", range);
+    default: return "a number " + range;
+  }
+}
+
+std::string value_text(const ParameterRow& row, const VehicleParameters& parameters) {
+  // The accessors hand out references to change; here one is only read.
+  auto& car = const_cast<VehicleParameters&>(parameters);
+  return std::visit([&](auto access) { return toml_text(access(car)); }, row.access);
+}
+
+std::vector<std::pair<std::string, std::string>> parameter_values(const VehicleParameters& parameters) {
+  std::vector<std::pair<std::string, std::string>> out;
+  for (const ParameterRow& row : parameter_rows()) out.emplace_back(row.key, value_text(row, parameters));
+  for (std::size_t n = 0; n < parameters.battery.cells.size(); ++n) {
+    for (const CellVariationRow& row : cell_variation_rows()) {
+      out.emplace_back(fmt::format("battery.cells.{}.{}", n + 1, row.field),
+                       toml_text(parameters.battery.cells[n].*row.value));
+    }
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

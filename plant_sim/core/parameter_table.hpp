@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// One row for every key of the vehicle and cell files: unit, range, where the value lives, what it is.
+#pragma once
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+/// Where a key's value lives; the alternative is also its type.
+using ParameterAccess = std::variant<double& (*)(VehicleParameters&), int& (*)(VehicleParameters&),
+                                     bool& (*)(VehicleParameters&), std::string& (*)(VehicleParameters&),
+                                     std::vector<double>& (*)(VehicleParameters&)>;
+
+enum class Presence { kRequired, kOptional };
+
+struct ParameterRow {
+  std::string_view key;   ///< section.field; a cell file's own keys stand in the section `cell`
+  std::string_view unit;  ///< "1" for a pure number, "-" for words and switches
+  double low, high;       ///< inclusive; for a list, of each of its elements
+  Presence presence;
+  ParameterAccess access;
+  std::string_view description;
+};
+
+/// All rows, in the order of the sections. `battery.cells.<n>.*` is not among them, see cell_variation_rows().
+[[nodiscard]] std::span<const ParameterRow> parameter_rows();
+
+/// battery.cells.<n>.<field>, n from 1 to battery.cells_in_series.
+struct CellVariationRow {
+  std::string_view field;
+  std::string_view unit;
+  double low, high;
+  double CellVariation::* value;
+  std::string_view description;
+};
+[[nodiscard]] std::span<const CellVariationRow> cell_variation_rows();
+
+/// The row of a key, or nullptr.
+[[nodiscard]] const ParameterRow* find_parameter(std::string_view key);
+
+/// The known key that needs the fewest edits to become `key`, keys of single cells included.
+[[nodiscard]] std::string nearest_key(std::string_view key);
+
+/// Of some candidates, the one with the smallest edit distance to `word`; empty when there are none.
+[[nodiscard]] std::string nearest_of(std::string_view word, const std::vector<std::string>& candidates);
+
+/// What a value of this row must be, in words: "a number in kg from 20 to 3000".
+[[nodiscard]] std::string expectation(const ParameterRow& row);
+
+/// The value as it would stand in a TOML file.
+[[nodiscard]] std::string value_text(const ParameterRow& row, const VehicleParameters& parameters);
+
+/// Every key of a car with its value, single cells included: what a result file must carry to be repeated.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> parameter_values(const VehicleParameters& parameters);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A result file that is there whole or not at all.
+#pragma once
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "core/errors.hpp"
+
+struct gzFile_s;
+
+namespace voltlap::plant {
+
+/// Writes beside the target and renames on `commit`; without `commit` nothing stays behind. A name that ends in .gz is
+/// compressed. A target that exists and is no regular file (a pipe, /dev/stdout) is written directly.
+/// Every function throws OutputError that names the file, the cause and a way out.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::string path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  void write(std::string_view text);
+  void commit();
+
+ private:
+  [[noreturn]] void fail(const std::string& action);
+  void flush();
+  void close();
+
+  std::string path_, written_path_, buffer_;
+  std::FILE* file_ = nullptr;
+  gzFile_s* gzip_ = nullptr;
+  bool direct_ = false;
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The frames of a run as a log of `candump -l`: (1.230000) vcan0 044#2A36, with simulated time.
+#pragma once
+#include <string>
+
+#include "bus/frame_sink.hpp"
+#include "report/atomic_file.hpp"
+
+namespace voltlap::plant {
+
+/// One line without its end, for a frame at a time in milliseconds since the start of the simulation.
+[[nodiscard]] std::string candump_line(std::uint64_t time_ms, const Frame& frame);
+
+class CandumpFile : public FrameSink {
+ public:
+  CandumpFile(const std::string& path, std::uint32_t tick_ms) : file_(path), tick_ms_(tick_ms) {}
+  void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override;
+  void commit() { file_.commit(); }
+
+ private:
+  AtomicFile file_;
+  std::uint32_t tick_ms_;
+};
+
+}  // namespace voltlap::plant
