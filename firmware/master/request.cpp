@@ -11,7 +11,7 @@ bool inverter_usable(const Input& input) {
                                          input.inverter_state.value == InverterState::kEnabled);
 }
 
-// Regeneration: in proportion to brake pressure with the accelerator released; MST-024 needs it configured.
+// MST-022: regeneration only where configured, in proportion to brake pressure, with the accelerator released.
 Current regen_request(const Config& config, const PedalState& pedals) {
   if (!pedals.released || !pedals.brake_pressed) return Current{};
   const std::int64_t over = (pedals.brake_pressure - config.brake_pressed_level).raw();

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/config.hpp"
+
+#include <cstring>
+
+#include "CppUTest/TestHarness.h"
+
+using namespace voltlap;
+using namespace voltlap::master;
+
+namespace {
+
+ConfigError check_with(void (*change)(Config&)) {
+  Config c;
+  change(c);
+  return config_check(c);
+}
+
+}  // namespace
+
+TEST_GROUP(MasterConfig){};
+
+TEST(MasterConfig, DefaultIsAccepted) { CHECK(config_check(Config{}) == ConfigError::kNone); }
+
+TEST(MasterConfig, AllZeroMemoryIsRefused) {
+  Config c;
+  std::memset(static_cast<void*>(&c), 0, sizeof c);
+  CHECK(config_check(c) != ConfigError::kNone);
+}
+
+TEST(MasterConfig, RuleBoundsCannotBeConfiguredAway) {
+  CHECK(check_with([](Config& c) { c.power_max_mw = 80'000'000; }) == ConfigError::kNone);
+  CHECK(check_with([](Config& c) { c.power_max_mw = 80'000'001; }) == ConfigError::kCeilings);
+  CHECK(check_with([](Config& c) { c.apps_implausible_time = Duration::from_ms(101); }) == ConfigError::kTimes);
+  CHECK(check_with([](Config& c) { c.brake_sensor_fail_time = Duration::from_ms(101); }) == ConfigError::kTimes);
+  CHECK(check_with([](Config& c) { c.rx_timeout = Duration::from_ms(51); }) == ConfigError::kTimes);
+  CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(999); }) == ConfigError::kTimes);
+  CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(1'000); }) == ConfigError::kNone);
+  CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(3'001); }) == ConfigError::kTimes);
+  CHECK(check_with([](Config& c) { c.regen_speed_min = Speed::from_raw(1'388); }) == ConfigError::kCeilings);
+  CHECK(check_with([](Config& c) { c.apps_disagreement_max = Ratio::from_raw(100'001); }) == ConfigError::kPedalLevels);
+  CHECK(check_with([](Config& c) { c.brake_throttle_limit = Ratio::from_raw(250'001); }) == ConfigError::kPedalLevels);
+  CHECK(check_with([](Config& c) { c.pedal_release_level = Ratio::from_raw(50'001); }) == ConfigError::kPedalLevels);
+}
+
+TEST(MasterConfig, ContradictionsAreRefused) {
+  CHECK(check_with([](Config& c) { c.apps1.full = c.apps1.released; }) == ConfigError::kAppsChannel);
+  CHECK(check_with([](Config& c) { c.apps2.range_min = c.apps2.released; }) == ConfigError::kAppsChannel);
+  CHECK(check_with([](Config& c) { c.brake_pressed_level = c.regen_full_level; }) == ConfigError::kBrakeLevels);
+  CHECK(check_with([](Config& c) { c.phase_current_max = Current::from_raw(550'001); }) == ConfigError::kRequest);
+  CHECK(check_with([](Config& c) { c.drive_efficiency = Ratio::from_raw(1'000'001); }) == ConfigError::kMotor);
+  CHECK(check_with([](Config& c) { c.motor_derate_end = c.motor_derate_start; }) == ConfigError::kDerating);
+  CHECK(check_with([](Config& c) { c.battery_limit_on = Current{}; }) == ConfigError::kCeilings);
+}

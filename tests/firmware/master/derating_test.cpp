@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/derating.hpp"
+
+#include "CppUTest/TestHarness.h"
+#include "firmware/master/bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::master;
+
+TEST_GROUP(Derating) {
+  Config config{};
+  Input in = bench::healthy(config);
+  std::int32_t with_motor(std::int32_t dc) {
+    in.motor_temperature.value = Temperature::from_raw(dc);
+    return temperature_ceiling(config, in).raw();
+  }
+  std::int32_t with_inverter(std::int32_t dc) {
+    in.inverter_temperature.value = Temperature::from_raw(dc);
+    return temperature_ceiling(config, in).raw();
+  }
+};
+
+// MST-034
+TEST(Derating, MotorIsLinearBetweenItsTwoTemperatures) {
+  LONGS_EQUAL(550'000, with_motor(1'399));
+  LONGS_EQUAL(550'000, with_motor(1'400));
+  LONGS_EQUAL(547'250, with_motor(1'401));
+  LONGS_EQUAL(275'000, with_motor(1'500));
+  LONGS_EQUAL(2'750, with_motor(1'599));
+  LONGS_EQUAL(0, with_motor(1'600));
+  LONGS_EQUAL(0, with_motor(2'500));
+}
+
+// MST-034
+TEST(Derating, InverterIsLinearBetweenItsTwoTemperatures) {
+  LONGS_EQUAL(550'000, with_inverter(800));
+  CHECK(with_inverter(801) < 550'000);
+  LONGS_EQUAL(275'000, with_inverter(875));
+  CHECK(with_inverter(949) > 0);
+  LONGS_EQUAL(0, with_inverter(950));
+}
+
+// MST-034
+TEST(Derating, UnknownTemperatureAllowsNothing) {
+  for (const Quality q : {Quality::kNone, Quality::kInvalid, Quality::kStale}) {
+    in = bench::healthy(config);
+    in.motor_temperature.quality = q;
+    LONGS_EQUAL(0, temperature_ceiling(config, in).raw());
+    in = bench::healthy(config);
+    in.inverter_temperature.quality = q;
+    LONGS_EQUAL(0, temperature_ceiling(config, in).raw());
+  }
+  LONGS_EQUAL(0, temperature_ceiling(config, Input{}).raw());
+}
+
+TEST(Derating, VeryColdIsNoReasonToDerate) { LONGS_EQUAL(550'000, with_motor(-400)); }

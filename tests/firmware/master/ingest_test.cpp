@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/ingest.hpp"
+
+#include "CppUTest/TestHarness.h"
+#include "codec/seal.hpp"
+
+using namespace voltlap;
+using namespace voltlap::master;
+
+TEST_GROUP(MasterIngest) {
+  Receiver receiver{};
+  Instant now = Instant::from_ms(1'000);
+  std::uint8_t counter = 0;
+
+  template <class Message>
+  Frame sealed(const Message& m) {
+    Frame frame;
+    encode(m, frame);
+    codec::seal(frame, counter);
+    return frame;
+  }
+  void receive(const Frame& frame) { ingest(now, FrameView{&frame, 1}, receiver); }
+  void silence(std::int32_t ms) {
+    now = now + Duration::from_ms(ms);
+    ingest(now, FrameView{}, receiver);
+  }
+  template <class Message>
+  void send(const Message& m) {
+    receive(sealed(m));
+    counter = static_cast<std::uint8_t>((counter + 1) & 0xF);
+  }
+  static can::Pedals pedals(std::int32_t apps1 = 20'000) {
+    can::Pedals m;
+    m.apps1_100uv = apps1;
+    m.apps2_100uv = 10'000;
+    m.apps1_ok = m.apps2_ok = m.brake_front_ok = m.brake_rear_ok = true;
+    return m;
+  }
+  void synchronise() {
+    send(pedals());
+    send(pedals());
+  }
+};
+
+// MST-060
+TEST(MasterIngest, FirstFrameOnlySynchronisesAndTheSecondCounts) {
+  send(pedals());
+  CHECK(receiver.input.apps1.quality == Quality::kNone);
+  send(pedals());
+  CHECK(receiver.input.apps1.good());
+  LONGS_EQUAL(20'000, receiver.input.apps1.value.raw());
+}
+
+// MST-060
+TEST(MasterIngest, SampleGoesStaleWhenItsAgeReaches50Ms) {
+  synchronise();
+  silence(49);
+  CHECK(receiver.input.apps1.good());
+  silence(1);
+  CHECK(receiver.input.apps1.quality == Quality::kStale);
+}
+
+// MST-060
+TEST(MasterIngest, RepeatedFrameRefreshesNothing) {
+  synchronise();
+  counter = static_cast<std::uint8_t>(counter - 1);
+  const Frame repeated = sealed(pedals(30'000));
+  for (int i = 0; i < 5; ++i) {
+    now = now + Duration::from_ms(10);
+    receive(repeated);
+    LONGS_EQUAL(20'000, receiver.input.apps1.value.raw());
+  }
+  CHECK(receiver.input.apps1.quality == Quality::kStale);
+}
+
+// MST-060
+TEST(MasterIngest, EveryFlippedBitIsRefused) {
+  synchronise();
+  for (int bit = 0; bit < 64; ++bit) {
+    Frame frame = sealed(pedals(30'000));
+    frame.data[bit / 8] = static_cast<std::uint8_t>(frame.data[bit / 8] ^ (1U << (bit % 8)));
+    receive(frame);
+    LONGS_EQUAL(20'000, receiver.input.apps1.value.raw());
+  }
+}
+
+// MST-060
+TEST(MasterIngest, WrongLengthAndAllZeroDataAreRefused) {
+  synchronise();
+  Frame frame = sealed(pedals(30'000));
+  frame.dlc = 7;
+  receive(frame);
+  Frame zero;
+  zero.id = can::Pedals::kId;
+  zero.dlc = 8;
+  receive(zero);
+  LONGS_EQUAL(20'000, receiver.input.apps1.value.raw());
+}
+
+// MST-060
+TEST(MasterIngest, InvalidCodeKeepsTheValueButNotItsQuality) {
+  synchronise();
+  can::Pedals m = pedals(30'000);
+  m.apps1_ok = false;
+  send(m);
+  CHECK(receiver.input.apps1.quality == Quality::kInvalid);
+  LONGS_EQUAL(20'000, receiver.input.apps1.value.raw());
+  CHECK(receiver.input.apps2.good());
+}
+
+TEST(MasterIngest, LimitWithoutAReasonIsNoLimit) {
+  can::BmsLimits m;
+  m.discharge_limit_ma = m.charge_limit_ma = 200'000;
+  m.discharge_limit_ok = m.charge_limit_ok = true;
+  m.discharge_reason = can::LimitReason::kConfigMaximum;
+  send(m);
+  send(m);
+  CHECK(receiver.input.discharge_limit.good());
+  CHECK_FALSE(receiver.input.charge_limit.good());
+  LONGS_EQUAL(200'000, receiver.input.discharge_limit.value.raw());
+}
+
+TEST(MasterIngest, BmsThatReportsNoStateIsNotGood) {
+  can::BmsStatus m;
+  send(m);
+  send(m);
+  CHECK_FALSE(receiver.input.bms_state.good());
+}
+
+TEST(MasterIngest, OtherFramesLandInTheirSamples) {
+  can::WheelSpeeds wheels;
+  wheels.rear_right_mmps = 12'340;
+  wheels.rear_right_ok = true;
+  can::InverterStatus inverter;
+  inverter.motor_speed_rpm = -321;
+  inverter.motor_speed_ok = true;
+  inverter.state = can::InverterState::kEnabled;
+  can::PackSensor pack;
+  pack.pack_current_ma = -123'456;
+  pack.pack_voltage_100uv = 912'300;
+  pack.pack_current_ok = pack.pack_voltage_ok = true;
+  can::VehicleIo io;
+  io.shutdown_closed = io.rtd_button = true;
+  can::MotorTemperatures hot;
+  hot.motor_dc = 1'234;
+  hot.motor_ok = true;
+  for (int i = 0; i < 2; ++i) {
+    receive(sealed(wheels));
+    receive(sealed(inverter));
+    receive(sealed(pack));
+    receive(sealed(io));
+    receive(sealed(hot));
+    ++counter;
+  }
+  const Input& in = receiver.input;
+  LONGS_EQUAL(12'340, in.wheel_speed[3].value.raw());
+  CHECK_FALSE(in.wheel_speed[0].good());
+  LONGS_EQUAL(-321, in.motor_speed.value.raw());
+  CHECK(in.inverter_state.value == InverterState::kEnabled);
+  LONGS_EQUAL(-123'456, in.pack_current.value.raw());
+  LONGS_EQUAL(912'300, in.pack_voltage.value.raw());
+  CHECK(in.switches.value.shutdown_closed && in.switches.value.rtd_button && !in.switches.value.ts_on_button);
+  LONGS_EQUAL(1'234, in.motor_temperature.value.raw());
+  CHECK_FALSE(in.inverter_temperature.good());
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/master_step.hpp"
+
+#include "CppUTest/TestHarness.h"
+#include "firmware/master/bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::master;
+
+TEST_GROUP(MasterStep){bench::Car car;};
+
+TEST(MasterStep, FullPedalGives550AmpereWithin30Ms) {
+  car.drive_to_ready();
+  car.pedal(1000);
+  car.run(3);
+  LONGS_EQUAL(550'000, car.out.phase_current.raw());
+  CHECK(car.out.enable);
+  CHECK_FALSE(car.out.faults.any());
+  LONGS_EQUAL(1'000'000, car.out.pedal_request.raw());
+}
+
+TEST(MasterStep, DisabledCommandIsSentBeforeTheFirstEnabledOne) {
+  car.drive_to_ts_active();
+  CHECK_FALSE(car.out.enable);
+}
+
+// MST-001
+TEST(MasterStep, LostPedalsGiveZeroInTheSameStep) {
+  car.drive_at_full_pedal();
+  car.in.apps1.quality = car.in.apps2.quality = Quality::kStale;
+  car.run();
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+  CHECK(car.out.faults.has(MasterFault::kPedalsLost));
+}
+
+TEST(MasterStep, LostInverterGivesZeroAndDisabledInTheSameStep) {
+  car.drive_at_full_pedal();
+  car.in.inverter_state.quality = Quality::kStale;
+  car.run();
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+  CHECK_FALSE(car.out.enable);
+  CHECK(car.out.faults.has(MasterFault::kInverterLost));
+}
+
+// MST-005
+TEST(MasterStep, BrakeWithFullPedalGivesZeroInTheSameStepAndStaysOff) {
+  car.drive_at_full_pedal();
+  car.brake(20'000);
+  car.run();
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+  car.brake(0);
+  car.run(100);
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+  car.pedal(40);
+  car.run();
+  LONGS_EQUAL(22'000, car.out.phase_current.raw());
+}
+
+// MST-050
+TEST(MasterStep, SamplesThatNobodyAgesAreStillVetoedAt50Ms) {
+  car.drive_at_full_pedal();
+  for (std::int32_t ms = 10; ms <= 60; ms += 10) {
+    car.in.now = car.in.now + Duration::from_ms(10);
+    car.out = step(car.config, car.in, car.state);
+    CHECK_EQUAL(ms < 50, car.out.phase_current.raw() > 0);
+  }
+  CHECK(car.out.faults.has(MasterFault::kGateVeto));
+  CHECK(car.out.torque_reason == TorqueReason::kGate);
+}
+
+TEST(MasterStep, TimeThatStandsStillOrRunsBackRaisesNothing) {
+  car.drive_to_ready();
+  car.pedal(1000);
+  const Instant before = car.in.now;
+  car.out = step(car.config, car.in, car.state);
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+  car.in.now = Instant::from_ms(before.ms() - 100);
+  car.out = step(car.config, car.in, car.state);
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+}
+
+TEST(MasterStep, LateStepGetsNoMoreCreditThanTwoSteps) {
+  car.drive_to_ready();
+  car.config.request_rise_ma_per_ms = 1'000;
+  car.pedal(1000);
+  car.in.now = car.in.now + Duration::from_ms(500);
+  bench::touch_all(car.in);
+  car.out = step(car.config, car.in, car.state);
+  LONGS_EQUAL(20'000, car.out.phase_current.raw());
+}

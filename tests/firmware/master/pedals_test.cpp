@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/pedals.hpp"
+
+#include "CppUTest/TestHarness.h"
+#include "firmware/master/bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::master;
+
+TEST_GROUP(Pedals) {
+  Config config{};
+  Input in = bench::healthy(config);
+  PedalState state{};
+
+  void run(std::int32_t steps = 1) {
+    for (std::int32_t i = 0; i < steps; ++i) {
+      in.now = in.now + Duration::from_ms(bench::kStepMs);
+      pedals_step(config, in, state);
+    }
+  }
+  /// Steps of 10 ms until something latches.
+  std::int32_t ms_until_latched() {
+    const Instant begin = in.now + Duration::from_ms(bench::kStepMs);
+    for (int i = 0; i < 100; ++i) {
+      run();
+      if (state.latched.any()) return (in.now - begin).ms();
+    }
+    return -1;
+  }
+};
+
+TEST(Pedals, TravelIsLinearAndClipped) {
+  CHECK_EQUAL(0, apps_travel(config.apps1, Potential::from_raw(4'999)).raw());
+  CHECK_EQUAL(0, apps_travel(config.apps1, Potential::from_raw(5'000)).raw());
+  CHECK_EQUAL(25, apps_travel(config.apps1, Potential::from_raw(5'001)).raw());
+  CHECK_EQUAL(500'000, apps_travel(config.apps1, Potential::from_raw(25'000)).raw());
+  CHECK_EQUAL(999'975, apps_travel(config.apps1, Potential::from_raw(44'999)).raw());
+  CHECK_EQUAL(1'000'000, apps_travel(config.apps1, Potential::from_raw(45'001)).raw());
+  CHECK_EQUAL(500'000, apps_travel(config.apps2, Potential::from_raw(12'500)).raw());
+}
+
+TEST(Pedals, TravelOfAnAllZeroChannelIsZero) {
+  CHECK_EQUAL(0, apps_travel(AppsChannel{}, Potential::from_raw(30'000)).raw());
+}
+
+TEST(Pedals, PositionIsTheLowerOfTheTwoSensors) {
+  in.apps1.value = bench::volts(config.apps1, 500);
+  in.apps2.value = bench::volts(config.apps2, 450);
+  run();
+  CHECK_EQUAL(450'000, state.position.raw());
+}
+
+TEST(Pedals, AllZeroInputLatchesLostPedalsAndAsksForNothing) {
+  in = Input{};
+  run();
+  CHECK(state.latched.has(MasterFault::kPedalsLost));
+  CHECK_EQUAL(0, state.position.raw());
+  CHECK_FALSE(state.released);
+}
+
+// MST-001
+TEST(Pedals, LostPedalsStopTheRequestInTheSameStepAndComeBackReleased) {
+  bench::set_pedal(config, 800, in);
+  run();
+  in.apps1.quality = in.apps2.quality = Quality::kStale;
+  CHECK_EQUAL(0, ms_until_latched());
+  CHECK_EQUAL(0, state.position.raw());
+  in.apps1.quality = in.apps2.quality = Quality::kGood;
+  run();
+  CHECK_EQUAL(0, state.position.raw());
+  bench::set_pedal(config, 49, in);
+  run();
+  CHECK_EQUAL(49'000, state.position.raw());
+}
+
+// MST-002
+TEST(Pedals, SensorOutsideItsRangeAsksForNothingAtOnceAndLatchesAfter100Ms) {
+  bench::set_pedal(config, 1000, in);
+  in.apps1.value = config.apps1.range_max;
+  run();
+  CHECK_EQUAL(1'000'000, state.position.raw());
+  in.apps1.value = config.apps1.range_max + Potential::from_raw(1);
+  run();
+  CHECK_EQUAL(0, state.position.raw());
+  CHECK_FALSE(state.latched.any());
+  run(9);
+  CHECK_FALSE(state.latched.any());
+  run();  // 100 ms after the first bad sample
+  CHECK(state.latched.has(MasterFault::kAppsRange));
+}
+
+// MST-002
+TEST(Pedals, SensorShortedToGroundOrOpenIsOutsideItsRange) {
+  for (const std::int32_t raw : {0, config.apps2.range_min.raw() - 1, config.apps2.range_max.raw() + 1, 50'000}) {
+    state = PedalState{};
+    bench::set_pedal(config, 900, in);
+    in.apps2.value = Potential::from_raw(raw);
+    CHECK_EQUAL(100, ms_until_latched());
+    CHECK(state.latched.has(MasterFault::kAppsRange));
+  }
+}
+
+// MST-002
+TEST(Pedals, SensorMarkedInvalidCountsAsOutsideItsRange) {
+  in.apps2.quality = Quality::kInvalid;
+  CHECK_EQUAL(100, ms_until_latched());
+  CHECK(state.latched.has(MasterFault::kAppsRange));
+}
+
+// MST-003
+TEST(Pedals, DisagreementOfExactlyTenPercentIsAccepted) {
+  in.apps1.value = bench::volts(config.apps1, 600);
+  in.apps2.value = bench::volts(config.apps2, 500);
+  CHECK_EQUAL(-1, ms_until_latched());
+}
+
+// MST-003
+TEST(Pedals, DisagreementOfOneStepMoreThanTenPercentLatchesAfter100Ms) {
+  in.apps1.value = bench::volts(config.apps1, 600) + Potential::from_raw(1);
+  in.apps2.value = bench::volts(config.apps2, 500);
+  CHECK_EQUAL(100, ms_until_latched());
+  CHECK(state.latched.has(MasterFault::kAppsImplausible));
+  CHECK_EQUAL(0, state.position.raw());
+}
+
+// MST-003
+TEST(Pedals, DisagreementThatPausesBegins100MsAnew) {
+  in.apps2.value = bench::volts(config.apps2, 200);
+  run(10);  // 90 ms
+  in.apps2.value = config.apps2.released;
+  run();
+  in.apps2.value = bench::volts(config.apps2, 200);
+  CHECK_EQUAL(100, ms_until_latched());
+}
+
+// MST-004
+TEST(Pedals, BrakeSensorFailedFor100MsLatches) {
+  in.brake_rear.quality = Quality::kInvalid;
+  run(10);  // 90 ms
+  CHECK_FALSE(state.latched.any());
+  run();
+  CHECK(state.latched.has(MasterFault::kBrakeSensor));
+}
+
+// MST-004
+TEST(Pedals, BrakeSensorThatReturnsInTimeDoesNotLatch) {
+  in.brake_rear.quality = Quality::kStale;
+  run(10);
+  in.brake_rear.quality = Quality::kGood;
+  run(20);
+  CHECK_FALSE(state.latched.any());
+}
+
+TEST(Pedals, BrakeIsPressedOneStepAboveItsLevelInEitherCircuit) {
+  in.brake_rear.value = config.brake_pressed_level;
+  run();
+  CHECK_FALSE(state.brake_pressed);
+  in.brake_rear.value = config.brake_pressed_level + Pressure::from_raw(1);
+  run();
+  CHECK(state.brake_pressed);
+  in.brake_rear.quality = Quality::kInvalid;
+  run();
+  CHECK_FALSE(state.brake_pressed);
+}
+
+// MST-005
+TEST(Pedals, BrakeWithExactly25PercentIsAccepted) {
+  bench::set_pedal(config, 250, in);
+  bench::set_brake(20'000, in);
+  CHECK_EQUAL(-1, ms_until_latched());
+}
+
+// MST-005
+TEST(Pedals, BrakeWithOneStepMoreThan25PercentLatchesInTheSameStep) {
+  bench::set_pedal(config, 250, in);
+  in.apps1.value = in.apps1.value + Potential::from_raw(1);
+  bench::set_brake(20'000, in);
+  CHECK_EQUAL(0, ms_until_latched());
+  CHECK(state.latched.has(MasterFault::kBrakeAndThrottle));
+  CHECK_EQUAL(0, state.position.raw());
+}
+
+// MST-005
+TEST(Pedals, PowerComesBackBelow5PercentWhateverTheBrakeDoes) {
+  bench::set_pedal(config, 600, in);
+  bench::set_brake(20'000, in);
+  run();
+  bench::set_brake(0, in);
+  run(50);
+  CHECK(state.latched.has(MasterFault::kBrakeAndThrottle));
+  bench::set_pedal(config, 50, in);
+  run();
+  CHECK(state.latched.has(MasterFault::kBrakeAndThrottle));
+  bench::set_brake(20'000, in);
+  in.apps1.value = in.apps1.value - Potential::from_raw(1);
+  in.apps2.value = in.apps2.value - Potential::from_raw(1);
+  run();
+  CHECK_FALSE(state.latched.any());
+}
+
+TEST(Pedals, ReleasedPedalDoesNotClearWhatStillHolds) {
+  in.brake_rear.quality = Quality::kInvalid;
+  run(20);
+  CHECK(state.released);
+  CHECK(state.latched.has(MasterFault::kBrakeSensor));
+}

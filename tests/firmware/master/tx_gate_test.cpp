@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/tx_gate.hpp"
+
+#include "CppUTest/TestHarness.h"
+#include "firmware/master/bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::master;
+
+TEST_GROUP(TxGate) {
+  Config config{};
+  Input in = bench::healthy(config);
+  InverterCommand command{Current::from_raw(100'000), true};
+
+  void setup() override {
+    in.bms_state.value = BmsState::kTsActive;
+    bench::set_pedal(config, 500, in);
+    in.now = Instant::from_ms(1'000);
+    bench::touch_all(in);
+  }
+  bool allows() { return tx_gate_allows(config, in, command); }
+};
+
+TEST(TxGate, HealthyCommandPasses) { CHECK(allows()); }
+
+TEST(TxGate, DisabledZeroPassesAlwaysAndDisabledCurrentNever) {
+  command = InverterCommand{};
+  CHECK(tx_gate_allows(config, Input{}, command));
+  command.phase_current = Current::from_raw(100);
+  CHECK_FALSE(allows());
+}
+
+TEST(TxGate, AllZeroInputIsVetoed) { CHECK_FALSE(tx_gate_allows(config, Input{}, command)); }
+
+// MST-050
+TEST(TxGate, SampleOf49MsPassesAndOf50MsIsVetoed) {
+  in.now = Instant::from_ms(1'049);
+  CHECK(allows());
+  in.now = Instant::from_ms(1'050);
+  CHECK_FALSE(allows());
+}
+
+// MST-050
+TEST(TxGate, EveryInputThatCarriesTorqueIsCheckedOnItsOwn) {
+  const Instant old = Instant::from_ms(950);
+  Instant* const times[] = {&in.apps1.time,     &in.apps2.time,           &in.inverter_state.time, &in.switches.time,
+                            &in.bms_state.time, &in.discharge_limit.time, &in.charge_limit.time};
+  for (Instant* time : times) {
+    *time = old;
+    CHECK_FALSE(allows());
+    *time = in.now;
+    CHECK(allows());
+  }
+}
+
+// MST-050
+TEST(TxGate, SampleOfTheFutureIsVetoedAndTheWrapOfTimeIsNot) {
+  in.apps1.time = Instant::from_ms(1'001);
+  CHECK_FALSE(allows());
+  in.now = Instant::from_ms(0xFFFFFFF0U);
+  bench::touch_all(in);
+  in.now = Instant::from_ms(5);  // 21 ms later
+  CHECK(allows());
+}
+
+// MST-050
+TEST(TxGate, QualityOtherThanGoodIsVetoed) {
+  for (const Quality q : {Quality::kNone, Quality::kInvalid, Quality::kStale}) {
+    in.discharge_limit.quality = q;
+    CHECK_FALSE(allows());
+  }
+}
+
+// MST-051
+TEST(TxGate, CurrentOneStepBeyondTheInverterIsVetoed) {
+  command.phase_current = config.phase_current_max;
+  CHECK(allows());
+  command.phase_current = config.phase_current_max + Current::from_raw(1);
+  CHECK_FALSE(allows());
+  command.phase_current = -config.phase_current_max;
+  CHECK(allows());
+  command.phase_current = -config.phase_current_max - Current::from_raw(1);
+  CHECK_FALSE(allows());
+}
+
+// MST-051
+TEST(TxGate, ClosedBatteryIsVetoedInItsDirectionOnly) {
+  in.discharge_limit.value = Current{};
+  CHECK_FALSE(allows());
+  command.phase_current = Current::from_raw(-100'000);
+  CHECK(allows());
+  in.charge_limit.value = Current{};
+  CHECK_FALSE(allows());
+  command.phase_current = Current{};
+  CHECK(allows());
+}
+
+// MST-051
+TEST(TxGate, DriveCurrentWithEitherSensorReleasedIsVetoed) {
+  in.apps2.value = config.apps2.released;
+  CHECK_FALSE(allows());
+  in.apps2.value = config.apps2.released + Potential::from_raw(1);
+  CHECK(allows());
+  in.apps1.value = config.apps1.released;
+  CHECK_FALSE(allows());
+}
+
+TEST(TxGate, OpenShutdownCircuitOrBmsNotActiveIsVetoed) {
+  in.switches.value.shutdown_closed = false;
+  CHECK_FALSE(allows());
+  in.switches.value.shutdown_closed = true;
+  in.bms_state.value = BmsState::kOpen;
+  CHECK_FALSE(allows());
+}
