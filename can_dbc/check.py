@@ -23,6 +23,8 @@ def check_ids(bus: model.Bus) -> list[str]:
         if m.id in seen:
             findings.append(f"id 0x{m.id:03X} is used by {seen[m.id].name} and by {m.name}")
         seen.setdefault(m.id, m)
+        if m.id > 0x7FF:
+            findings.append(f"{m.name}: the identifier 0x{m.id:X} needs more than 11 bits")
     names = Counter(m.name for m in bus.messages)
     findings += [f"message name {name} is used {n} times" for name, n in names.items() if n > 1]
     return findings

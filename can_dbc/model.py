@@ -146,7 +146,10 @@ def load(paths) -> Bus:
     """One bus from several DBC files. Overlaps are left in, for the check to name."""
     bus = Bus()
     for path in paths:
-        database = cantools.database.load_file(str(path), strict=False)
+        try:
+            database = cantools.database.load_file(str(path), strict=False)
+        except (cantools.database.Error, OSError) as error:
+            raise SystemExit(f"can_dbc: {path}: {error}") from None
         bus.bit_rate = _attribute(database, "VL_BitRate", bus.bit_rate)
         bus.fast_cells = _attribute(database, "VL_FastCells", bus.fast_cells)
         for m in database.messages:

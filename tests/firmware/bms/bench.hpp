@@ -164,7 +164,9 @@ class Bench {
   std::vector<Frame> frames_;
 };
 
-inline bool has(const Output& out, can::BmsFault fault) { return (out.faults >> static_cast<unsigned>(fault) & 1) != 0; }
+inline bool has(const Output& out, can::BmsFault fault) {
+  return (out.faults >> static_cast<unsigned>(fault) & 1) != 0;
+}
 inline bool all_open(const Output& out) {
   return !out.contactors.air_plus && !out.contactors.air_minus && !out.contactors.precharge;
 }

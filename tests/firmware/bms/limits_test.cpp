@@ -181,7 +181,8 @@ TEST(CurrentLimit, FallsInTheStepThatSeesALowCell) {
   bench.drive();
   LONGS_EQUAL(500'000, bench.out.limits.discharge.value.raw());
   bench.cells(26'000);
-  expect_time("BMS-043", bench.until([](const Output& o) { return o.limits.discharge.value <= amps(50); }, 1000), 0, 30);
+  const auto fallen = [](const Output& o) { return o.limits.discharge.value <= amps(50); };
+  expect_time("BMS-043", bench.until(fallen, 1000), 0, 30);
 }
 
 TEST(CurrentLimit, IsZeroInTheStepThatFindsAnInvalidCell) {
