@@ -14,7 +14,7 @@ std::string candump_line(std::uint64_t time_ms, const Frame& frame) {
   std::string line;
   auto out = std::back_inserter(line);
   fmt::format_to(out, "({}.{:03}000) vcan0 ", time_ms / 1000, time_ms % 1000);
-  fmt::format_to(out, extended ? "{:08X}#" : "{:03X}#", id);
+  fmt::format_to(out, "{:0{}X}#", id, extended ? 8 : 3);
   constexpr const char* kDigits = "0123456789ABCDEF";
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.dlc, Frame::kMaxBytes); ++i) {
     line += {kDigits[frame.data[i] >> 4], kDigits[frame.data[i] & 15]};

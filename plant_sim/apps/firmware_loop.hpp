@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// BMS and master controller in the simulator's own process.
+#pragma once
+#include "app/bms_node.hpp"
+#include "app/master_node.hpp"
+#include "study/endurance.hpp"
+
+namespace voltlap::plant {
+
+class FirmwareLoop : public Ecus {
+ public:
+  explicit FirmwareLoop(const VehicleParameters& car);
+
+  void bms(Instant now, FrameView rx, TxQueue& tx) override;
+  void master(Instant now, FrameView rx, TxQueue& tx) override;
+
+ private:
+  app::BmsNode bms_;
+  app::MasterNode master_;
+};
+
+}  // namespace voltlap::plant
