@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the firmware must know of a car, from the car's parameters. The BMS's capacity, OCV and resistance follow the
-// plant's cell unless `bms.*` keys say otherwise: the BMS may then be wrong on purpose.
+// The firmware's configuration for a car: pack, limits and motor as the vehicle file tells them, rounded to the
+// firmware's integers. The BMS's own idea of capacity and resistance follows the plant's unless `bms.*` keys say otherwise.
 #pragma once
 #include "bms/config.hpp"
 #include "core/parameters.hpp"
@@ -8,10 +8,8 @@
 
 namespace voltlap::plant {
 
-/// Throws InputError when the BMS's own check refuses the result.
+/// Throws InputError, with the keys to look at, when the firmware refuses the result.
 [[nodiscard]] bms::Config bms_config(const VehicleParameters& car);
-
-/// Throws InputError when the master controller's own check refuses the result.
 [[nodiscard]] master::Config master_config(const VehicleParameters& car);
 
 }  // namespace voltlap::plant

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// BMS and master controller in the simulator's own process.
+// BMS and master controller in this process: the firmware's own nodes behind the interface that a study drives.
 #pragma once
 #include "app/bms_node.hpp"
 #include "app/master_node.hpp"
@@ -7,12 +7,12 @@
 
 namespace voltlap::plant {
 
-class FirmwareLoop : public Ecus {
+class FirmwareLoop final : public Ecus {
  public:
-  explicit FirmwareLoop(const VehicleParameters& car);
+  FirmwareLoop(const bms::Config& bms, const master::Config& master) : bms_(bms), master_(master) {}
 
-  void bms(Instant now, FrameView rx, TxQueue& tx) override;
-  void master(Instant now, FrameView rx, TxQueue& tx) override;
+  void bms(Instant now, FrameView rx, TxQueue& tx) override { bms_.tick(now, rx, tx); }
+  void master(Instant now, FrameView rx, TxQueue& tx) override { master_.tick(now, rx, tx); }
 
  private:
   app::BmsNode bms_;
