@@ -9,10 +9,11 @@ namespace voltlap::plant {
 
 class FirmwareLoop final : public Ecus {
  public:
-  FirmwareLoop(const bms::Config& bms, const master::Config& master) : bms_(bms), master_(master) {}
+  /// Both nodes, configured for this car. Throws InputError when the firmware refuses the configuration.
+  explicit FirmwareLoop(const VehicleParameters& car);
 
-  void bms(Instant now, FrameView rx, TxQueue& tx) override { bms_.tick(now, rx, tx); }
-  void master(Instant now, FrameView rx, TxQueue& tx) override { master_.tick(now, rx, tx); }
+  void bms(Instant now, FrameView rx, TxQueue& tx) override;
+  void master(Instant now, FrameView rx, TxQueue& tx) override;
 
  private:
   app::BmsNode bms_;
