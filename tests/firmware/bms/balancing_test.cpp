@@ -49,7 +49,16 @@ TEST(Balancing, StopsWithTheShutdownCircuitOpen) {
   expect_time("BMS-050", bench.until([&](const Output&) { return !any(); }, 1000), 0, 100);
 }
 
-TEST(Balancing, StopsUnderLoadWithAFaultAndWithALostCell) {
+TEST(Balancing, StopsWithALatchedFaultThoughEveryMeasurementIsGoodAgain) {
+  bench.cell_100uv[8] = 23'000;
+  bench.run(700);
+  bench.cell_100uv[8] = 40'000;
+  bench.run(200);
+  CHECK(bench.state.pack.cells_good && has(bench.out, can::BmsFault::kCellVoltageLow));
+  CHECK_FALSE(any());
+}
+
+TEST(Balancing, StopsUnderLoadAndWithALostCell) {
   bench.current(amps(1) + Current::from_raw(1));
   bench.run(200);
   CHECK_FALSE(any());

@@ -33,6 +33,23 @@ TEST(Contactor, SequenceClosesAirMinusAndPrechargeThenAirPlusThenDropsPrecharge)
   CHECK(bench.out.contactors.air_plus && bench.out.contactors.air_minus && !bench.out.contactors.precharge);
 }
 
+TEST(Contactor, AirPlusThatDoesNotCloseNeverBecomesActive) {
+  bench.idle();
+  bench.request(true);
+  bench.tick();
+  bench.until([](const Output& o) { return o.contactors.air_plus; });
+  bench.aux_follow_command = false;
+  bench.io.air_plus_aux = false;
+  bool was_active = false;
+  const auto watch = [&](const Output& o) {
+    was_active = was_active || active(o);
+    return opened(o);
+  };
+  CHECK(bench.until(watch, 1000) > 0);
+  CHECK_FALSE(was_active);
+  CHECK(has(bench.out, can::BmsFault::kContactorStuckOpen));
+}
+
 // BMS-031
 TEST(Contactor, AirPlusClosesAtThePrechargeRatioAndNotAFewLsbBelow) {
   const std::int32_t pack = 24 * 39'000;  // 93.60 V: 95 % are 88.92 V

@@ -311,6 +311,22 @@ TEST(Fault, ResetClearsALatchedFaultOnlyWhenHealthyAndWithTheTractiveSystemOff) 
   CHECK(bench.out.state == can::BmsState::kIdle);
 }
 
+TEST(Fault, ResetIsRefusedWhileAMeasurementIsMissingThatHasNotTrippedYet) {
+  bench.cell_100uv[7] = 23'000;
+  CHECK(time_to(BmsFault::kCellVoltageLow) > 0);
+  bench.cell_100uv[7] = 39'000;
+  bench.request(false);
+  bench.run(200);
+  bench.invalid_cells.insert(3);
+  bench.run(50);
+  bench.master.reset_request = true;
+  bench.run(100);
+  bench.invalid_cells.clear();
+  bench.run(200);
+  CHECK(has(bench.out, BmsFault::kCellVoltageLow));
+  CHECK_FALSE(has(bench.out, BmsFault::kCellMeasurementLost));
+}
+
 TEST(Fault, NothingIsLatchedBeforeTheFirstCompleteSetOfMeasurements) {
   Bench boot;
   boot.silent.insert(0x203);
