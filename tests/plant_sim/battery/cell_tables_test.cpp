@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "battery/cell_tables.hpp"
+
+#include "fixtures.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+using namespace voltlap::plant::test;
+
+namespace {
+
+/// The curve form of one parameter, written out as a full table.
+std::vector<double> as_table(const CellParameters& cell, const CellParameterMap& map) {
+  std::vector<double> table;
+  for (const double value : map.value) {
+    for (const double t : cell.temperature_breakpoints_c) {
+      for (const double i : cell.current_breakpoints_a) {
+        table.push_back(value * (1.0 + map.per_kelvin * (t - cell.reference_temperature_c)) *
+                        (1.0 + map.per_ampere * (i - cell.reference_current_a)));
+      }
+    }
+  }
+  return table;
+}
+
+double ocv_polynomial(double s) {
+  return 3.00 + s * (5.98 + s * (-14.1 + s * (15.2 + s * (-6.79 + s * 0.88))));
+}
+
+void check_mentions(const std::string& message, const char* part) {
+  STRCMP_CONTAINS(part, message.c_str());
+}
+
+}  // namespace
+
+TEST_GROUP(CellTables) {
+  CellParameters cell = vtm16e().cell;
+
+  std::string refusal() const {
+    return input_error([this] { CellTables tables(cell); });
+  }
+};
+
+TEST(CellTables, ReferencePointGivesTheCurveItself) {
+  const CircuitParameters p = CellTables(cell).circuit(0.5, 30.0, 200.0);
+  DOUBLES_EQUAL(0.0012, p.r0_ohm, 1e-12);
+  DOUBLES_EQUAL(0.0004, p.r1_ohm, 1e-12);
+  DOUBLES_EQUAL(0.0008, p.r2_ohm, 1e-12);
+  DOUBLES_EQUAL(64.5, p.tau1_s, 1e-9);
+  DOUBLES_EQUAL(616.5, p.tau2_s, 1e-9);
+}
+
+TEST(CellTables, ColdCellHasMoreResistanceAndHighCurrentLess) {
+  const CellTables tables(cell);
+  DOUBLES_EQUAL(0.0012 * (1.0 + 0.014 * 8.0), tables.circuit(0.5, 22.0, 200.0).r0_ohm, 1e-12);
+  DOUBLES_EQUAL(0.0012 * (1.0 - 0.00034 * 200.0), tables.circuit(0.5, 30.0, 400.0).r0_ohm, 1e-12);
+}
+
+TEST(CellTables, LookupIsTrilinearBetweenBreakpoints) {
+  cell.soc_breakpoints = {0.0, 1.0};
+  cell.temperature_breakpoints_c = {20.0, 40.0};
+  cell.current_breakpoints_a = {0.0, 100.0};
+  const std::vector<double> corners = {1, 2, 3, 5, 7, 11, 13, 17};
+  for (auto* map : {&cell.r0_ohm, &cell.r1_ohm, &cell.r2_ohm, &cell.tau1_s, &cell.tau2_s}) *map = {{}, 0, 0, corners};
+  const double s = 0.3, t = 0.6, i = 0.25;
+  double expected = 0.0;
+  for (std::size_t n = 0; n < 8; ++n) {
+    expected += corners[n] * ((n & 4U) != 0 ? s : 1 - s) * ((n & 2U) != 0 ? t : 1 - t) * ((n & 1U) != 0 ? i : 1 - i);
+  }
+  DOUBLES_EQUAL(expected, CellTables(cell).circuit(s, 20.0 + 20.0 * t, 100.0 * i).r0_ohm, 1e-12);
+}
+
+TEST(CellTables, OutsideTheBreakpointsTheEndValuesHold) {
+  const CellTables tables(cell);
+  DOUBLES_EQUAL(tables.circuit(0.001, 22.0, 35.0).r1_ohm, tables.circuit(-0.2, -10.0, 0.0).r1_ohm, 1e-15);
+  DOUBLES_EQUAL(tables.circuit(1.0, 40.0, 400.0).tau2_s, tables.circuit(1.3, 90.0, 4000.0).tau2_s, 1e-9);
+}
+
+TEST(CellTables, TableFormGivesTheSameNumbersAsTheCurveForm) {
+  CellParameters full = cell;
+  for (auto map : {&CellParameters::r0_ohm, &CellParameters::r1_ohm, &CellParameters::r2_ohm, &CellParameters::tau1_s,
+                   &CellParameters::tau2_s}) {
+    full.*map = {{}, 0.0, 0.0, as_table(cell, cell.*map)};
+  }
+  const CellTables curve(cell), table(full);
+  for (const double soc : {0.0, 0.07, 0.33, 0.62, 1.0}) {
+    const CircuitParameters a = curve.circuit(soc, 27.3, 160.0), b = table.circuit(soc, 27.3, 160.0);
+    DOUBLES_EQUAL(a.r0_ohm, b.r0_ohm, 1e-15);
+    DOUBLES_EQUAL(a.tau1_s, b.tau1_s, 1e-12);
+    DOUBLES_EQUAL(a.tau2_s, b.tau2_s, 1e-12);
+  }
+}
+
+TEST(CellTables, OneBreakpointOnEveryAxisIsAConstantCell) {
+  const CellTables tables(constant_cell());
+  for (const double x : {-1.0, 0.5, 2.0}) {
+    const CircuitParameters p = tables.circuit(x, 50.0 * x, 300.0 * x);
+    DOUBLES_EQUAL(0.0012, p.r0_ohm, 1e-15);
+    DOUBLES_EQUAL(161.0, p.tau2_s, 1e-12);
+  }
+}
+
+TEST(CellTables, OpenCircuitVoltageFollowsThePolynomial) {
+  const CellTables tables(cell);
+  for (double soc = 0.0; soc <= 1.0; soc += 0.0137) DOUBLES_EQUAL(ocv_polynomial(soc), tables.ocv(soc).voltage_v, 1e-5);
+  DOUBLES_EQUAL(4.17, tables.ocv(1.0).voltage_v, 1e-9);
+}
+
+TEST(CellTables, TabulatedOpenCircuitVoltageAgreesWithThePolynomial) {
+  CellParameters tabulated = cell;
+  tabulated.ocv_polynomial_v.clear();
+  for (int i = 0; i <= 200; ++i) {
+    tabulated.ocv_soc.push_back(i / 200.0);
+    tabulated.ocv_v.push_back(ocv_polynomial(i / 200.0));
+  }
+  const CellTables a(cell), b(tabulated);
+  for (double soc = 0.0; soc <= 1.0; soc += 0.0137) DOUBLES_EQUAL(a.ocv(soc).voltage_v, b.ocv(soc).voltage_v, 2e-4);
+}
+
+TEST(CellTables, SlopeOfTheOcvIsItsDerivative) {
+  const CellTables tables(cell);
+  for (const double soc : {0.0504, 0.3004, 0.7004}) {
+    const double rise = tables.ocv(soc + 1e-4).voltage_v - tables.ocv(soc - 1e-4).voltage_v;
+    DOUBLES_EQUAL(rise / 2e-4, tables.ocv(soc).slope_v, 1e-6);
+  }
+}
+
+TEST(CellTables, StateOfChargeOfAVoltageInvertsTheOcv) {
+  const CellTables tables(cell);
+  for (double soc = 0.0; soc <= 1.0; soc += 0.0137) {
+    DOUBLES_EQUAL(soc, tables.soc_of_ocv(tables.ocv(soc).voltage_v), 1e-9);
+  }
+  DOUBLES_EQUAL(0.0, tables.soc_of_ocv(1.0), 0.0);
+  DOUBLES_EQUAL(1.0, tables.soc_of_ocv(5.0), 0.0);
+}
+
+TEST(CellTables, BreakpointsThatDoNotIncreaseAreRefusedByName) {
+  cell.temperature_breakpoints_c = {22.0, 22.0, 40.0};
+  check_mentions(refusal(), "breakpoints.temperature_c[1]");
+}
+
+TEST(CellTables, AMapOfTheWrongSizeIsRefusedByName) {
+  cell.r1_ohm.value.pop_back();
+  check_mentions(refusal(), "r1.value has 15 entries, breakpoints.soc has 16");
+  cell.r1_ohm.table = {1.0, 2.0};
+  check_mentions(refusal(), "r1.table has 2 entries");
+}
+
+TEST(CellTables, AResistanceOrTimeConstantThatIsNotPositiveIsRefused) {
+  cell.tau2_s.value[3] = 0.0;
+  check_mentions(refusal(), "tau2 is 0 at SOC 0.15");
+  cell = vtm16e().cell;
+  cell.r0_ohm.per_ampere = -0.01;
+  check_mentions(refusal(), "r0 is");
+}
+
+TEST(CellTables, AnOcvThatFallsWithSocIsRefused) {
+  cell.ocv_polynomial_v = {4.0, -0.5};
+  check_mentions(refusal(), "open-circuit voltage falls");
+}
+
+TEST(CellTables, ACellWithoutOcvIsRefused) {
+  cell.ocv_polynomial_v.clear();
+  check_mentions(refusal(), "no open-circuit voltage");
+  cell.ocv_soc = {0.0, 1.0};
+  cell.ocv_v = {3.0};
+  check_mentions(refusal(), "ocv.soc has 2 entries and ocv.voltage_v has 1");
+}

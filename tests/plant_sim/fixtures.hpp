@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the plant's suites share: a car, the courses, files that vanish with their test, and the text of an error.
+#pragma once
+#include <string>
+
+#include "core/errors.hpp"
+#include "core/parameters.hpp"
+#include "track/track.hpp"
+
+namespace voltlap::plant::test {
+
+/// The numbers of plant_sim/data/vehicles/vtm16e.toml and of its cell, written out: a test of the model needs no loader.
+[[nodiscard]] VehicleParameters vtm16e();
+
+/// vtm16e with the efficiencies below 1 that the reference study prints: every conversion has a loss.
+[[nodiscard]] VehicleParameters lossy_vtm16e();
+
+/// A cell whose parameters do not depend on anything, with a flat OCV: closed forms exist for it.
+[[nodiscard]] CellParameters constant_cell();
+
+/// Course of a year, from the project's data.
+[[nodiscard]] Track michigan(int year);
+
+/// A file with the given text; removed at the end of its scope.
+class TemporaryFile {
+ public:
+  TemporaryFile(const std::string& name, const std::string& text);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// Message of the InputError that `action` throws; empty when it throws none.
+template <class Action>
+[[nodiscard]] std::string input_error(const Action& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace voltlap::plant::test
