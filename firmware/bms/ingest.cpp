@@ -1,24 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/ingest.hpp"
 
+#include "codec/refresh.hpp"
+
 namespace voltlap::bms {
 namespace {
 
-/// A value that is not ok leaves the last good one and its time standing.
-template <class T>
-void take(Sample<T>& sample, bool ok, T value, Instant now) {
-  if (!ok) {
-    sample.quality = Quality::kInvalid;
-    return;
-  }
-  sample = Sample<T>{value, now, Quality::kGood};
-}
-
-template <class T>
-void age(Sample<T>& sample, std::int32_t timeout_ms, Instant now) {
-  const std::int32_t age_ms = (now - sample.time).ms();
-  if (sample.quality == Quality::kGood && (age_ms < 0 || age_ms >= timeout_ms)) sample.quality = Quality::kStale;
-}
+using codec::expire;
+using codec::refresh;
 
 void take_cells(const Config& config, const can::CellVoltages& m, Instant now, Measured& out) {
   for (std::size_t i = 0; i < can::CellVoltages::kPerFrame; ++i) {
@@ -26,7 +15,7 @@ void take_cells(const Config& config, const can::CellVoltages& m, Instant now, M
     if (cell >= config.cells_in_series) return;
     const CellVoltage voltage = CellVoltage::from_raw(m.cell_100uv[i]);
     const bool plausible = config.cell_voltage_plausible_min <= voltage && voltage <= config.cell_voltage_plausible_max;
-    take(out.cell[cell], m.cell_ok[i] && plausible, voltage, now);
+    refresh(out.cell[cell], m.cell_ok[i] && plausible, voltage, now);
   }
 }
 
@@ -34,7 +23,7 @@ void take_temperatures(const Config& config, const can::Temperatures& m, Instant
   for (std::size_t i = 0; i < can::Temperatures::kPerFrame; ++i) {
     const std::size_t sensor = m.group * can::Temperatures::kPerFrame + i;
     if (sensor >= config.temperature_sensors) return;
-    take(out.temperature[sensor], m.temperature_ok[i], Temperature::from_raw(m.temperature_dc[i]), now);
+    refresh(out.temperature[sensor], m.temperature_ok[i], Temperature::from_raw(m.temperature_dc[i]), now);
   }
 }
 
@@ -48,30 +37,31 @@ void take_frame(const Config& config, const Frame& frame, Instant now, Measured&
   if (can::decode(frame, cells)) {
     take_cells(config, cells, now, out);
   } else if (can::decode(frame, pack)) {
-    take(out.current, pack.pack_current_ok, Current::from_raw(pack.pack_current_ma), now);
-    take(out.pack_voltage, pack.pack_voltage_ok, PackVoltage::from_raw(pack.pack_voltage_100uv), now);
+    refresh(out.current, pack.pack_current_ok, Current::from_raw(pack.pack_current_ma), now);
+    refresh(out.pack_voltage, pack.pack_voltage_ok, PackVoltage::from_raw(pack.pack_voltage_100uv), now);
   } else if (can::decode(frame, inverter)) {
-    take(out.dc_link_voltage, inverter.dc_link_voltage_ok, PackVoltage::from_raw(inverter.dc_link_voltage_100uv), now);
+    const auto dc_link = PackVoltage::from_raw(inverter.dc_link_voltage_100uv);
+    refresh(out.dc_link_voltage, inverter.dc_link_voltage_ok, dc_link, now);
   } else if (can::decode(frame, io)) {
-    take(out.io, true, VehicleIo{io.air_plus_aux, io.air_minus_aux, io.precharge_aux, io.shutdown_closed}, now);
+    refresh(out.io, true, VehicleIo{io.air_plus_aux, io.air_minus_aux, io.precharge_aux, io.shutdown_closed}, now);
   } else if (can::decode(frame, master)) {
     const bool known = master.drive_state != can::DriveState::kInvalid;
-    take(out.master, known, MasterRequest{master.ts_request, master.reset_request}, now);
+    refresh(out.master, known, MasterRequest{master.ts_request, master.reset_request}, now);
   } else if (can::decode(frame, temperatures)) {
     take_temperatures(config, temperatures, now, out);
   }
 }
 
-void age_all(const Config& config, Instant now, Measured& out) {
-  for (std::size_t i = 0; i < config.cells_in_series; ++i) age(out.cell[i], can::CellVoltages::kTimeoutMs, now);
+void expire_all(const Config& config, Instant now, Measured& out) {
+  for (std::size_t i = 0; i < config.cells_in_series; ++i) expire(out.cell[i], can::CellVoltages::kTimeoutMs, now);
   for (std::size_t i = 0; i < config.temperature_sensors; ++i) {
-    age(out.temperature[i], can::Temperatures::kTimeoutMs, now);
+    expire(out.temperature[i], can::Temperatures::kTimeoutMs, now);
   }
-  age(out.current, can::PackSensor::kTimeoutMs, now);
-  age(out.pack_voltage, can::PackSensor::kTimeoutMs, now);
-  age(out.dc_link_voltage, can::InverterStatus::kTimeoutMs, now);
-  age(out.io, can::VehicleIo::kTimeoutMs, now);
-  age(out.master, can::MasterStatus::kTimeoutMs, now);
+  expire(out.current, can::PackSensor::kTimeoutMs, now);
+  expire(out.pack_voltage, can::PackSensor::kTimeoutMs, now);
+  expire(out.dc_link_voltage, can::InverterStatus::kTimeoutMs, now);
+  expire(out.io, can::VehicleIo::kTimeoutMs, now);
+  expire(out.master, can::MasterStatus::kTimeoutMs, now);
 }
 
 /// A cell's voltage belongs to the current that flowed when it was taken, whatever the order of the frames.
@@ -91,7 +81,7 @@ void ingest(const Config& config, const Input& input, State& state) {
     }
   }
   state.rx.expire(input.now);
-  age_all(config, input.now, state.measured);
+  expire_all(config, input.now, state.measured);
   pair_cells_with_current(config, input.now, state.measured);
 }
 

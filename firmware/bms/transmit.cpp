@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/transmit.hpp"
 
-#include "base/require.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/orion.hpp"
 #include "codec/message_table.hpp"
+#include "codec/send.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -15,15 +15,6 @@ constexpr std::uint16_t kRelayCharge = 1U << 1;
 constexpr std::uint16_t kRelayMalfunction = 1U << 3;
 constexpr std::uint16_t kRelayAlwaysOn = 1U << 5;
 constexpr std::uint16_t kRelayReady = 1U << 6;
-
-template <class Message>
-void send(const Message& message, codec::Sealer& sealer, TxQueue& tx) {
-  Frame frame;
-  can::encode(message, frame);
-  sealer.seal(frame);
-  const bool room = tx.push(frame);
-  VOLTLAP_REQUIRE(room);
-}
 
 /// A limit is rounded down to what its code can say: never more than was allowed.
 std::int32_t rounded_down(Current limit, std::int32_t step_ma) { return limit.raw() / step_ma * step_ma; }
@@ -109,12 +100,12 @@ bool limit_broadcast_due(Instant now) {
 }  // namespace
 
 void transmit(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
-  send(contactor_command(output), sealer, tx);
-  send(bms_limits(output), sealer, tx);
-  send(bms_status(output), sealer, tx);
-  send(pack_broadcast(output), sealer, tx);
-  send(cell_broadcast(output), sealer, tx);
-  if (limit_broadcast_due(output.now)) send(limit_broadcast(output), sealer, tx);
+  codec::send(contactor_command(output), sealer, tx);
+  codec::send(bms_limits(output), sealer, tx);
+  codec::send(bms_status(output), sealer, tx);
+  codec::send(pack_broadcast(output), sealer, tx);
+  codec::send(cell_broadcast(output), sealer, tx);
+  if (limit_broadcast_due(output.now)) codec::send(limit_broadcast(output), sealer, tx);
 }
 
 }  // namespace voltlap::bms

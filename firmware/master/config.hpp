@@ -121,7 +121,8 @@ constexpr bool time_ok(Duration t, std::int32_t max_ms) { return t.ms() > 0 && t
     return ConfigError::kDerating;
   }
   if (!time_ok(c.apps_implausible_time, 100) || !time_ok(c.brake_sensor_fail_time, 100) ||
-      !time_ok(c.rx_timeout, 50) || !time_ok(c.ts_request_timeout, 60'000) || !time_ok(c.rtd_sound_time, 3'000) || c.rtd_sound_time.ms() < 1'000) {
+      !time_ok(c.rx_timeout, 50) || !time_ok(c.ts_request_timeout, 60'000) ||
+      !time_ok(c.rtd_sound_time, 3'000) || c.rtd_sound_time.ms() < 1'000) {
     return ConfigError::kTimes;
   }
   return ConfigError::kNone;

@@ -16,10 +16,8 @@ inline constexpr std::int32_t kTickMs = 10;
 
 class Loop {
  public:
-  bms::Config bms_config = bms::test::pack_config();
-  master::Config master_config{};
-  BmsNode bms{bms_config};
-  MasterNode master{master_config};
+  BmsNode bms;
+  MasterNode master;
 
   // The car, adjustable.
   can::PackSensor pack;
@@ -45,7 +43,8 @@ class Loop {
   std::uint32_t now_ms = 0;
   std::size_t frames_in_tick = 0;
 
-  Loop() {
+  explicit Loop(const bms::Config& bms_config = bms::test::pack_config(), const master::Config& master_config = {})
+      : bms(bms_config), master(master_config) {
     pack.pack_current_ok = pack.pack_voltage_ok = true;
     pedals.apps1_ok = pedals.apps2_ok = pedals.brake_front_ok = pedals.brake_rear_ok = true;
     wheels.front_left_ok = wheels.front_right_ok = wheels.rear_left_ok = wheels.rear_right_ok = true;
@@ -66,9 +65,10 @@ class Loop {
   void tick() {
     frames_.clear();
     send_car();
-    deliver_commands(last_master_);
-    std::vector<Frame> from_bms = run_node([this](Instant t, FrameView rx, TxQueue& tx) { bms.tick(t, rx, tx); }, !bms_dead);
-    for (Frame& frame : from_bms) put(frame);
+    deliver(last_master_);
+    const std::vector<Frame> from_bms =
+        run_node([this](Instant t, FrameView rx, TxQueue& tx) { bms.tick(t, rx, tx); }, !bms_dead);
+    deliver(from_bms);
     last_master_ = run_node([this](Instant t, FrameView rx, TxQueue& tx) { master.tick(t, rx, tx); }, true);
     frames_in_tick = car_frames_ + from_bms.size() + last_master_.size();
     for (const Frame& frame : from_bms) read(frame);
@@ -160,7 +160,7 @@ class Loop {
     }
     return m;
   }
-  void deliver_commands(const std::vector<Frame>& frames) {
+  void deliver(const std::vector<Frame>& frames) {
     for (const Frame& frame : frames) put(frame);
   }
   template <class Tick>

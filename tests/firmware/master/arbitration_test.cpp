@@ -159,7 +159,8 @@ TEST(Arbitration, PowerCeilingKeepsTheShaftBelow80Kilowatt) {
   limit(1'000'000, 0);
   in.pack_voltage.value = PackVoltage::from_raw(6'000'000);
   in.motor_speed.value = MotorSpeed::from_raw(12'000);  // 188.5 V: 550 A would be 103.7 kW
-  const std::int64_t power_mw = std::int64_t{settle(550'000)} * induced_voltage(config, in.motor_speed.value).raw() / 10'000;
+  const std::int64_t induced = induced_voltage(config, in.motor_speed.value).raw();
+  const std::int64_t power_mw = settle(550'000) * induced / 10'000;
   check_reason(TorqueReason::kPower);
   CHECK(power_mw <= 79'000'000);
   CHECK(power_mw >= 78'990'000);

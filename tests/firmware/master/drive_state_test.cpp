@@ -9,7 +9,9 @@ using namespace voltlap::master;
 
 TEST_GROUP(DriveState) {
   bench::Car car;
-  void check_mode(DriveState expected) { LONGS_EQUAL(static_cast<int>(expected), static_cast<int>(car.out.drive_state)); }
+  void check_mode(DriveState expected) {
+    LONGS_EQUAL(static_cast<int>(expected), static_cast<int>(car.out.drive_state));
+  }
 };
 
 TEST(DriveState, FirstStepLeavesAllZeroMemoryForLowVoltage) {
