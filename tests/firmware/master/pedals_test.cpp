@@ -101,6 +101,16 @@ TEST(Pedals, SensorShortedToGroundOrOpenIsOutsideItsRange) {
 }
 
 // MST-002
+TEST(Pedals, SensorAtTheEndsOfItsRangeHasNotFailed) {
+  in.apps1.value = config.apps1.range_min;
+  in.apps2.value = config.apps2.range_min;
+  CHECK_EQUAL(-1, ms_until_latched());
+  in.apps1.value = config.apps1.range_max;
+  in.apps2.value = config.apps2.range_max;
+  CHECK_EQUAL(-1, ms_until_latched());
+}
+
+// MST-002
 TEST(Pedals, SensorMarkedInvalidCountsAsOutsideItsRange) {
   in.apps2.quality = Quality::kInvalid;
   CHECK_EQUAL(100, ms_until_latched());

@@ -90,6 +90,12 @@ TEST(Request, EveryInterruptionDisarms) {
   }
 }
 
+// MST-021
+TEST(Request, ChangeOfDirectionBeginsAtZero) {
+  state.current = Current::from_raw(-150'000);
+  LONGS_EQUAL(200'000, run(1'000'000));
+}
+
 // MST-022
 TEST(Request, BrakeAsksForNoRegenerationByDefault) {
   pedals.released = true;
