@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/car_options.hpp"
+
+namespace voltlap::plant {
+
+void CarOptions::add_vehicle(CLI::App& command) {
+  command.add_option("--vehicle", vehicle, "Name of a vehicle (voltlap list vehicles) or a TOML file")
+      ->capture_default_str();
+  command
+      .add_option("--set", settings,
+                  "Change a parameter, key=value; may be given several times (voltlap list keys)")
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+CLI::Option* CarOptions::add_track(CLI::App& command) {
+  return command.add_option("--track", track, "Name of a track (voltlap list tracks) or a CSV file")
+      ->capture_default_str();
+}
+
+CLI::Option* CarOptions::add_lap_start(CLI::App& command) {
+  return command
+      .add_option("--lap-start", lap_start,
+                  "flying: one periodic lap, the run ends when the laps are driven; standing: a lap from rest, repeated "
+                  "in time as in the reference study")
+      ->check(CLI::IsMember({"flying", "standing"}))
+      ->capture_default_str();
+}
+
+LoadedVehicle CarOptions::load_car(const DataFolder& data) const { return load_vehicle(data, vehicle, settings); }
+
+Track CarOptions::load_course(const DataFolder& data) const { return load_track(data.find("tracks", track)); }
+
+}  // namespace voltlap::plant

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The flags that choose a car and a course, the same for every command that needs them.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "core/parameter_file.hpp"
+#include "track/lap_solver.hpp"
+#include "track/track.hpp"
+
+namespace voltlap::plant {
+
+struct CarOptions {
+  std::string vehicle = "vtm16e";
+  std::string track = "michigan_2015";
+  std::string lap_start = "flying";
+  std::vector<std::string> settings;
+
+  void add_vehicle(CLI::App& command);
+  CLI::Option* add_track(CLI::App& command);
+  CLI::Option* add_lap_start(CLI::App& command);
+
+  [[nodiscard]] LoadedVehicle load_car(const DataFolder& data) const;
+  [[nodiscard]] Track load_course(const DataFolder& data) const;
+  [[nodiscard]] LapStart start() const { return lap_start == "standing" ? LapStart::kStanding : LapStart::kFlying; }
+};
+
+}  // namespace voltlap::plant

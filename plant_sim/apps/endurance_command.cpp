@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/endurance_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "apps/exit_code.hpp"
+#include "apps/firmware_loop.hpp"
+#include "apps/run_recorder.hpp"
+#include "can_dbc/tables.hpp"
+#include "core/errors.hpp"
+#include "report/summary_table.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kEnduranceLength_m = 22'000.0;  // the rules' endurance: 27 laps of Michigan 2015, 29 of 2014
+constexpr int kLapsMax = 10'000;
+
+int laps_of_endurance(const Track& track) {
+  return std::max(1, static_cast<int>(std::floor(kEnduranceLength_m / track.length_m())));
+}
+
+}  // namespace
+
+EnduranceCommand::EnduranceCommand(CLI::App& app)
+    : command_(app.add_subcommand("endurance", "Drive an endurance with the firmware in the loop and print the result")) {
+  car_.add_vehicle(*command_);
+  CLI::Option* track = car_.add_track(*command_);
+  CLI::Option* start = car_.add_lap_start(*command_);
+  CLI::Option* laps = command_->add_option("--laps", laps_, "Number of laps; default: as many as fit into 22 km");
+  command_->add_option("--drive", drive_, "A recorded drive instead of a track: CSV with time_s,speed_mps[,accelerator,brake]")
+      ->excludes(track)
+      ->excludes(start)
+      ->excludes(laps);
+  command_->add_option("--cells", cells_, "all: every cell in series; representative: one cell, scaled (faster)")
+      ->check(CLI::IsMember({"all", "representative"}))
+      ->capture_default_str();
+  command_->add_option("--seed", seed_, "Seed of everything random; the same seed gives the same run")->capture_default_str();
+  command_->add_option("--json", json_, "Write the result as JSON, also when the run fails");
+  CLI::Option* csv = command_->add_option("--csv", csv_, "Write the time series as CSV; compressed when the name ends in .gz");
+  command_->add_option("--rate", rate_hz_, "Lines per second of --csv: 10 or an even part of it")->needs(csv)->capture_default_str();
+  command_->add_option("--candump", candump_, "Write every frame as a candump log, with simulated time");
+  command_->footer("Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
+                   "Exit code: 0 finished, 2 usage or input, 3 the run failed (with time and cause), 130 interrupted.");
+}
+
+EnduranceOptions EnduranceCommand::options(const DataFolder& data) const {
+  EnduranceOptions out;
+  out.vehicle = car_.load_car(data).parameters;
+  if (drive_.empty()) {
+    out.track = car_.load_course(data);
+    out.laps = laps_.value_or(laps_of_endurance(out.track));
+  } else {
+    out.drive = load_drive(drive_);
+    out.laps = 1;
+  }
+  if (out.laps < 1 || out.laps > kLapsMax) {
+    throw InputError("--laps", fmt::format("{}", out.laps), fmt::format("a whole number from 1 to {}", kLapsMax),
+                     "Give the number of laps to drive, or leave the flag out for an endurance of 22 km");
+  }
+  if (cells_ == "representative" && !out.vehicle.battery.cells.empty()) {
+    throw InputError("--cells representative", "settings of single cells (battery.cells.<n>.*)", "cells that are all equal",
+                     "Use --cells all, or leave these settings out");
+  }
+  out.lap_start = car_.start();
+  out.representative_cell = cells_ == "representative";
+  out.seed = seed_;
+  return out;
+}
+
+RunDescription EnduranceCommand::description(const EnduranceOptions& options) const {
+  return {.vehicle = options.vehicle.name,
+          .course = options.drive ? options.drive->name : options.track.name,
+          .lap_start = options.drive ? "drive" : car_.lap_start,
+          .cells = cells_,
+          .settings = car_.settings,
+          .seed = seed_,
+          .laps = options.laps};
+}
+
+void EnduranceCommand::refuse_shared_files() const {
+  const bool shared = (!json_.empty() && (json_ == csv_ || json_ == candump_)) || (!csv_.empty() && csv_ == candump_);
+  if (shared) {
+    throw InputError("--json, --csv, --candump", "one file for two of them", "a file for each", "Give different names");
+  }
+}
+
+int EnduranceCommand::run(const DataFolder& data) {
+  refuse_shared_files();
+  const EnduranceOptions chosen = options(data);
+  const RunDescription run = description(chosen);
+  RunRecorder recorder;
+  // Opened before the run: a path that cannot be written is known at once.
+  std::optional<AtomicFile> json;
+  if (!json_.empty()) json.emplace(json_);
+  if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
+  if (!candump_.empty()) recorder.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
+
+  catch_interrupt();
+  FirmwareLoop firmware(chosen.vehicle);
+  const auto begin = std::chrono::steady_clock::now();
+  const EnduranceResult result = run_endurance(chosen, firmware, recorder);
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  recorder.end_progress();
+  if (result.stopped) {
+    fmt::print(stderr, "Interrupted after {:.1f} s of the race; no result file was written.\n", result.failure_time_s);
+    return kExitInterrupted;
+  }
+
+  recorder.commit();
+  if (json) {
+    json->write(run_result_json(run, chosen.vehicle, result, recorder.hash.finish(), wall_s));
+    json->commit();
+  }
+  const std::string reference_file = data.path("reference/endurance.csv");
+  const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
+  fmt::print("{}", summary_table(run, result, reference));
+  RunDescription standing = run;
+  standing.lap_start = "standing";
+  if (run.lap_start == "flying" && find_reference(reference_file, standing)) {
+    fmt::print("  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n");
+  }
+  fmt::print("  computed in {:.1f} s, seed {}\n", wall_s, run.seed);
+  return result.finished ? kExitOk : kExitFailedRun;
+}
+
+}  // namespace voltlap::plant

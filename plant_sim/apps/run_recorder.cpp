@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/run_recorder.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+
+namespace voltlap::plant {
+namespace {
+
+// A signal handler has no other way in; only this file sees it.
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch a lock-free flag");
+
+constexpr std::chrono::milliseconds kTerminalPeriod{200};
+constexpr std::chrono::seconds kLogPeriod{5};
+
+bool to_terminal() {
+  static const bool terminal = ::isatty(STDERR_FILENO) == 1;
+  return terminal;
+}
+
+}  // namespace
+
+void catch_interrupt() {
+  std::signal(SIGINT, [](int) { interrupted.store(true); });
+}
+
+void RunRecorder::on_frame(std::uint32_t tick, Sender sender, const Frame& frame) {
+  hash.on_frame(tick, sender, frame);
+  if (candump) candump->on_frame(tick, sender, frame);
+}
+
+void RunRecorder::on_sample(const TimeSample& sample) {
+  if (series) series->add(sample);
+}
+
+void RunRecorder::on_progress(double fraction, double time_s) {
+  const auto now = std::chrono::steady_clock::now();
+  if (to_terminal() ? now - shown_ < kTerminalPeriod : now - shown_ < kLogPeriod) return;
+  shown_ = now;
+  fmt::print(stderr, "{}driving: {:3.0f} %, {:.0f} s of the race{}", to_terminal() ? "\r" : "", 100.0 * fraction, time_s,
+             to_terminal() ? "   " : "\n");
+  std::fflush(stderr);
+  line_open_ = to_terminal();
+}
+
+bool RunRecorder::stop_requested() { return interrupted.load(); }
+
+void RunRecorder::end_progress() {
+  if (line_open_) fmt::print(stderr, "\r{:60}\r", "");
+  line_open_ = false;
+}
+
+void RunRecorder::commit() {
+  if (series) series->commit();
+  if (candump) candump->commit();
+}
+
+}  // namespace voltlap::plant

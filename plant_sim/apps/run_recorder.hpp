@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Watches an endurance: hashes and files of its frames, its time series, the progress line, Ctrl-C.
+#pragma once
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "report/candump_file.hpp"
+#include "report/time_series_file.hpp"
+#include "report/trace_hash.hpp"
+#include "study/endurance.hpp"
+
+namespace voltlap::plant {
+
+/// From here on Ctrl-C asks the run to stop instead of ending the process.
+void catch_interrupt();
+
+class RunRecorder : public EnduranceObserver {
+ public:
+  std::optional<TimeSeriesFile> series;
+  std::optional<CandumpFile> candump;
+  TraceHash hash;
+
+  void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override;
+  void on_sample(const TimeSample& sample) override;
+  void on_progress(double fraction, double time_s) override;
+  [[nodiscard]] bool stop_requested() override;
+
+  /// Clears the progress line.
+  void end_progress();
+  /// Puts the result files in place.
+  void commit();
+
+ private:
+  std::chrono::steady_clock::time_point shown_ = std::chrono::steady_clock::now();
+  bool line_open_ = false;
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/run_result.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "core/parameter_table.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kJoulesPerKwh = 3.6e6;
+
+Json failure(const EnduranceResult& result) {
+  if (result.finished) return nullptr;
+  return {{"time_s", result.failure_time_s}, {"cause", result.failure_cause}};
+}
+
+Json limits(const EnduranceResult& result) {
+  Json out = Json::object();
+  for (std::size_t i = 1; i < kLimitReasons; ++i) out[limit_reason_name(i)] = result.limit_active_s[i];
+  return out;
+}
+
+Json lap_rows(const EnduranceResult& result) {
+  Json out = Json::array();
+  for (const LapRow& row : result.lap_rows) {
+    out.push_back({{"lap", row.lap}, {"time_s", row.time_s}, {"energy_kwh", row.energy_kwh},
+                   {"end_soc_pct", row.end_soc_pct}, {"energy_ledger_error_pct", row.ledger_error_pct}});
+  }
+  return out;
+}
+
+Json ledger(const EnduranceResult& result) {
+  Json out = Json::object();
+  for (std::size_t i = 0; i < kEnergyTerms; ++i) {
+    const auto term = static_cast<EnergyTerm>(i);
+    out[energy_term_name(term)] = result.ledger[term] / kJoulesPerKwh;
+  }
+  return out;
+}
+
+/// A TOML number, list, switch or plain word is JSON as it stands.
+Json parameters(const VehicleParameters& car) {
+  Json out = Json::object();
+  for (const auto& [key, value] : parameter_values(car)) {
+    Json parsed = Json::parse(value, nullptr, false);
+    out[key] = parsed.is_discarded() ? Json(value) : parsed;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string run_result_json(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& result,
+                            const TraceHash::Result& hash, double wall_s) {
+  const Json json = {
+      {"status", result.finished ? "finished" : "failed"},
+      {"failure", failure(result)},
+      {"vehicle", run.vehicle},
+      {"course", run.course},
+      {"lap_start", run.lap_start},
+      {"cells", run.cells},
+      {"settings", run.settings},
+      {"laps_asked", run.laps},
+      {"end_soc_pct", result.end_soc_pct},
+      {"max_battery_temp_c", result.max_battery_temp_c},
+      {"total_time_s", result.total_time_s},
+      {"max_battery_current_a", result.max_battery_current_a},
+      {"min_pack_voltage_v", result.min_pack_voltage_v},
+      {"min_cell_voltage_v", result.min_cell_voltage_v},
+      {"min_cell", result.min_cell},
+      {"max_speed_mps", result.max_speed_mps},
+      {"max_motor_temp_c", result.max_motor_temp_c},
+      {"distance_m", result.distance_m},
+      {"laps", result.laps},
+      {"energy_out_kwh", result.energy_out_kwh},
+      {"energy_ledger_error_pct", result.energy_ledger_error_pct},
+      {"charge_balance_error_pct", result.charge_balance_error_pct},
+      {"bms_soc_error_pct", result.bms_soc_error_pct},
+      {"frames", result.frames},
+      {"frames_in_tick_max", result.frames_in_tick_max},
+      {"trace_hash", hash.trace},
+      {"hash_plant", hash.plant},
+      {"hash_bms", hash.bms},
+      {"hash_master", hash.master},
+      {"limit_active_s", limits(result)},
+      {"lap_rows", lap_rows(result)},
+      {"energy_ledger_kwh", ledger(result)},
+      {"wall_s", wall_s},
+      {"seed", run.seed},
+      {"version", VOLTLAP_VERSION},
+      {"parameters", parameters(car)},
+  };
+  return json.dump(2) + "\n";
+}
+
+}  // namespace voltlap::plant

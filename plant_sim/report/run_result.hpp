@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The result of an endurance as one JSON object: numbers, hashes, and all that is needed to repeat the run.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "report/trace_hash.hpp"
+#include "study/endurance.hpp"
+
+namespace voltlap::plant {
+
+/// What was asked for, in the words of the command line.
+struct RunDescription {
+  std::string vehicle, course;  ///< course: a track, or a recorded drive
+  std::string lap_start;        ///< flying | standing | drive
+  std::string cells;            ///< all | representative
+  std::vector<std::string> settings;
+  std::uint64_t seed = 0;
+  int laps = 0;
+};
+
+/// JSON text with a final newline. `wall_s` is the real time that the run took.
+[[nodiscard]] std::string run_result_json(const RunDescription& run, const VehicleParameters& car,
+                                          const EnduranceResult& result, const TraceHash::Result& hash, double wall_s);
+
+}  // namespace voltlap::plant
