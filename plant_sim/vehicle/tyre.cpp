@@ -5,6 +5,11 @@
 #include <cmath>
 
 namespace voltlap::plant {
+namespace {
+
+constexpr double kLinearSlip = 1e-9;  // below it force over slip is the slope at zero
+
+}  // namespace
 
 TyreForce tyre_force(const TyreSection& tyre, double slip, double normal_n) {
   const double bk = tyre.pacejka_b * slip;
@@ -20,8 +25,10 @@ AxleStep axle_step(const TyreSection& tyre, const AxleInput& in, double omega_ra
   const double reference = std::max(std::abs(in.speed_mps), tyre.slip_speed_floor_mps);
   const double slip = (r * omega_rad_s - in.speed_mps) / reference;
   const TyreForce tyre_now = tyre_force(tyre, slip, in.normal_n);
-  // Past the peak the slope is negative; taking it as zero there keeps the step an explicit one, which is bounded.
-  const double stiffness = std::max(tyre_now.slope_n, 0.0) / reference;
+  // The secant F/k is never below the slope: with it a free wheel's speed error shrinks without changing sign. With the
+  // slope alone, which vanishes at the peak, a step near standstill jumps to the other peak and back for ever.
+  const double secant = std::abs(slip) > kLinearSlip ? tyre_now.force_n / slip : tyre_now.slope_n;
+  const double stiffness = secant / reference;
   const double inertia = in.inertia_kg_m2 + step_s * r * r * stiffness;
 
   const double free = omega_rad_s + step_s * (in.drive_torque_nm - r * tyre_now.force_n) / inertia;

@@ -2,8 +2,8 @@
 // Longitudinal tyre force by the magic formula, and one axle's wheel speed by a step that stays stable at standstill.
 //
 //   F(k) = N D sin(C atan(B k - E (B k - atan(B k)))),   k = (r w - V) / max(|V|, V_floor)
-// Source: reference study, 2016, Eq. 4.1 and 4.2. The floor in the slip ratio and the linearly implicit step (one
-// Newton step of implicit Euler in w) replace an explicit step, which diverges below about 1.3 m/s at 1 ms.
+// Source: reference study, 2016, Eq. 4.1 and 4.2. The floor in the slip ratio and the linearly implicit step (implicit
+// Euler in w with the secant F/k for the force) replace an explicit step, which diverges below about 1.3 m/s at 1 ms.
 #pragma once
 #include "core/parameters.hpp"
 
