@@ -170,7 +170,7 @@ class Run {
       result_.bms_soc_error_pct = std::max(result_.bms_soc_error_pct, 100.0 * std::abs(soc_error));
     }
     close_laps();
-    if (tick_ % kTicksPerSample == 0) sample(reason);
+    if ((tick_ - ready_tick_) % kTicksPerSample == 0) sample(reason);
     if (end_of_drive_s_ >= 0.0) {
       over_ = result_.finished = true;
     } else {
