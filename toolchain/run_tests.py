@@ -1,116 +1,162 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs every suite of a build and sums what they count.
+"""Runs every test that the build knows, prints what failed, and ends with one line: N passed, N failed, N skipped.
 
-usage: voltlap test [--only WORD] [--jobs N] [--list]
-
-Each suite is a CppUTest program or a pytest folder that the build registered. A suite that fails is printed whole, the
-others in one line. The last line is `N passed, N failed, N skipped`, over single tests. Exit code 0: none failed; 1: some
-did; 2: usage, or no suite.
+The suites are those of ctest. A CppUTest executable and a pytest folder count their single tests, any other command
+counts as one. The firmware's cross build and the check of its objects are two tests of their own.
 """
 import argparse
 import concurrent.futures
+import dataclasses
 import json
 import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
-from typing import NamedTuple
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+PROJECT = Path(__file__).resolve().parent.parent
+SUITE_TIMEOUT_S = 600
 
 
-class Suite(NamedTuple):
+@dataclasses.dataclass
+class Outcome:
     name: str
-    kind: str
-    command: list
-    environment: dict
-    directory: str
+    passed: int = 0
+    failed: int = 0
+    skipped: int = 0
+    output: str = ""  # shown when something failed
+    skips: tuple = ()  # reasons
+    seconds: float = 0.0
 
 
-class Outcome(NamedTuple):
-    suite: Suite
-    passed: int
-    failed: int
-    skipped: int
-    seconds: float
-    output: str
+def call(command, folder, environment=None):
+    """Exit code and output; a suite that hangs has failed."""
+    try:
+        done = subprocess.run(command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              text=True, errors="replace", timeout=SUITE_TIMEOUT_S)
+        return done.returncode, done.stdout
+    except subprocess.TimeoutExpired as late:
+        text = late.stdout or ""
+        return 1, (text if isinstance(text, str) else text.decode(errors="replace")) + f"\nno end after {SUITE_TIMEOUT_S} s"
+    except OSError as error:
+        return 1, f"{command[0]}: {error.strerror}"
 
 
-def suites_of(build):
-    """The suites that CMake registered, slowest kinds first."""
-    listing = subprocess.run(["ctest", "--show-only=json-v1"], cwd=build, capture_output=True, text=True, check=True)
-    found = []
-    for test in json.loads(listing.stdout)["tests"]:
-        properties = {p["name"]: p["value"] for p in test["properties"]}
-        environment = dict(entry.split("=", 1) for entry in properties.get("ENVIRONMENT", []))
-        kind = properties.get("LABELS", ["?"])[0]
-        found.append(Suite(test["name"], kind, test["command"], environment, properties.get("WORKING_DIRECTORY", build)))
-    return sorted(found, key=lambda s: (s.kind != "pytest", s.name))
+def whole_command(name, code, output):
+    return Outcome(name, passed=int(code == 0), failed=int(code != 0), output=output)
 
 
-def count_cpputest(output, exit_code):
-    """(passed, failed, skipped) of a CppUTest program, from its closing line; a crash is one failure."""
-    line = re.search(r"(?:OK|Errors) \((?:(\d+) failures?, )?(\d+) tests?, (\d+) ran, \d+ checks?, (\d+) ignored", output)
-    if not line:
-        return 0, 1, 0
-    failed = len(set(re.findall(r"error: Failure in (.+)", output))) if line[1] else 0
-    if exit_code != 0:
-        failed = max(failed, 1)
-    return int(line[3]) - failed, failed, int(line[4])
+def run_cpputest(name, command, folder):
+    code, output = call(command, folder)
+    summary = re.search(r"\((?:(\d+) failures?, )?(\d+) tests, (\d+) ran, \d+ checks, (\d+) ignored", output)
+    if summary is None:  # crashed, or not a CppUTest executable at all
+        return Outcome(name, failed=1, output=output + f"\nno summary, exit code {code}")
+    failed, ran, ignored = int(summary[1] or 0), int(summary[3]), int(summary[4])
+    if code != 0 and failed == 0:
+        failed = 1
+    if ran == 0:
+        return Outcome(name, failed=1, output=output + "\nthe suite ran no test")
+    return Outcome(name, passed=max(0, ran - failed), failed=failed, skipped=ignored, output=output)
 
 
-def count_pytest(output, exit_code):
-    """(passed, failed, skipped) of a pytest run, from its closing line; errors count as failures."""
-    closing = output.strip().splitlines()[-1] if output.strip() else ""
-    count = {word: int(n) for n, word in re.findall(r"(\d+) (passed|failed|skipped|error)", closing)}
-    failed = count.get("failed", 0) + count.get("error", 0)
-    if exit_code != 0:
-        failed = max(failed, 1)
-    return count.get("passed", 0), failed, count.get("skipped", 0)
+def run_pytest(name, command, folder, environment):
+    with tempfile.TemporaryDirectory() as scratch:
+        report = Path(scratch) / "report.xml"
+        code, output = call([*command, f"--junitxml={report}"], folder, environment)
+        if not report.exists():
+            return Outcome(name, failed=1, output=output + f"\nno report, exit code {code}")
+        root = ElementTree.parse(report).getroot()
+    outcome = Outcome(name, output=output)
+    reasons = []
+    for case in root.iter("testcase"):
+        if case.find("failure") is not None or case.find("error") is not None:
+            outcome.failed += 1
+        elif (skip := case.find("skipped")) is not None:
+            outcome.skipped += 1
+            reasons.append(skip.get("message", ""))
+        else:
+            outcome.passed += 1
+    if code != 0 and outcome.failed == 0:
+        outcome.failed = 1
+    outcome.skips = tuple(sorted(set(reasons)))
+    return outcome
 
 
-def run(suite):
-    started = time.monotonic()
-    done = subprocess.run(suite.command, cwd=suite.directory, env={**os.environ, **suite.environment}, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace")
-    count = count_pytest if suite.kind == "pytest" else count_cpputest
-    return Outcome(suite, *count(done.stdout, done.returncode), time.monotonic() - started, done.stdout)
+def run_suite(suite):
+    properties = {entry["name"]: entry["value"] for entry in suite.get("properties", [])}
+    environment = dict(os.environ)
+    environment.update(pair.split("=", 1) for pair in properties.get("ENVIRONMENT", []))
+    folder, command, labels = properties.get("WORKING_DIRECTORY", PROJECT), suite["command"], properties.get("LABELS", [])
+    begin = time.monotonic()
+    if "pytest" in labels or "pytest" in command:
+        outcome = run_pytest(suite["name"], command, folder, environment)
+    elif "cpputest" in labels:
+        outcome = run_cpputest(suite["name"], command, folder)
+    else:
+        outcome = whole_command(suite["name"], *call(command, folder, environment))
+    outcome.seconds = time.monotonic() - begin
+    return outcome
+
+
+def known_suites(build):
+    listing = subprocess.run(["ctest", "--test-dir", str(build), "--show-only=json-v1"], check=True, stdout=subprocess.PIPE)
+    return json.loads(listing.stdout)["tests"]
+
+
+def run_cross_build():
+    """The firmware for the microcontroller, and what its objects must not contain."""
+    begin = time.monotonic()
+    build = PROJECT / "build" / "cortex-m4"
+    code, output = call(["cmake", "--preset", "cortex-m4", f"-DVOLTLAP_PYTHON={sys.executable}"], PROJECT)
+    if code == 0:
+        code, output = call(["cmake", "--build", str(build)], PROJECT)
+    built = whole_command("firmware for Cortex-M4", code, output)
+    built.seconds = time.monotonic() - begin
+    if built.failed:
+        return [built]
+    libraries = sorted(str(path) for path in build.rglob("*.a"))
+    checker = PROJECT / "toolchain" / "check_firmware_objects.py"
+    return [built, whole_command("firmware objects", *call([sys.executable, str(checker), *libraries], PROJECT))]
+
+
+def report(outcome):
+    mark = "FAILED" if outcome.failed else "ok"
+    print(f"{mark:>6}  {outcome.name:<36} {outcome.passed:>5} passed {outcome.failed:>3} failed "
+          f"{outcome.skipped:>3} skipped  {outcome.seconds:5.1f} s", flush=True)
+    if outcome.failed:
+        print(outcome.output.rstrip(), flush=True)
+    for reason in outcome.skips:
+        print(f"        skipped: {reason}", flush=True)
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="voltlap test", description=__doc__.split("\n\n")[0],
-                                     epilog="Exit code 0: no test failed; 1: some did; 2: usage, or no suite.")
-    parser.add_argument("--build", default="build/default", help=argparse.SUPPRESS)
-    parser.add_argument("--only", metavar="WORD", default="", help="only suites whose name contains WORD")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="suites at once (default: cores)")
-    parser.add_argument("--list", action="store_true", help="name the suites and stop")
-    options = parser.parse_args()
+    parser = argparse.ArgumentParser(prog="voltlap test", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--build", type=Path, default=PROJECT / "build" / "default", help=argparse.SUPPRESS)
+    parser.add_argument("--only", metavar="REGEX", default="", help="only suites whose name matches; no cross build")
+    arguments = parser.parse_args()
 
-    suites = [s for s in suites_of(options.build) if options.only in s.name]
-    if options.list:
-        print("\n".join(f"{s.name} ({s.kind})" for s in suites))
-        return 0
+    suites = [suite for suite in known_suites(arguments.build) if re.search(arguments.only, suite["name"])]
     if not suites:
-        print(f"voltlap test: no suite's name contains '{options.only}'; --list names them", file=sys.stderr)
+        print(f"no suite matches --only {arguments.only}; `ctest --test-dir {arguments.build} -N` lists them")
         return 2
-
-    total = [0, 0, 0]
-    with concurrent.futures.ThreadPoolExecutor(max(1, options.jobs)) as pool:
-        for done in concurrent.futures.as_completed([pool.submit(run, s) for s in suites]):
-            outcome = done.result()
-            if outcome.failed:
-                print(f"\n---- {outcome.suite.name} ----\n{outcome.output.strip()}\n")
-            if "SKIPPED" in outcome.output:
-                print("\n".join(l for l in outcome.output.splitlines() if l.startswith("SKIPPED")))
-            print(f"{'FAILED' if outcome.failed else 'ok':6} {outcome.suite.name}: {outcome.passed} passed, "
-                  f"{outcome.failed} failed, {outcome.skipped} skipped in {outcome.seconds:.1f} s", flush=True)
-            total = [a + b for a, b in zip(total, outcome[1:4])]
-    print(f"{total[0]} passed, {total[1]} failed, {total[2]} skipped")
-    return 1 if total[1] else 0
+    outcomes = []
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        running = [pool.submit(run_suite, suite) for suite in suites]
+        cross = None if arguments.only else pool.submit(run_cross_build)
+        for done in concurrent.futures.as_completed(running):
+            outcomes.append(done.result())
+            report(outcomes[-1])
+        for outcome in cross.result() if cross else []:
+            outcomes.append(outcome)
+            report(outcome)
+    failed = sum(outcome.failed for outcome in outcomes)
+    print(f"{sum(o.passed for o in outcomes)} passed, {failed} failed, {sum(o.skipped for o in outcomes)} skipped")
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.exit(130)
+    sys.exit(main())
