@@ -9,7 +9,7 @@
 
 namespace voltlap::plant::test {
 
-/// The numbers of plant_sim/data/vehicles/vtm16e.toml and of its cell, written out: a test of the model needs no loader.
+/// plant_sim/data/vehicles/vtm16e.toml with its cell.
 [[nodiscard]] VehicleParameters vtm16e();
 
 /// vtm16e with the efficiencies below 1 that the reference study prints: every conversion has a loss.

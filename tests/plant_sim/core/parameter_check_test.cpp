@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parameter_check.hpp"
+
+#include <functional>
+
+#include "scratch.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(ParameterCheck) {
+  LoadedVehicle vehicle = load_vehicle(DataFolder(VOLTLAP_SOURCE_DIR "/plant_sim/data"), "vtm16e");
+
+  std::string complaint_after(const std::function<void(VehicleParameters&)>& change) {
+    change(vehicle.parameters);
+    return complaint([&] { check_consistency(vehicle); });
+  }
+};
+
+TEST(ParameterCheck, VehicleOfTheProjectIsConsistent) {
+  STRCMP_EQUAL("no error", complaint_after([](VehicleParameters&) {}).c_str());
+}
+
+TEST(ParameterCheck, BreakpointsThatDoNotRiseAreNamedWithTheirFileAndLine) {
+  const std::string message = complaint_after([](VehicleParameters& p) { std::swap(p.cell.soc_breakpoints[1], p.cell.soc_breakpoints[2]); });
+  STRCMP_CONTAINS("aesc_e5_2p.toml:", message.c_str());
+  STRCMP_CONTAINS("cell.breakpoints.soc", message.c_str());
+}
+
+TEST(ParameterCheck, TwoEqualBreakpointsAreRefused) {
+  STRCMP_CONTAINS("greater than the one before", complaint_after([](VehicleParameters& p) {
+    p.motor.curve_speed_rpm[1] = p.motor.curve_speed_rpm[0];
+  }).c_str());
+}
+
+TEST(ParameterCheck, CurveWithAPointMissingIsRefused) {
+  STRCMP_CONTAINS("motor.curve_torque_nm", complaint_after([](VehicleParameters& p) { p.motor.curve_torque_nm.pop_back(); }).c_str());
+  STRCMP_CONTAINS("cell.r0.value", complaint_after([](VehicleParameters& p) {
+    p.motor.curve_torque_nm.push_back(0.0);
+    p.cell.r0_ohm.value.pop_back();
+  }).c_str());
+}
+
+TEST(ParameterCheck, OcvNeedsExactlyOneForm) {
+  STRCMP_CONTAINS("two open-circuit voltages", complaint_after([](VehicleParameters& p) {
+    p.cell.ocv_soc = {0.0, 1.0};
+    p.cell.ocv_v = {3.0, 4.0};
+  }).c_str());
+  STRCMP_CONTAINS("no open-circuit voltage", complaint_after([](VehicleParameters& p) {
+    p.cell.ocv_polynomial_v.clear();
+    p.cell.ocv_soc.clear();
+    p.cell.ocv_v.clear();
+  }).c_str());
+}
+
+TEST(ParameterCheck, OcvMayBeFlatButNotFall) {
+  const auto curve = [](double second) {
+    return [second](VehicleParameters& p) {
+      p.cell.ocv_polynomial_v.clear();
+      p.cell.ocv_soc = {0.0, 0.5, 1.0};
+      p.cell.ocv_v = {3.0, second, 4.0};
+    };
+  };
+  STRCMP_EQUAL("no error", complaint_after(curve(3.0)).c_str());
+  STRCMP_CONTAINS("no value less", complaint_after(curve(2.999)).c_str());
+}
+
+TEST(ParameterCheck, FullTableNeedsAValueForEveryPoint) {
+  const auto table = [](std::size_t missing) {
+    return [missing](VehicleParameters& p) {
+      const auto& c = p.cell;
+      p.cell.r1_ohm.value.clear();
+      p.cell.r1_ohm.table.assign(c.soc_breakpoints.size() * c.temperature_breakpoints_c.size() * c.current_breakpoints_a.size() - missing, 1e-3);
+    };
+  };
+  STRCMP_EQUAL("no error", complaint_after(table(0)).c_str());
+  STRCMP_CONTAINS("cell.r1.table", complaint_after(table(1)).c_str());
+}
+
+TEST(ParameterCheck, VoltageLimitsStandInOrder) {
+  STRCMP_CONTAINS("less than voltage_max_v", complaint_after([](VehicleParameters& p) { p.cell.voltage_min_v = p.cell.voltage_max_v; }).c_str());
+}
+
+TEST(ParameterCheck, UnknownPowertrainIsRefused) {
+  STRCMP_CONTAINS("\"electric\" or \"none\"", complaint_after([](VehicleParameters& p) { p.powertrain.kind = "steam"; }).c_str());
+}

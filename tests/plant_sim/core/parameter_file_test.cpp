@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parameter_file.hpp"
+
+#include "scratch.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(ParameterFile) {
+  DataFolder data{VOLTLAP_SOURCE_DIR "/plant_sim/data"};
+  Scratch scratch;
+
+  VehicleParameters with(const std::vector<std::string>& settings, const std::string& vehicle = "vtm16e") {
+    return load_vehicle(data, vehicle, settings).parameters;
+  }
+  std::string complaint_of(const std::vector<std::string>& settings, const std::string& vehicle = "vtm16e") {
+    return complaint([&] { (void)with(settings, vehicle); });
+  }
+  std::string car_with(const std::string& lines) { return scratch.write("car.toml", "base = \"vtm16e\"\n" + lines); }
+};
+
+TEST(ParameterFile, EveryVehicleOfTheProjectLoads) {
+  for (const std::string& name : data.names("vehicles")) STRCMP_EQUAL(name.c_str(), with({}, name).name.c_str());
+}
+
+TEST(ParameterFile, VehicleWithABaseInheritsAndOverrides) {
+  const VehicleParameters car = with({}, "vtm17e"), base = with({});
+  LONGS_EQUAL(22, car.battery.cells_in_series);
+  DOUBLES_EQUAL(219.0, car.vehicle.mass_kg, 0.0);
+  DOUBLES_EQUAL(base.vehicle.wheelbase_m, car.vehicle.wheelbase_m, 0.0);
+}
+
+TEST(ParameterFile, SettingBeatsVehicleAndVehicleBeatsCellFile) {
+  const double of_cell_file = with({}).cell.capacity_ah;
+  const std::string car = car_with("[battery]\ncapacity_ah = 40.0\n");
+  CHECK(of_cell_file != 40.0);
+  DOUBLES_EQUAL(40.0, with({}, car).cell.capacity_ah, 0.0);
+  DOUBLES_EQUAL(30.0, with({"battery.capacity_ah=30"}, car).cell.capacity_ah, 0.0);
+  DOUBLES_EQUAL(20.0, with({"cell.capacity_ah=20"}, car).cell.capacity_ah, 0.0);
+  DOUBLES_EQUAL(20.0, with({"cell.capacity_ah=20"}, car).battery.capacity_ah, 0.0);
+}
+
+TEST(ParameterFile, LastOfTwoSettingsOfAKeyHolds) {
+  DOUBLES_EQUAL(250.0, with({"vehicle.mass_kg=240", "vehicle.mass_kg=250"}).vehicle.mass_kg, 0.0);
+}
+
+TEST(ParameterFile, SingleCellIsNumberedFromOne) {
+  const VehicleParameters car = with({"battery.cells.3.capacity_scale=0.92"});
+  LONGS_EQUAL(3, car.battery.cells.size());
+  DOUBLES_EQUAL(0.92, car.battery.cells[2].capacity_scale, 0.0);
+  DOUBLES_EQUAL(1.0, car.battery.cells[1].capacity_scale, 0.0);
+}
+
+TEST(ParameterFile, CellThatThePackDoesNotHaveIsRefused) {
+  STRCMP_CONTAINS("a cell from 1 to 24", complaint_of({"battery.cells.25.capacity_scale=0.9"}).c_str());
+  STRCMP_CONTAINS("not known", complaint_of({"battery.cells.0.capacity_scale=0.9"}).c_str());
+}
+
+TEST(ParameterFile, UnknownKeyIsRefusedWithTheNearestNamed) {
+  STRCMP_CONTAINS("\"vehicle.mass_kg\"", complaint_of({"vehicle.mas_kg=240"}).c_str());
+}
+
+TEST(ParameterFile, UnknownKeyInAFileIsNamedByFileAndLine) {
+  STRCMP_CONTAINS("car.toml:3: the key \"vehicle.mas_kg\"",
+                  complaint_of({}, car_with("[vehicle]\nmas_kg = 240.0\n")).c_str());
+}
+
+TEST(ParameterFile, WrongTypeIsNamedByFileAndLine) {
+  const std::string message = complaint_of({}, car_with("[vehicle]\nmass_kg = \"light\"\n"));
+  STRCMP_CONTAINS("car.toml:3, vehicle.mass_kg: found", message.c_str());
+  STRCMP_CONTAINS("a number in kg from 20 to 3000", message.c_str());
+}
+
+TEST(ParameterFile, WholeNumberKeyRefusesAFraction) {
+  STRCMP_CONTAINS("a whole number", complaint_of({"battery.cells_in_series=23.5"}).c_str());
+}
+
+TEST(ParameterFile, RangeEndsAreInsideAndWhatIsBeyondIsNot) {
+  DOUBLES_EQUAL(20.0, with({"vehicle.mass_kg=20"}).vehicle.mass_kg, 0.0);
+  DOUBLES_EQUAL(3000.0, with({"vehicle.mass_kg=3000"}).vehicle.mass_kg, 0.0);
+  STRCMP_CONTAINS("expected", complaint_of({"vehicle.mass_kg=19.999"}).c_str());
+  STRCMP_CONTAINS("expected", complaint_of({"vehicle.mass_kg=3000.001"}).c_str());
+  STRCMP_CONTAINS("expected", complaint_of({"vehicle.mass_kg=nan"}).c_str());
+}
+
+TEST(ParameterFile, BrokenTomlIsNamedByFileAndLine) {
+  STRCMP_CONTAINS("car.toml:3: this is not valid TOML", complaint_of({}, car_with("[vehicle]\nmass_kg = \n")).c_str());
+}
+
+TEST(ParameterFile, MissingKeyIsNamedWithUnitAndRange) {
+  const std::string message = complaint_of({}, scratch.write("bare.toml", "[battery]\ncell = \"aesc_e5_2p\"\n"));
+  STRCMP_CONTAINS("no vehicle.mass_kg; expected a number in kg", message.c_str());
+}
+
+TEST(ParameterFile, VehiclesThatNameEachOtherAsBaseAreRefused) {
+  const std::string a = scratch.write("a.toml", "base = \"b.toml\"\n");
+  scratch.write("b.toml", "base = \"a.toml\"\n");
+  STRCMP_CONTAINS("circle", complaint_of({}, a).c_str());
+}
+
+TEST(ParameterFile, UnknownVehicleListsTheKnownOnes) {
+  STRCMP_CONTAINS("vtm16e, vtm17e", complaint_of({}, "vtm18").c_str());
+}
+
+TEST(ParameterFile, SettingWithoutAnEqualsSignIsRefused) {
+  STRCMP_CONTAINS("--set vehicle.mass_kg=219", complaint_of({"vehicle.mass_kg"}).c_str());
+  STRCMP_CONTAINS("--set vehicle.mass_kg=219", complaint_of({"vehicle.mass_kg="}).c_str());
+}
+
+TEST(ParameterFile, CellFileIsFoundBesideTheVehicleFile) {
+  scratch.write("own.toml", "base_is_missing = 1\n");
+  STRCMP_CONTAINS("own.toml:1: the key \"cell.base_is_missing\"",
+                  complaint_of({}, car_with("[battery]\ncell = \"own.toml\"\n")).c_str());
+}
