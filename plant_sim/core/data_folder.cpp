@@ -45,10 +45,11 @@ std::string DataFolder::find(const std::string& kind, const std::string& name, c
   if (!beside.empty() && is_file(fs::path(beside) / name)) return (fs::path(beside) / name).string();
   if (is_file(name)) return name;
   const std::vector<std::string> known = names(kind);
-  const std::string one = kind.substr(0, kind.size() - 1);
-  throw InputError(fmt::format("{} \"{}\": there is no {} of this name, nor a file at this path. Known: {}. Did you mean "
-                               "{}? A path must lead to an existing {} file.",
-                               one, name, one, fmt::join(known, ", "), nearest_of(name, known), extension_of(kind)));
+  const std::string one = kind.substr(0, kind.size() - 1), nearest = nearest_of(name, known, name.size() / 2);
+  throw InputError(fmt::format("{} \"{}\": there is no {} of this name, nor a file at this path. Known: {}.{} "
+                               "A path must lead to an existing {} file.",
+                               one, name, one, fmt::join(known, ", "), nearest.empty() ? "" : " Did you mean " + nearest + "?",
+                               extension_of(kind)));
 }
 
 }  // namespace voltlap::plant

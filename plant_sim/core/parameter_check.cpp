@@ -39,7 +39,8 @@ class Check {
  private:
   [[nodiscard]] std::string place(const std::string& key) const {
     const auto known = origin_.find(key);
-    return known == origin_.end() ? key : fmt::format("{}, {}", known->second, key);
+    if (known == origin_.end()) return key;
+    return known->second.ends_with(key) ? known->second : fmt::format("{}, {}", known->second, key);
   }
   const std::map<std::string, std::string>& origin_;
 };

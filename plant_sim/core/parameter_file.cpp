@@ -48,6 +48,11 @@ std::string found_text(const toml::node& node) {
   return text.size() > kShown ? text.substr(0, kShown) + " ..." : text;
 }
 
+/// Where a value came from and which key it is for; a --set names its key already.
+std::string place_of(const Assignment& assignment, std::string_view key) {
+  return assignment.rank == Rank::kSetting ? assignment.place : fmt::format("{}, {}", assignment.place, key);
+}
+
 struct CellKey {
   std::size_t cell;  ///< from 0
   const CellVariationRow* row;
@@ -163,7 +168,7 @@ std::optional<double> number_of(const toml::node& node) {
 class Store {
  public:
   Store(VehicleParameters& into, const ParameterRow& row, const Assignment& from)
-      : into_(into), row_(row), node_(*from.value), place_(fmt::format("{}, {}", from.place, row.key)) {}
+      : into_(into), row_(row), node_(*from.value), place_(place_of(from, row.key)) {}
 
   void operator()(double& (*access)(VehicleParameters&)) const { access(into_) = number_in_range(node_); }
   void operator()(int& (*access)(VehicleParameters&)) const {
@@ -211,7 +216,7 @@ void store_cell_variations(const Assignments& given, VehicleParameters& into) {
   for (const auto& [key, assignment] : given) {
     const auto parsed = parse_cell_key(key);
     if (!parsed) continue;
-    const std::string place = fmt::format("{}, {}", assignment.place, key);
+    const std::string place = place_of(assignment, key);
     const auto cells = static_cast<std::size_t>(into.battery.cells_in_series);
     if (parsed->cell >= cells) {
       throw InputError(place, fmt::format("cell {}", parsed->cell + 1), fmt::format("a cell from 1 to {}", cells),

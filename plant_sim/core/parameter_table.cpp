@@ -42,12 +42,16 @@ const ParameterRow* find_parameter(std::string_view key) {
   return found == rows.end() ? nullptr : &*found;
 }
 
-std::string nearest_of(std::string_view word, const std::vector<std::string>& candidates) {
-  const auto nearer = [&](const std::string& a, const std::string& b) {
-    return edit_distance(word, a) < edit_distance(word, b);
-  };
-  const auto best = std::min_element(candidates.begin(), candidates.end(), nearer);
-  return best == candidates.end() ? std::string() : *best;
+std::string nearest_of(std::string_view word, const std::vector<std::string>& candidates, std::size_t edits_max) {
+  std::string best;
+  std::size_t least = edits_max;
+  for (const std::string& candidate : candidates) {
+    const std::size_t edits = edit_distance(word, candidate);
+    if (edits > least || (edits == least && !best.empty())) continue;
+    best = candidate;
+    least = edits;
+  }
+  return best;
 }
 
 std::string nearest_key(std::string_view key) {
@@ -56,7 +60,11 @@ std::string nearest_key(std::string_view key) {
   for (const CellVariationRow& row : cell_variation_rows()) {
     candidates.push_back(fmt::format("battery.cells.<n>.{}", row.field));
   }
-  return nearest_of(key, candidates);
+  for (const std::string& candidate : candidates) {
+    if (candidate.ends_with("." + std::string(key))) return candidate;
+  }
+  constexpr std::size_t kAnyDistance = 1000;
+  return nearest_of(key, candidates, kAnyDistance);
 }
 
 std::string expectation(const ParameterRow& row) {

@@ -45,11 +45,13 @@ struct CellVariationRow {
 /// The row of a key, or nullptr.
 [[nodiscard]] const ParameterRow* find_parameter(std::string_view key);
 
-/// The known key that needs the fewest edits to become `key`, keys of single cells included.
+/// The key that `key` is the end of (mass_kg: vehicle.mass_kg), else the one that needs the fewest edits to become it;
+/// keys of single cells included.
 [[nodiscard]] std::string nearest_key(std::string_view key);
 
-/// Of some candidates, the one with the smallest edit distance to `word`; empty when there are none.
-[[nodiscard]] std::string nearest_of(std::string_view word, const std::vector<std::string>& candidates);
+/// Of some candidates, the one with the smallest edit distance to `word`; empty when none is at most `edits_max` away.
+[[nodiscard]] std::string nearest_of(std::string_view word, const std::vector<std::string>& candidates,
+                                     std::size_t edits_max);
 
 /// What a value of this row must be, in words: "a number in kg from 20 to 3000".
 [[nodiscard]] std::string expectation(const ParameterRow& row);

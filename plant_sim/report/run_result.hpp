@@ -11,10 +11,11 @@ namespace voltlap::plant {
 
 /// What was asked for, in the words of the command line.
 struct RunDescription {
-  std::string vehicle, course;  ///< course: a track, or a recorded drive
-  std::string lap_start;        ///< flying | standing | drive
-  std::string cells;            ///< all | representative
-  std::vector<std::string> settings;
+  std::string vehicle{};
+  std::string course{};     ///< a track, or a recorded drive
+  std::string lap_start{};  ///< flying | standing | drive
+  std::string cells{};      ///< all | representative
+  std::vector<std::string> settings{};
   std::uint64_t seed = 0;
   int laps = 0;
 };

@@ -91,8 +91,8 @@ std::string summary_table(const RunDescription& run, const EnduranceResult& resu
                         ? fmt::format("Finished {} on {} in {}.\n", run.vehicle, run.course, duration_text(result.total_time_s))
                         : fmt::format("FAILED {} on {} after {:.2f} s, {} laps done: {}.\n", run.vehicle, run.course,
                                       result.failure_time_s, result.laps, result.failure_cause);
-  out += fmt::format("  {:<24}{:>10} {:<4}", "", "this run", "");
-  out += reference ? fmt::format("{:>10} {:<4}{:>9}\n", "reference", "", "error") : "\n";
+  out += fmt::format("  {:<24}{:>10}", "", "this run");
+  out += reference ? fmt::format("{:>15}{:>14}\n", "reference", "error") : "\n";
   for (const Line& line : lines) out += text(line);
   out += fmt::format("  limits that held back: {}\n  lowest cell: {}   energy ledger closes to {:.4f} %   frames: {}\n",
                      limits_text(result), result.min_cell, result.energy_ledger_error_pct, result.frames);

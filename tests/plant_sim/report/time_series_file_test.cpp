@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/time_series_file.hpp"
 
-#include <CppUTest/TestHarness.h>
-
 #include <algorithm>
 
 #include "plant_sim/core/scratch.hpp"
+
+#include <CppUTest/TestHarness.h>
 
 using namespace voltlap::plant;
 
