@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line as its users meet it: results, files, messages, exit codes."""
+import gzip
+import hashlib
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import time
+
+import pytest
+
+BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
+
+
+def voltlap(*arguments, folder=None):
+    return subprocess.run([BINARY, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def endurance(tmp_path, *arguments, code=0):
+    """The JSON result of a run."""
+    path = tmp_path / "result.json"
+    run = voltlap("endurance", "--json", path, *arguments)
+    assert run.returncode == code, run.stderr
+    return json.loads(path.read_text())
+
+
+def test_version_is_one_line():
+    assert re.fullmatch(r"voltlap \d+\.\d+\.\d+\n", voltlap("--version").stdout)
+
+
+@pytest.mark.parametrize("command", ["endurance", "lap", "list"])
+def test_help_ends_well_and_names_the_flags(command):
+    run = voltlap(command, "--help")
+    assert run.returncode == 0
+    assert "--vehicle" in run.stdout and "--set" in run.stdout
+
+
+def test_lists_hold_what_the_project_ships():
+    assert voltlap("list", "vehicles").stdout.split() == ["vtm16e", "vtm17e"]
+    assert {"michigan_2014", "michigan_2015"} <= set(voltlap("list", "tracks").stdout.split())
+    assert voltlap("list", "cells").stdout.split()
+    keys = voltlap("list", "keys").stdout
+    assert re.search(r"^vehicle\.mass_kg +kg +20 \.\. 3000 +243 ", keys, re.MULTILINE)
+    assert "battery.cells.<n>.capacity_scale" in keys
+
+
+def test_lap_writes_time_speed_and_length(tmp_path):
+    path = tmp_path / "lap.json"
+    assert voltlap("lap", "--json", path).returncode == 0
+    lap = json.loads(path.read_text())
+    assert set(lap) == {"lap_time_s", "max_speed_mps", "length_m"}
+    assert lap["length_m"] == pytest.approx(814.1, abs=0.1)
+
+
+def test_one_seed_gives_one_trace_and_noise_depends_on_the_seed(tmp_path):
+    noisy = ("--laps", 1, "--set", "sensors.noise=true")
+    first, again = endurance(tmp_path, *noisy), endurance(tmp_path, *noisy)
+    other = endurance(tmp_path, *noisy, "--seed", 2)
+    assert first["trace_hash"] == again["trace_hash"]
+    assert first["trace_hash"] != other["trace_hash"]
+    assert first["hash_plant"] != other["hash_plant"]
+
+
+def test_weak_cell_shows_as_the_lowest(tmp_path):
+    assert endurance(tmp_path, "--laps", 2, "--set", "battery.cells.7.capacity_scale=0.92")["min_cell"] == 7
+
+
+def test_nominal_laps_are_those_of_the_reference_study(tmp_path):
+    assert endurance(tmp_path, "--cells", "representative")["laps"] == 27
+    assert endurance(tmp_path, "--cells", "representative", "--track", "michigan_2014")["laps"] == 29
+
+
+def test_reference_row_stands_beside_the_run_it_belongs_to():
+    nominal = voltlap("endurance", "--lap-start", "standing", "--cells", "representative")
+    assert "row nominal_2015" in nominal.stdout and "28.0" in nominal.stdout
+    assert "row nominal" not in voltlap("endurance", "--laps", 1, "--lap-start", "standing").stdout
+
+
+def test_failed_run_is_written_with_time_and_cause(tmp_path):
+    result = endurance(tmp_path, "--laps", 2, "--set", "assertions.battery_temperature_max_c=27.2", code=3)
+    assert result["status"] == "failed"
+    assert result["failure"]["time_s"] > 0
+    assert "battery" in result["failure"]["cause"]
+
+
+def frames_hash(lines):
+    """The trace hash taken from a candump log alone, for the senders that the ids belong to."""
+    digest = hashlib.sha256()
+    master = {0x0A1, 0x0C2}
+    bms = {0x0A0, 0x0C0, 0x0C1, 0x036, 0x6B0, 0x6B1}
+    for line in lines:
+        at, _, frame = line.split()
+        tick = round(float(at.strip("()")) * 100)
+        name, _, data = frame.partition("#")
+        number, payload = int(name, 16), bytes.fromhex(data)
+        sender = 2 if number in master else 1 if number in bms else 0
+        digest.update(tick.to_bytes(4, "little") + bytes([sender]) + number.to_bytes(4, "little") + bytes([len(payload)]) + payload)
+    return digest.hexdigest()
+
+
+def test_candump_holds_every_frame_of_the_trace(tmp_path):
+    log = tmp_path / "run.log"
+    result = endurance(tmp_path, "--laps", 1, "--candump", log)
+    lines = log.read_text().splitlines()
+    assert len(lines) == result["frames"]
+    assert frames_hash(lines) == result["trace_hash"]
+
+
+def test_time_series_is_the_same_compressed_and_plain(tmp_path):
+    for name in ("a.csv", "a.csv.gz"):
+        assert voltlap("endurance", "--laps", 1, "--csv", tmp_path / name).returncode == 0
+    plain = (tmp_path / "a.csv").read_text()
+    assert gzip.open(tmp_path / "a.csv.gz", "rt").read() == plain
+    rows = [line.split(",") for line in plain.splitlines() if not line.startswith("#")]
+    assert rows[0][0] == "time_s" and "cell_24_voltage_v" in rows[0]
+    assert len(rows) > 700 and len({len(row) for row in rows}) == 1
+
+
+def test_recorded_drive_replaces_the_track(tmp_path):
+    drive = tmp_path / "drive.csv"
+    drive.write_text("time_s,speed_mps\n0,0\n5,5\n20,5\n25,1\n")
+    result = endurance(tmp_path, "--drive", drive)
+    assert result["status"] == "finished"
+    assert result["total_time_s"] == pytest.approx(25.0, abs=0.1)
+    assert result["distance_m"] == pytest.approx(102.5, abs=3.0)
+
+
+ERRORS = {
+    "unknown track": (["--track", "lincoln"], ["lincoln", "michigan_2014, michigan_2015"]),
+    "unknown vehicle": (["--vehicle", "vtm16"], ["vtm16", "Did you mean vtm16e?"]),
+    "unknown key": (["--set", "vehicle.mas_kg=1"], ["vehicle.mas_kg", '"vehicle.mass_kg"']),
+    "wrong type": (["--set", "vehicle.mass_kg=heavy"], ["vehicle.mass_kg", "heavy", "a number in kg from 20 to 3000"]),
+    "out of range": (["--set", "vehicle.mass_kg=1"], ["found 1;", "from 20 to 3000"]),
+    "no laps": (["--laps", "0"], ["--laps", "found 0", "1 to 10000"]),
+    "laps that are no number": (["--laps", "many"], ["laps"]),
+    "table out of order": (["--set", "motor.curve_speed_rpm=[0, 100, 50]"], ["motor.curve_speed_rpm", "50 after 100"]),
+    "rate between samples": (["--csv", "x.csv", "--rate", "3"], ["--rate", "3 Hz", "10 Hz or an even part"]),
+    "rate without csv": (["--rate", "5"], ["--csv"]),
+    "unknown flag": (["--lap", "3"], ["--lap"]),
+    "unwritable folder": (["--json", "absent/x.json"], ["absent/x.json", "existing folder"]),
+    "full disk": (["--laps", "1", "--csv", "/dev/full"], ["/dev/full", "No space left on device"]),
+    "one file for two": (["--json", "x", "--csv", "x"], ["one file for two"]),
+    "track and drive": (["--track", "michigan_2014", "--drive", "x.csv"], ["--track", "--drive"]),
+    "too few thermistors": (["--set", "battery.cells_in_series=96"], ["sensors.temperature_count", "96"]),
+    "cells that differ, one simulated": (
+        ["--cells", "representative", "--set", "battery.cells.1.capacity_scale=0.9"], ["--cells all"]),
+}
+
+
+@pytest.mark.parametrize("arguments, words", ERRORS.values(), ids=ERRORS.keys())
+def test_input_error_says_what_is_wrong_and_leaves_no_file(tmp_path, arguments, words):
+    run = voltlap("endurance", *arguments, folder=tmp_path)
+    assert run.returncode == 2, run.stderr
+    said = run.stderr + run.stdout
+    assert [word for word in words if word not in said] == [], said
+    assert list(tmp_path.iterdir()) == []
+
+
+FILES = {
+    "row with a field missing": ("--track", "t.csv", "type,section_length_m,corner_radius_m\nStraight,50,0\nLeft,5\n", "t.csv:3"),
+    "negative radius": ("--track", "t.csv", "straight_m,corner_radius_m,corner_angle_rad\n10,-5,1.0\n", "t.csv:2"),
+    "drive that runs back in time": ("--drive", "d.csv", "time_s,speed_mps\n0,0\n2,1\n1,1\n", "d.csv:4"),
+    "vehicle with a wrong type": ("--vehicle", "v.toml", 'base = "vtm16e"\n[vehicle]\nmass_kg = true\n', "v.toml:3"),
+    "vehicle that is no TOML": ("--vehicle", "v.toml", "mass 3\n", "v.toml:1"),
+}
+
+
+@pytest.mark.parametrize("flag, name, text, place", FILES.values(), ids=FILES.keys())
+def test_error_in_a_file_is_named_by_file_and_line(tmp_path, flag, name, text, place):
+    (tmp_path / name).write_text(text)
+    run = voltlap("endurance", flag, name, folder=tmp_path)
+    assert run.returncode == 2, run.stderr
+    assert place in run.stderr
+
+
+def test_interrupt_ends_with_130_and_leaves_no_file(tmp_path):
+    arguments = [BINARY, "endurance", "--laps", "5000", "--json", "a.json", "--csv", "a.csv", "--candump", "a.log"]
+    run = subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 10
+    while not list(tmp_path.glob("a.log.part-*")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.2)
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=20)
+    assert run.returncode == 130
+    assert "Interrupted" in said
+    assert list(tmp_path.iterdir()) == []
