@@ -51,6 +51,12 @@ class CommandReceiver {
   [[nodiscard]] const can::MasterStatus& master() const { return master_; }
 
  private:
+  /// A silent node has no state: what it last said must not stand for ever.
+  template <class Message>
+  void forget_unless_fresh(Instant now, Message& last) {
+    if (!monitor_.fresh(Message::kId, now)) last = {};
+  }
+
   codec::RxMonitor<can::kPlantRx> monitor_;
   can::BmsLimits limits_{};
   can::BmsStatus bms_{};

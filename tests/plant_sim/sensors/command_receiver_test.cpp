@@ -80,3 +80,19 @@ TEST(CommandReceiver, TheInverterFollowsAnEnabledCurrent) {
   receive({sealed(m)});
   DOUBLES_EQUAL(0.0, car.inverter.current(96.0), 0.0);
 }
+
+TEST(CommandReceiver, ASilentNodeHasNoStateAndNoLimit) {
+  for (int i = 0; i < 5; ++i) {
+    can::MasterStatus master;
+    master.drive_state = can::DriveState::kReadyToDrive;
+    can::BmsLimits limits;
+    limits.discharge_limit_ma = 300'000;
+    limits.discharge_limit_ok = true;
+    receive({sealed(master), sealed(limits)});
+  }
+  CHECK(receiver.master().drive_state == can::DriveState::kReadyToDrive);
+  LONGS_EQUAL(300'000, receiver.limits().discharge_limit_ma);
+  for (int i = 0; i < 8; ++i) receive({});
+  CHECK(receiver.master().drive_state == can::DriveState::kInvalid);
+  LONGS_EQUAL(0, receiver.limits().discharge_limit_ma);
+}

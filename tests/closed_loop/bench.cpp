@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench.hpp"
+
+#include <cmath>
+
+namespace voltlap::plant::test {
+
+template <class Fill>
+void LoopBench::send(Sender sender, const Fill& fill) {
+  tx_.clear();
+  fill(tx_);
+  bus_.send(sender, tx_);
+}
+
+void LoopBench::tick() {
+  bus_.begin_tick(tick_);
+  for (int i = 0; i < 10; ++i) car.step(pedals.brake);
+  car.renew(0.01);
+  const Instant now = Instant::from_ms(now_ms());
+  send(Sender::kPlant, [&](TxQueue& tx) { frames_.send(now, car, pedals, switches, tx); });
+  send(Sender::kBms, [&](TxQueue& tx) { loop.bms(now, bus_.receive(Sender::kBms), tx); });
+  send(Sender::kMaster, [&](TxQueue& tx) { loop.master(now, bus_.receive(Sender::kMaster), tx); });
+  commands.receive(now, bus_.receive(Sender::kPlant), car);
+  ++tick_;
+}
+
+void LoopBench::run_for(double seconds) {
+  for (long i = std::lround(seconds * 100.0); i > 0; --i) tick();
+}
+
+void LoopBench::drive_off(double seconds) {
+  switches.shutdown_closed = true;
+  pedals = {0.0, 1.0};
+  run_for(0.5);
+  switches.ts_on = true;
+  run_for(2.0);
+  switches.ts_on = false;
+  run_for(2.0);
+  switches.ready_to_drive = true;
+  run_for(0.5);
+  switches.ready_to_drive = false;
+  pedals = {1.0, 0.0};
+  run_for(seconds);
+}
+
+}  // namespace voltlap::plant::test

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Car, bus and firmware in lockstep under a given pedal, without a driver and without anybody who ends the run.
+#pragma once
+#include "bus/in_process_bus.hpp"
+#include "loop.hpp"
+#include "sensors/sensor_frames.hpp"
+#include "study/car.hpp"
+
+namespace voltlap::plant::test {
+
+class LoopBench {
+ public:
+  explicit LoopBench(const VehicleParameters& parameters)
+      : car(parameters, true, 0.001), loop(parameters), frames_(car.parameters(), 1) {}
+
+  void tick();
+  void run_for(double seconds);
+  /// Power-on to ready to drive, then full pedal for `seconds`.
+  void drive_off(double seconds);
+  [[nodiscard]] std::uint32_t now_ms() const { return tick_ * can::kTickMs; }
+  [[nodiscard]] bool any_air_closed() const {
+    return car.contactors.air_plus.closed() || car.contactors.air_minus.closed();
+  }
+
+  Car car;
+  SilenceableLoop loop;
+  CommandReceiver commands;
+  Pedals pedals;
+  Switches switches;
+
+ private:
+  template <class Fill>
+  void send(Sender sender, const Fill& fill);
+
+  SensorFrames frames_;
+  InProcessBus bus_;
+  TxQueue tx_;
+  std::uint32_t tick_ = 0;
+};
+
+}  // namespace voltlap::plant::test
