@@ -3,7 +3,7 @@
 """Runs every test that the build knows, prints what failed, and ends with one line: N passed, N failed, N skipped.
 
 The suites are those of ctest. A CppUTest executable and a pytest folder count their single tests, any other command
-counts as one. The firmware's cross build and the check of its objects are two tests of their own.
+counts as one.
 """
 import argparse
 import concurrent.futures
@@ -107,22 +107,6 @@ def known_suites(build):
     return json.loads(listing.stdout)["tests"]
 
 
-def run_cross_build():
-    """The firmware for the microcontroller, and what its objects must not contain."""
-    begin = time.monotonic()
-    build = PROJECT / "build" / "cortex-m4"
-    code, output = call(["cmake", "--preset", "cortex-m4", f"-DVOLTLAP_PYTHON={sys.executable}"], PROJECT)
-    if code == 0:
-        code, output = call(["cmake", "--build", str(build)], PROJECT)
-    built = whole_command("firmware for Cortex-M4", code, output)
-    built.seconds = time.monotonic() - begin
-    if built.failed:
-        return [built]
-    libraries = sorted(str(path) for path in build.rglob("*.a"))
-    checker = PROJECT / "toolchain" / "check_firmware_objects.py"
-    return [built, whole_command("firmware objects", *call([sys.executable, str(checker), *libraries], PROJECT))]
-
-
 def report(outcome):
     mark = "FAILED" if outcome.failed else "ok"
     print(f"{mark:>6}  {outcome.name:<36} {outcome.passed:>5} passed {outcome.failed:>3} failed "
@@ -136,7 +120,7 @@ def report(outcome):
 def main():
     parser = argparse.ArgumentParser(prog="voltlap test", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--build", type=Path, default=PROJECT / "build" / "default", help=argparse.SUPPRESS)
-    parser.add_argument("--only", metavar="REGEX", default="", help="only suites whose name matches; no cross build")
+    parser.add_argument("--only", metavar="REGEX", default="", help="only suites whose name matches")
     arguments = parser.parse_args()
 
     suites = [suite for suite in known_suites(arguments.build) if re.search(arguments.only, suite["name"])]
@@ -146,13 +130,9 @@ def main():
     outcomes = []
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         running = [pool.submit(run_suite, suite) for suite in suites]
-        cross = None if arguments.only else pool.submit(run_cross_build)
         for done in concurrent.futures.as_completed(running):
             outcomes.append(done.result())
             report(outcomes[-1])
-        for outcome in cross.result() if cross else []:
-            outcomes.append(outcome)
-            report(outcome)
     failed = sum(outcome.failed for outcome in outcomes)
     print(f"{sum(o.passed for o in outcomes)} passed, {failed} failed, {sum(o.skipped for o in outcomes)} skipped")
     return 1 if failed else 0
