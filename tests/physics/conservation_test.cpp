@@ -60,7 +60,8 @@ TEST(Conservation, OpenCircuitEnergyLessHeatAndStorageIsTheTerminalEnergyInEvery
     const EnergyLedger& l = drive.car.ledger();
     const double at_terminals = l[EnergyTerm::kBatteryChemical] - l[EnergyTerm::kBatteryR0Heat] -
                                 l[EnergyTerm::kBatteryRcHeat] - l[EnergyTerm::kBatteryRcStored];
-    DOUBLES_EQUAL_TEXT(drive.car.energy_out_j(), at_terminals, 1e-9 * l[EnergyTerm::kBatteryChemical], variant.name.c_str());
+    DOUBLES_EQUAL_TEXT(drive.car.energy_out_j(), at_terminals, 1e-9 * l[EnergyTerm::kBatteryChemical],
+                       variant.name.c_str());
   }
 }
 

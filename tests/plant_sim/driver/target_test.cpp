@@ -79,7 +79,8 @@ TEST(Target, ASlopeInPositionIsTurnedIntoOneInTime) {
 }
 
 TEST(Target, ARecordedDriveWithPedalsUsesThem) {
-  const TemporaryFile file("drive.csv", "time_s,speed_mps,accelerator,brake\n5.0,0.0,0.3,0\n7.0,4.0,0.4,0\n8.0,0.0,0,0.6\n");
+  const TemporaryFile file("drive.csv",
+                           "time_s,speed_mps,accelerator,brake\n5.0,0.0,0.3,0\n7.0,4.0,0.4,0\n8.0,0.0,0,0.6\n");
   const RecordedDrive drive = load_drive(file.path());
   DOUBLES_EQUAL(3.0, drive.duration_s(), 1e-12);
   DOUBLES_EQUAL(6.0, drive.length_m(), 1e-12);
@@ -108,7 +109,9 @@ TEST(Target, ARecordedDriveIsDrivenOnceAndHoldsItsEnd) {
 TEST(Target, ADriveThatCannotBeDrivenIsRefusedWithItsLine) {
   STRCMP_CONTAINS("drive.csv:3: time_s is 1 after 1", drive_refusal("time_s,speed_mps\n1,0\n1,1\n").c_str());
   STRCMP_CONTAINS("drive.csv:3: speed_mps is -1", drive_refusal("time_s,speed_mps\n0,0\n1,-1\n").c_str());
-  STRCMP_CONTAINS(":2: accelerator is 1.2", drive_refusal("time_s,speed_mps,accelerator,brake\n0,0,1.2,0\n1,1,0,0\n").c_str());
-  STRCMP_CONTAINS("column 'brake' is missing", drive_refusal("time_s,speed_mps,accelerator\n0,0,1\n1,1,0\n").c_str());
+  STRCMP_CONTAINS(":2: accelerator is 1.2",
+                  drive_refusal("time_s,speed_mps,accelerator,brake\n0,0,1.2,0\n1,1,0,0\n").c_str());
+  STRCMP_CONTAINS("column 'brake' is missing",
+                  drive_refusal("time_s,speed_mps,accelerator\n0,0,1\n1,1,0\n").c_str());
   STRCMP_CONTAINS("a drive of two or more", drive_refusal("time_s,speed_mps\n0,0\n").c_str());
 }

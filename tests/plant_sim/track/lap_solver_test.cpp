@@ -34,7 +34,8 @@ double motor_torque_at(const MotorSection& motor, double rpm) {
   std::size_t i = 1;
   while (motor.curve_speed_rpm[i] < rpm) ++i;
   const double x0 = motor.curve_speed_rpm[i - 1], x1 = motor.curve_speed_rpm[i];
-  return motor.curve_torque_nm[i - 1] + (motor.curve_torque_nm[i] - motor.curve_torque_nm[i - 1]) * (rpm - x0) / (x1 - x0);
+  const double rise = motor.curve_torque_nm[i] - motor.curve_torque_nm[i - 1];
+  return motor.curve_torque_nm[i - 1] + rise * (rpm - x0) / (x1 - x0);
 }
 
 /// Full acceleration by Eq. 3.2-3.9, the load transfer by iteration.
@@ -105,7 +106,8 @@ TEST(LapSolver, ACornerIsReachedByBrakingAtFullPedal) {
   const Track track{"hook", {{100.0, 0.0}, {10.0, 0.2}}};
   const SpeedProfile lap = solve_lap(car, track, LapStart::kStanding, 0.1);
   const auto at = [&](double distance) {
-    return static_cast<std::size_t>(std::lower_bound(lap.distance_m.begin(), lap.distance_m.end(), distance - 1e-9) - lap.distance_m.begin());
+    const auto& grid = lap.distance_m;
+    return static_cast<std::size_t>(std::lower_bound(grid.begin(), grid.end(), distance - 1e-9) - grid.begin());
   };
   const std::size_t corner = at(100.0), before = at(98.0);
   DOUBLES_EQUAL(corner_speed(car, 0.2), lap.speed_mps[corner], 1e-9);

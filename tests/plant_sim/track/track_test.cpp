@@ -57,7 +57,8 @@ TEST(Track, TypedSectionsTurnLeftAndRight) {
 }
 
 TEST(Track, ARadiusThatIsNotPositiveIsRefusedWithFileAndLine) {
-  check_refused("straight_m,corner_radius_m,corner_angle_rad\n30.0,5.0,1.0\n30.0,-5.0,1.0\n", ":3", "corner_radius_m is -5");
+  check_refused("straight_m,corner_radius_m,corner_angle_rad\n30.0,5.0,1.0\n30.0,-5.0,1.0\n", ":3",
+                "corner_radius_m is -5");
   check_refused("type,section_length_m,corner_radius_m\nLeft,10.0,0.0\n", ":2", "corner_radius_m is 0");
 }
 
@@ -66,7 +67,8 @@ TEST(Track, ANegativeLengthIsRefusedWithFileAndLine) {
 }
 
 TEST(Track, AMissingColumnIsNamedTogetherWithThoseThereAre) {
-  check_refused("straight_m,corner_angle_rad\n30.0,1.0\n", "", "column 'corner_radius_m' is missing; found straight_m, corner_angle_rad");
+  check_refused("straight_m,corner_angle_rad\n30.0,1.0\n", "",
+                "column 'corner_radius_m' is missing; found straight_m, corner_angle_rad");
 }
 
 TEST(Track, AWordInPlaceOfANumberIsRefusedWithFileAndLine) {

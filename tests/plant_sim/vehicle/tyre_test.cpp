@@ -31,8 +31,9 @@ TEST(Tyre, ForceIsOddInSlipAndProportionalToLoad) {
 
 TEST(Tyre, SlopeIsTheDerivativeOfTheForce) {
   for (const double slip : {-0.6, -0.12, -0.01, 0.0, 0.03, 0.15, 0.5}) {
-    const double difference = tyre_force(tyre, slip + 1e-6, 1600.0).force_n - tyre_force(tyre, slip - 1e-6, 1600.0).force_n;
-    DOUBLES_EQUAL(difference / 2e-6, tyre_force(tyre, slip, 1600.0).slope_n, 1e-2);
+    const double above = tyre_force(tyre, slip + 1e-6, 1600.0).force_n;
+    const double below = tyre_force(tyre, slip - 1e-6, 1600.0).force_n;
+    DOUBLES_EQUAL((above - below) / 2e-6, tyre_force(tyre, slip, 1600.0).slope_n, 1e-2);
   }
   DOUBLES_EQUAL(1600.0 * 1.5 * 1.5221 * 11.0947, tyre_force(tyre, 0.0, 1600.0).slope_n, 1e-6);
 }
