@@ -8,8 +8,8 @@ void CarOptions::add_vehicle(CLI::App& command) {
       ->capture_default_str();
   command
       .add_option("--set", settings,
-                  "Change a parameter, key=value; may be given several times (voltlap list keys)")
-      ->allow_extra_args(false)
+                  "Change parameters, key=value, one or several; may be given again (voltlap list keys)")
+      ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 

@@ -79,6 +79,15 @@ def test_reference_row_stands_beside_the_run_it_belongs_to():
     assert "row nominal" not in voltlap("endurance", "--laps", 1, "--lap-start", "standing").stdout
 
 
+def test_set_takes_several_values_at_once_or_one_by_one(tmp_path):
+    wanted = {"vehicle.mass_kg": 230, "powertrain.final_drive": 2.75}
+    words = [f"{key}={value}" for key, value in wanted.items()]
+    together = endurance(tmp_path, "--set", *words, "--laps", 1)
+    apart = endurance(tmp_path, "--set", words[0], "--laps", 1, "--set", words[1])
+    assert {key: together["parameters"][key] for key in wanted} == wanted
+    assert together["trace_hash"] == apart["trace_hash"]
+
+
 def test_failed_run_is_written_with_time_and_cause(tmp_path):
     result = endurance(tmp_path, "--laps", 2, "--set", "assertions.battery_temperature_max_c=27.2", code=3)
     assert result["status"] == "failed"

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The test runner counts what it is told, and takes silence, crashes and empty suites for failures."""
+import pathlib
+import sys
+
+import pytest
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(PROJECT / "toolchain"))
+import run_tests  # noqa: E402  (the folder of the runner is no package)
+
+
+def cpputest(prints, code=0):
+    script = f"import sys; print({prints!r}); sys.exit({code})"
+    outcome = run_tests.run_cpputest("suite", [sys.executable, "-c", script], PROJECT)
+    return outcome.passed, outcome.failed, outcome.skipped
+
+
+CPPUTEST = {
+    "all well": ("OK (5 tests, 5 ran, 9 checks, 0 ignored, 0 filtered out, 1 ms)", 0, (5, 0, 0)),
+    "one ignored": ("OK (5 tests, 4 ran, 9 checks, 1 ignored, 0 filtered out, 1 ms)", 0, (4, 0, 1)),
+    "two failed": ("Errors (2 failures, 5 tests, 5 ran, 9 checks, 0 ignored, 0 filtered out, 1 ms)", 2, (3, 2, 0)),
+    "bad exit code after a good summary": ("OK (5 tests, 5 ran, 9 checks, 0 ignored, 0 filtered out, 1 ms)", 3, (4, 1, 0)),
+    "nothing ran": ("OK (0 tests, 0 ran, 0 checks, 0 ignored, 0 filtered out, 1 ms)", 0, (0, 1, 0)),
+    "crash before the summary": ("..", -11, (0, 1, 0)),
+}
+
+
+@pytest.mark.parametrize("prints, code, counts", CPPUTEST.values(), ids=CPPUTEST.keys())
+def test_cpputest_suite_is_counted_by_its_single_tests(prints, code, counts):
+    assert cpputest(prints, abs(code)) == counts
+
+
+def test_command_that_cannot_be_started_has_failed():
+    outcome = run_tests.run_cpputest("suite", ["./no-such-suite"], PROJECT)
+    assert (outcome.passed, outcome.failed) == (0, 1)
+
+
+def test_pytest_suite_is_counted_by_its_single_tests(tmp_path):
+    (tmp_path / "some_test.py").write_text(
+        "import pytest\n"
+        "def test_good(): pass\n"
+        "def test_bad(): assert False\n"
+        "def test_absent(): pytest.skip('no data here')\n")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
+    outcome = run_tests.run_pytest("suite", command, tmp_path, None)
+    assert (outcome.passed, outcome.failed, outcome.skipped) == (1, 1, 1)
+    assert outcome.skips == ("no data here",)
+
+
+def test_pytest_folder_without_tests_has_failed(tmp_path):
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
+    assert run_tests.run_pytest("suite", command, tmp_path, None).failed == 1
+
+
+def test_hanging_suite_has_failed(monkeypatch):
+    monkeypatch.setattr(run_tests, "SUITE_TIMEOUT_S", 0.2)
+    outcome = run_tests.run_cpputest("suite", [sys.executable, "-c", "import time; time.sleep(20)"], PROJECT)
+    assert (outcome.passed, outcome.failed) == (0, 1)
