@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+# Part of the start script `voltlap`: Debian packages and the Python virtual environment that a command needs.
+# One question for both; nothing is installed without consent.
+
+venv="$project/build/venv"
+# What the virtual environment was made from, kept inside it: written last, so that a broken-off installation has none.
+venv_record="$venv/voltlap.record"
+
+# The packages of the row's groups, in one line.
+packages_of_row() {
+  local group all=()
+  for group in $row_packages; do
+    local -n group_packages="packages_$group"
+    all+=("${group_packages[@]}")
+  done
+  echo "${all[*]}"
+}
+
+# The packages given that are not installed, in one line. One call: it is made at every start.
+missing_packages() {
+  [ $# -gt 0 ] || return 0
+  local name status installed=' '
+  while read -r name status; do
+    [ "$status" = installed ] && installed+="$name "
+  done < <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "$@" 2>/dev/null)
+  local missing=()
+  for name in "$@"; do [[ "$installed" == *" $name "* ]] || missing+=("$name"); done
+  echo "${missing[*]}"
+}
+
+# What a virtual environment with the sets given is made from: the folder (it does not survive a move), the Python, and
+# the text of the sets.
+venv_recipe() {
+  local set
+  printf '%s\n%s\n' "$project" "$(readlink -f "$(base_python)")"
+  for set in "$@"; do printf '[%s]\n%s\n' "$set" "$(<"$project/toolchain/requirements/$set.txt")"; done
+}
+
+# The distribution's Python: the packages above belong to it.
+base_python() { if [ -x /usr/bin/python3 ]; then echo /usr/bin/python3; else echo python3; fi; }
+
+# The sets that the environment must have: the row's, and those it has already.
+venv_sets() {
+  local set sets=" $row_python "
+  while IFS= read -r set; do
+    [[ "$set" =~ ^\[([a-z_]+)\]$ ]] || continue
+    set=${BASH_REMATCH[1]}
+    [[ "$sets" == *" $set "* ]] || [ ! -f "$project/toolchain/requirements/$set.txt" ] || sets+="$set "
+  done < <(cat "$venv_record" 2>/dev/null)
+  # In alphabetical order, so that the record does not depend on which command came first.
+  for set in "$project"/toolchain/requirements/*.txt; do
+    set=${set##*/}
+    [[ "$sets" == *" ${set%.txt} "* ]] && printf '%s ' "${set%.txt}"
+  done
+}
+
+venv_is_ready() {
+  [ -z "$row_python" ] && return 0
+  [ -x "$venv/bin/python" ] && [ "$(cat "$venv_record" 2>/dev/null)" = "$(venv_recipe $(venv_sets))" ]
+}
+
+# prepare: everything that the row needs is installed when it returns; else it ends with exit code 4.
+prepare() {
+  local packages missing='' want_venv=0
+  packages=$(packages_of_row)
+  if type -P dpkg-query >/dev/null; then
+    missing=$(missing_packages $packages)
+  elif [ ! -d "$build" ]; then
+    say "this system has no dpkg; please make sure of the equivalents of: $packages"
+  fi
+  # Asked before the lock is taken: a folder that cannot be written has its own message.
+  take_build_folder
+  venv_is_ready || want_venv=1
+  [ -z "$missing" ] && [ $want_venv = 0 ] && return 0
+  say_what_is_missing
+  ask_for_consent
+  [ -z "$missing" ] || install_packages
+  [ $want_venv = 0 ] || make_venv
+}
+
+say_what_is_missing() {
+  [ -z "$missing" ] || say "these packages are missing: $missing"
+  [ $want_venv = 0 ] || say "these Python packages go to build/venv: $(wanted_python)"
+}
+
+wanted_python() {
+  local set files=()
+  for set in $(venv_sets); do files+=("$project/toolchain/requirements/$set.txt"); done
+  sed -n 's/^\([^#=]*==[^ ]*\).*/\1/p' "${files[@]}" | tr '\n' ' '
+}
+
+apt_line() { echo "${1:+$1 }apt-get update && ${1:+$1 }apt-get install -y --no-install-recommends $missing"; }
+
+# Sets `as` to how root is reached: nothing to put in front, or sudo.
+ask_for_consent() {
+  as=()
+  if [ -n "$missing" ] && [ "$(id -u)" != 0 ]; then
+    if ! type -P sudo >/dev/null; then
+      say "installing packages needs root. As root, run this line, then start again:"
+      printf '  %s\n' "$(apt_line)"
+      exit $exit_missing
+    fi
+    as=(sudo)
+    [ $yes = 1 ] && as=(sudo -n)
+  fi
+  [ $yes = 1 ] && return 0
+  if [ -t 0 ]; then
+    local answer
+    read -r -p "voltlap: install them now${missing:+ with ${as[*]:+${as[*]} }apt-get}? [Y/n] " answer
+    [[ "$answer" =~ ^[nN] ]] || return 0
+  fi
+  say "nothing was installed. Start again with --yes to have it done${missing:+, or run this line}."
+  [ -z "$missing" ] || printf '  %s\n' "$(apt_line "${as[*]:+sudo}")"
+  exit $exit_missing
+}
+
+install_packages() {
+  local log="$project/build/apt.log"
+  say "installing packages; this can take some minutes"
+  local apt=("${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get) wait=(-q -o DPkg::Lock::Timeout=300)
+  if ! { "${apt[@]}" update "${wait[@]}" &&
+         "${apt[@]}" install -y --no-install-recommends "${wait[@]}" $missing; } >"$log" 2>&1; then
+    tail -n 15 "$log" >&2
+    say "the packages could not be installed (whole log: $log). Is the network there? By hand it is this line:"
+    printf '  %s\n' "$(apt_line "${as[*]:+sudo}")"
+    exit $exit_missing
+  fi
+}
+
+make_venv() {
+  local log="$project/build/venv.log" set files=()
+  for set in $(venv_sets); do files+=(-r "$project/toolchain/requirements/$set.txt"); done
+  local recipe
+  recipe=$(venv_recipe $(venv_sets))
+  say "setting up Python packages in build/venv"
+  if ! { "$(base_python)" -m venv --clear "$venv" &&
+         "$venv/bin/python" -m pip install --disable-pip-version-check -q "${files[@]}"; } >"$log" 2>&1; then
+    tail -n 15 "$log" >&2
+    say "the Python packages could not be installed (whole log: $log)."
+    say "Is the network there? Without it, give codecs generated ahead: cmake --preset default -DVOLTLAP_CODECS=DIR."
+    exit $exit_missing
+  fi
+  printf '%s\n' "$recipe" >"$venv_record"
+}
