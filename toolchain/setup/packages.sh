@@ -121,7 +121,7 @@ install_packages() {
   if ! { "${apt[@]}" update "${wait[@]}" &&
          "${apt[@]}" install -y --no-install-recommends "${wait[@]}" $missing; } >"$log" 2>&1; then
     tail -n 15 "$log" >&2
-    say "the packages could not be installed (whole log: $log). Is the network there? By hand it is this line:"
+    say "the packages could not be installed (whole log: $log). Is the network there? This line does it by hand:"
     printf '  %s\n' "$(apt_line "${as[*]:+sudo}")"
     exit $exit_missing
   fi
