@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refuses a bus that cannot work: overlaps, missing units, unprotected frames, too much load, too many frames a tick.
 
-usage: check.py [--cells N,M] FILE.dbc ...     exit code 1 and one line a finding when something is wrong
+usage: check.py [--cells N,M] [--lockstep LOCKSTEP.dbc] FILE.dbc ...
+exit code 1 and one line a finding when something is wrong
 """
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ import model
 LOAD_MAX_PCT = 60.0
 FRAMES_PER_TICK_MAX = 22
 TICK_MS = 10
+LOCKSTEP_IDS = range(0x7E0, 0x800)
 
 
 def check_ids(bus: model.Bus) -> list[str]:
@@ -122,13 +124,32 @@ def check(bus: model.Bus, cell_counts=(48, 144)) -> list[str]:
     return findings
 
 
+def check_lockstep(lockstep: model.Bus, bus: model.Bus) -> list[str]:
+    """Frames that keep processes in step: in the ids set aside for them, which the car leaves free, and unsealed."""
+    findings = check_ids(lockstep) + check_overlaps(lockstep) + check_signals(lockstep)
+    for m in lockstep.messages:
+        if m.id not in LOCKSTEP_IDS:
+            findings.append(f"{m.name}: the identifier 0x{m.id:X} is not a lockstep one "
+                            f"(0x{LOCKSTEP_IDS[0]:X} to 0x{LOCKSTEP_IDS[-1]:X})")
+        if m.dlc != 8 or not m.sender or m.sender == "Vector__XXX":
+            findings.append(f"{m.name}: a lockstep message has 8 bytes and a sender")
+        if m.protection != "kNone":
+            findings.append(f"{m.name}: a lockstep message has neither counter nor CRC")
+    findings += [f"{m.name}: the identifier 0x{m.id:X} is a lockstep one" for m in bus.messages if m.id in LOCKSTEP_IDS]
+    names = {m.name for m in bus.messages}
+    return findings + [f"message name {m.name} is used twice" for m in lockstep.messages if m.name in names]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cells", type=lambda text: [int(n) for n in text.split(",")], default=[48, 144])
+    parser.add_argument("--lockstep", help="the messages that keep processes in step, beside the bus of the car")
     parser.add_argument("files", nargs="+")
     arguments = parser.parse_args()
     bus = model.load(arguments.files)
     findings = check(bus, arguments.cells)
+    if arguments.lockstep:
+        findings += check_lockstep(model.load([arguments.lockstep]), bus)
     for finding in findings:
         print(f"can_dbc: {finding}", file=sys.stderr)
     if not findings:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the typed C++ codecs and the rx/tx tables of the firmware from the DBC files.
 
-usage: generate.py --out DIR FILE.dbc ...     writes DIR/<file>.hpp for each FILE.dbc, and DIR/tables.hpp
+usage: generate.py --out DIR [--lockstep LOCKSTEP.dbc] FILE.dbc ...
+writes DIR/<file>.hpp for each FILE.dbc, and DIR/tables.hpp, in which the lockstep messages do not stand
 Refuses what the check refuses, so that no codec exists for a bus that cannot work.
 """
 from __future__ import annotations
@@ -75,7 +76,7 @@ class Field:
         elif s.is_enum:
             self.type = s.enum
         else:
-            self.type = f"std::uint{8 if s.length <= 8 else 16 if s.length <= 16 else 32}_t"
+            self.type = f"std::{'' if s.signed else 'u'}int{8 if s.length <= 8 else 16 if s.length <= 16 else 32}_t"
 
     def declaration(self, count: int | None) -> list[str]:
         initial = {"bool": "false", self.s.enum: "{}"}.get(self.type, "0")
@@ -117,6 +118,8 @@ class Field:
             return [f"{member} = {code} != 0;"]
         if s.is_enum:
             return [f"{member} = to_{snake(s.enum)}({code});"]
+        if s.signed:
+            code = f"payload::sign_extend({code}, {s.length})"
         return [f"{member} = static_cast<{self.type}>({code});"]
 
 
@@ -298,17 +301,20 @@ def write_if_changed(path: Path, text: str) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--lockstep", type=Path)
     parser.add_argument("files", type=Path, nargs="+")
     arguments = parser.parse_args()
     bus = model.load(arguments.files)
     findings = check.check(bus)
+    lockstep = model.load([arguments.lockstep]) if arguments.lockstep else model.Bus()
+    findings += check.check_lockstep(lockstep, bus)
     for finding in findings:
         print(f"can_dbc: {finding}", file=sys.stderr)
     if findings:
         return 1
     arguments.out.mkdir(parents=True, exist_ok=True)
-    for file in arguments.files:
-        messages = [m for m in bus.messages if m.file == str(file)]
+    for file in [*arguments.files, *([arguments.lockstep] if arguments.lockstep else [])]:
+        messages = [m for m in bus.messages + lockstep.messages if m.file == str(file)]
         write_if_changed(arguments.out / f"{file.stem}.hpp", codec(messages, file.name))
     write_if_changed(arguments.out / "tables.hpp", tables(bus, ", ".join(f.name for f in arguments.files)))
     return 0

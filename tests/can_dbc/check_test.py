@@ -30,6 +30,12 @@ CONTROLS = {
                             "whole ticks"),
     "timeout of one cycle": ("car.dbc", 'BA_ "VL_TimeoutMs" BO_ 176 50;', 'BA_ "VL_TimeoutMs" BO_ 176 10;',
                              "does not survive"),
+    "lockstep message of 4 bytes": ("lockstep.dbc", "BO_ 2033 StopRequest: 8", "BO_ 2033 StopRequest: 4", "8 bytes"),
+    "lockstep message without a sender": ("lockstep.dbc", "StopRequest: 8 HIL", "StopRequest: 8 Vector__XXX", "a sender"),
+    "lockstep message with a name of the car": ("lockstep.dbc", "BO_ 2033 StopRequest", "BO_ 2033 Pedals", "used twice"),
+    "lockstep signals overlap": ("lockstep.dbc", "SG_ Brake : 40|8", "SG_ Brake : 39|8", "overlaps"),
+    "lockstep message with a CRC": ("lockstep.dbc", 'BA_ "VL_Role" SG_ 2016 FramesSent "index"',
+                                    'BA_ "VL_Role" SG_ 2016 FramesSent "checksum"', "neither counter nor CRC"),
 }
 
 
@@ -48,6 +54,16 @@ def test_broken_bus_is_refused(bench, control):
 def test_identifier_used_twice_is_refused(bench):
     bench.replace_all("car.dbc", " 176 ", " 177 ")
     assert any("id 0x0B1 is used by" in f for f in bench.findings())
+
+
+@pytest.mark.parametrize("name, old, new, expected", [
+    ("lockstep.dbc", " 2033 ", " 1999 ", "StopRequest: the identifier 0x7CF is not a lockstep one"),
+    ("lockstep.dbc", " 2027 ", " 2026 ", "id 0x7EA is used by"),
+    ("car.dbc", " 208 ", " 2047 ", "MotorTemperatures: the identifier 0x7FF is a lockstep one"),
+])
+def test_lockstep_and_car_keep_to_their_own_identifiers(bench, name, old, new, expected):
+    bench.replace_all(name, old, new)
+    assert any(expected in finding for finding in bench.findings())
 
 
 def test_extended_identifier_is_refused(bench):
@@ -84,18 +100,17 @@ def test_worst_case_length_of_a_frame():
 
 @pytest.mark.parametrize("cells", (1, 24, 48, 49, 96, 144))
 def test_load_and_frames_hold_for_every_size_of_pack(bench, cells):
-    bus = model.load(list(bench.files.values()))
+    bus = model.load(bench.car_files)
     assert check.load_pct(bus, cells) < 60
     assert check.frames_per_tick(bus, cells) <= 22
 
 
 def test_command_reports_and_fails(bench):
     command = [sys.executable, str(CAN_DBC / "check.py")]
-    files = [str(f) for f in bench.files.values()]
-    good = subprocess.run([*command, "--cells", "48,144", *files], capture_output=True, text=True)
+    good = subprocess.run([*command, "--cells", "48,144", *bench.arguments], capture_output=True, text=True)
     assert good.returncode == 0 and "bus load" in good.stdout
     bench.replace_all("car.dbc", " 176 ", " 177 ")
-    bad = subprocess.run([*command, *files], capture_output=True, text=True)
+    bad = subprocess.run([*command, *bench.arguments], capture_output=True, text=True)
     assert bad.returncode == 1 and "0x0B1" in bad.stderr
 
 

@@ -15,7 +15,7 @@ import model  # noqa: E402
 class Bench:
     def __init__(self, folder):
         self.files = {}
-        for name in ("car.dbc", "orion.dbc"):
+        for name in ("car.dbc", "orion.dbc", "lockstep.dbc"):
             self.files[name] = folder / name
             self.files[name].write_text((CAN_DBC / name).read_text())
 
@@ -29,8 +29,18 @@ class Bench:
         assert old in text
         self.files[name].write_text(text.replace(old, new))
 
+    @property
+    def car_files(self):
+        return [self.files["car.dbc"], self.files["orion.dbc"]]
+
+    @property
+    def arguments(self):
+        """As the build hands the files to check.py and generate.py."""
+        return ["--lockstep", str(self.files["lockstep.dbc"]), *map(str, self.car_files)]
+
     def findings(self):
-        return check.check(model.load(list(self.files.values())))
+        bus = model.load(self.car_files)
+        return check.check(bus) + check.check_lockstep(model.load([self.files["lockstep.dbc"]]), bus)
 
 
 @pytest.fixture

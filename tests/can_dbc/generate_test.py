@@ -9,13 +9,13 @@ from conftest import CAN_DBC
 
 def generate(bench, out):
     return subprocess.run([sys.executable, str(CAN_DBC / "generate.py"), "--out", str(out),
-                           *map(str, bench.files.values())], capture_output=True, text=True)
+                           *bench.arguments], capture_output=True, text=True)
 
 
 def test_same_files_give_the_same_text_and_unchanged_files_stay_untouched(bench, tmp_path):
     assert generate(bench, tmp_path / "a").returncode == 0
     before = {f.name: (f.read_text(), f.stat().st_mtime_ns) for f in (tmp_path / "a").iterdir()}
-    assert sorted(before) == ["car.hpp", "orion.hpp", "tables.hpp"]
+    assert sorted(before) == ["car.hpp", "lockstep.hpp", "orion.hpp", "tables.hpp"]
     assert generate(bench, tmp_path / "a").returncode == 0
     assert before == {f.name: (f.read_text(), f.stat().st_mtime_ns) for f in (tmp_path / "a").iterdir()}
 
@@ -46,3 +46,11 @@ def test_shape_of_a_group_must_not_vary(bench, tmp_path):
     bench.files["car.dbc"].write_text(changed.replace("VAL_ 517 Cell2", "VAL_ 517 Cell9"))
     result = generate(bench, tmp_path / "out")
     assert result.returncode != 0 and "does not continue its group" in result.stderr
+
+
+def test_lockstep_messages_get_codecs_and_stand_in_no_table(bench, tmp_path):
+    assert generate(bench, tmp_path / "out").returncode == 0
+    assert "struct Sync {" in (tmp_path / "out" / "lockstep.hpp").read_text()
+    assert "0x7E0" not in (tmp_path / "out" / "tables.hpp").read_text()
+    bench.replace("lockstep.dbc", "BO_ 2016 Sync", "BO_ 16 Sync")
+    assert generate(bench, tmp_path / "other").returncode == 1
