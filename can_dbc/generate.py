@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the typed C++ codecs and the rx/tx tables of the firmware from the DBC files.
 
-usage: generate.py --out DIR [--lockstep LOCKSTEP.dbc] FILE.dbc ...
-writes DIR/<file>.hpp for each FILE.dbc, and DIR/tables.hpp, in which the lockstep messages do not stand
+usage: generate.py --out DIR [[--lockstep LOCKSTEP.dbc] FILE.dbc ...]
+writes DIR/can_dbc/<file>.hpp for each file (without any: all of this folder), and DIR/can_dbc/tables.hpp, in which the
+lockstep messages do not stand. A build takes them from there with -DVOLTLAP_CODECS=DIR and needs no Python.
 Refuses what the check refuses, so that no codec exists for a bus that cannot work.
 """
 from __future__ import annotations
@@ -300,10 +301,15 @@ def write_if_changed(path: Path, text: str) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--lockstep", type=Path)
-    parser.add_argument("files", type=Path, nargs="+")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR",
+                        help="writes DIR/can_dbc/*.hpp; a build takes them with -DVOLTLAP_CODECS=DIR")
+    parser.add_argument("--lockstep", type=Path, metavar="LOCKSTEP.dbc", help="messages that stand in no table")
+    parser.add_argument("files", type=Path, nargs="*", metavar="FILE.dbc", help="default: all of can_dbc/")
     arguments = parser.parse_args()
+    if not arguments.files:
+        here = Path(__file__).resolve().parent
+        arguments.lockstep = here / "lockstep.dbc"
+        arguments.files = sorted(set(here.glob("*.dbc")) - {arguments.lockstep})
     bus = model.load(arguments.files)
     findings = check.check(bus)
     lockstep = model.load([arguments.lockstep]) if arguments.lockstep else model.Bus()
@@ -312,11 +318,12 @@ def main() -> int:
         print(f"can_dbc: {finding}", file=sys.stderr)
     if findings:
         return 1
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    folder = arguments.out / "can_dbc"
+    folder.mkdir(parents=True, exist_ok=True)
     for file in [*arguments.files, *([arguments.lockstep] if arguments.lockstep else [])]:
         messages = [m for m in bus.messages + lockstep.messages if m.file == str(file)]
-        write_if_changed(arguments.out / f"{file.stem}.hpp", codec(messages, file.name))
-    write_if_changed(arguments.out / "tables.hpp", tables(bus, ", ".join(f.name for f in arguments.files)))
+        write_if_changed(folder / f"{file.stem}.hpp", codec(messages, file.name))
+    write_if_changed(folder / "tables.hpp", tables(bus, ", ".join(f.name for f in arguments.files)))
     return 0
 
 

@@ -63,6 +63,7 @@ mounts_below() { awk -v at="$1/" 'index($5 "/", at) == 1 { print $5 }' /proc/sel
 
 # Deletes the folder made here, and nothing that is a mount.
 clean_up() {
+  [ -d "$scratch" ] || return 0
   local left
   left=$(mounts_below "$scratch")
   if [ -n "$left" ]; then
@@ -76,13 +77,24 @@ outside() {
   [ "$(id -u)" = 0 ] || unable 'making a root and its devices needs root'
   [ $short = 1 ] || type -P debootstrap >/dev/null || unable 'debootstrap is missing (apt-get install debootstrap)'
   unshare --mount --pid --fork true 2>/dev/null || unable 'this kernel or container allows no mount namespace'
-  scratch=$(mktemp -d "$(readlink -f "$folder")/voltlap-bare-root.XXXXXX") || exit $cannot
+  scratch='' namespace=''
   trap clean_up EXIT
-  trap 'kill -KILL $namespace; wait $namespace; exit 130' INT TERM
-  # All that runs inside dies with the namespace, and its mounts go with it.
+  trap interrupted INT TERM
+  scratch=$(mktemp -d "$(readlink -f "$folder")/voltlap-bare-root.XXXXXX") || exit $cannot
   unshare --mount --pid --fork --kill-child -- bash "${BASH_SOURCE[0]}" "${arguments[@]}" --log "$log" --inside "$scratch" &
   namespace=$!
   wait $namespace
+}
+
+# Ends the first process of the namespace: all others, and the mounts, go with it before `wait` returns.
+interrupted() {
+  if [ -n "$namespace" ]; then
+    local first
+    first=$(cat "/proc/$namespace/task/$namespace/children" 2>/dev/null)
+    kill -KILL "${first:-$namespace}" 2>/dev/null
+    wait "$namespace"
+  fi
+  exit 130
 }
 
 # ---- inside: the root and the steps ----
@@ -179,7 +191,7 @@ voltlap() {
 
 said() { grep -q -E -e "$1" "$scratch/output"; }
 
-# Not installed afterwards: the cross compiler, a browser, the tests' packages.
+# What a run does not install: the cross compiler, a browser, the tests' packages.
 readonly not_for_a_run='arm-none-eabi|chromium|cpputest|libbenchmark|can-utils|user-mode-linux'
 
 clone() {
@@ -206,7 +218,7 @@ ordinary_user_is_given_the_line() {
 
 root_would_install_the_same() {
   voltlap 0 endurance
-  [ $code = 4 ] && [ ! -f "$root/apt-get.log" ] || failed 'nothing is installed without consent'
+  { [ $code = 4 ] && [ ! -f "$root/apt-get.log" ]; } || failed 'nothing is installed without consent'
   voltlap 0 endurance --yes
   [ $code = 4 ] || failed "a failed installation ends with 4, but it was $code"
   said 'by hand' || failed 'a failed installation says how to do it by hand'
@@ -216,13 +228,14 @@ root_would_install_the_same() {
 
 endurance_runs() {
   voltlap 0 endurance --yes
-  [ $code = 0 ] && said '^Finished ' || failed "./voltlap endurance --yes as root (exit code $code)"
+  { [ $code = 0 ] && said '^Finished '; } || failed "./voltlap endurance --yes as root (exit code $code)"
+  # shellcheck disable=SC2016
   in_root 0 dpkg-query -W -f='${Status} ${Package}\n' >"$scratch/installed"
   ! grep -E "^install ok installed .*($not_for_a_run)" "$scratch/installed" || failed 'a run installs only what it needs'
   [ ! -e "$root/root/voltlap/build/venv/bin/pytest" ] || failed 'a run needs no pytest'
   step "root: endurance, set-up and build included, in $took s; $(du -sm --one-file-system "$root" | cut -f1) MB in all"
   voltlap 0 lap
-  [ $code = 0 ] && [ $took -le 2 ] || failed "the next start is quick, but took $took s"
+  { [ $code = 0 ] && [ $took -le 2 ]; } || failed "the next start is quick, but took $took s"
   step "root: the next start took $took s"
 }
 
@@ -234,7 +247,7 @@ tests_pass() {
 
 user_needs_no_root() {
   voltlap 1000 endurance --yes
-  [ $code = 0 ] && said '^Finished ' || failed "./voltlap endurance as an ordinary user, packages there (exit code $code)"
+  { [ $code = 0 ] && said '^Finished '; } || failed "./voltlap endurance as an ordinary user, packages there (exit code $code)"
   step "ordinary user, packages there: endurance in $took s"
 }
 
@@ -258,3 +271,4 @@ inside() {
 }
 
 if [ -n "$inside" ]; then inside; else outside; fi
+exit
