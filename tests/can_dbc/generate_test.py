@@ -50,7 +50,7 @@ def test_shape_of_a_group_must_not_vary(bench, tmp_path):
 
 def test_lockstep_messages_get_codecs_and_stand_in_no_table(bench, tmp_path):
     assert generate(bench, tmp_path / "out").returncode == 0
-    assert "struct Sync {" in (tmp_path / "out" / "lockstep.hpp").read_text()
-    assert "0x7E0" not in (tmp_path / "out" / "tables.hpp").read_text()
+    assert "struct Sync {" in (tmp_path / "out" / "can_dbc" / "lockstep.hpp").read_text()
+    assert "0x7E0" not in (tmp_path / "out" / "can_dbc" / "tables.hpp").read_text()
     bench.replace("lockstep.dbc", "BO_ 2016 Sync", "BO_ 16 Sync")
     assert generate(bench, tmp_path / "other").returncode == 1
