@@ -42,7 +42,7 @@ def test_every_requirement_is_complete_and_unique():
     for row in rows:
         assert ID.fullmatch(row["id"]), row
         assert row["text"].strip() and row["bound"].strip(), row
-        assert set(row) <= {"id", "text", "bound", "rule"}, row
+        assert set(row) <= {"id", "text", "bound", "within_ms", "rule"}, row
 
 
 def test_every_requirement_has_a_source_and_a_test():

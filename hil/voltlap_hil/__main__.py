@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs scenarios on a CAN bus, simulated or real.
+
+Exit codes: 0 all is as it must be, 1 a check failed, 2 usage or input, 3 a scenario could not be run, 130 interrupted.
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+from functools import partial
+from pathlib import Path
+
+from . import report
+from .dbc import Dbc
+from .errors import HilError, InputError
+from .runner import Outcome, run
+from .scenario import Rig
+from .scenario_file import Scenario, load
+
+_SIMULATED = "vcan"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.call(options))
+    except InputError as error:
+        print(f"voltlap hil: {error}", file=sys.stderr)
+        return 2
+    except HilError as error:
+        print(f"voltlap hil: {error}", file=sys.stderr)
+        return 3
+    except KeyboardInterrupt:
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="voltlap hil", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    runs = commands.add_parser("run", help="run scenario files and say what each check measured")
+    runs.set_defaults(call=_run)
+    runs.add_argument("scenario", nargs="+", type=Path, help="a YAML file, or a folder of them")
+    runs.add_argument("--channel", default="vcan0", help="the plant's channel (vcan0); with can0 the nodes are not "
+                      "started and times are those of the bus")
+    runs.add_argument("--far", metavar="CHANNEL", help="channel behind the fault gateway (vcan1 with vcan0)")
+    runs.add_argument("--nodes", choices=["started", "running"], help="whether plant and ECUs are started here; "
+                      "default: started on a vcan channel")
+    runs.add_argument("--without-event", action="store_true", help="leave out `when`; then no check of `then` may hold")
+    runs.add_argument("--record", type=Path, metavar="FILE", help="all frames: .log (candump -l), .asc or .blf; "
+                      "for one scenario")
+    runs.add_argument("--report", type=Path, metavar="FILE", action="append", default=[],
+                      help="results as .xml (JUnit), .md or .html; may be given several times")
+    runs.add_argument("--check-only", action="store_true", help="read the files and say whether they are right")
+    return parser
+
+
+def _files(paths: list[Path]) -> list[Path]:
+    files = [f for path in paths for f in (sorted(path.glob("*.yaml")) if path.is_dir() else [path])]
+    if not files:
+        raise InputError(f"no .yaml file in {', '.join(map(str, paths))}")
+    return files
+
+
+def _run(options: argparse.Namespace) -> int:
+    dbc = Dbc.of_project()
+    scenarios = [load(path, dbc) for path in _files(options.scenario)]
+    for path in options.report:
+        if path.suffix not in report.WRITERS:
+            raise InputError(f"--report {path}: expected a name that ends in {', '.join(report.WRITERS)}")
+    if options.record and len(scenarios) != 1:
+        raise InputError(f"--record takes one scenario, found {len(scenarios)}")
+    if options.check_only:
+        print(f"{len(scenarios)} scenario files are right")
+        return 0
+    outcomes = []
+    for i, scenario in enumerate(scenarios):
+        print(f"[{i + 1}/{len(scenarios)}] {scenario.title}", file=sys.stderr, flush=True)
+        outcomes.append(_run_one(scenario, options, dbc))
+    for path in options.report:
+        report.write(path, outcomes)
+    if any(outcome.error for outcome in outcomes):
+        return 3
+    return 0 if all(outcome.good for outcome in outcomes) else 1
+
+
+def _run_one(scenario: Scenario, options: argparse.Namespace, dbc: Dbc) -> Outcome:
+    try:
+        outcome = run(scenario, partial(open_rig, options, dbc), not options.without_event, options.record,
+                      progress=lambda text: print(f"      {text}", file=sys.stderr, flush=True))
+    except InputError:
+        raise
+    except HilError as error:
+        outcome = Outcome(scenario, not options.without_event, error=str(error))
+    print(f"{'as it must be' if outcome.good else 'WRONG':13}  {scenario.title}")
+    for line in [outcome.error] if outcome.error else [*map(str, outcome.then), *map(str, outcome.always)]:
+        print(f"               {line}")
+    return outcome
+
+
+def open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, **what: object) -> Rig:
+    start = options.nodes == "started" if options.nodes else options.channel.startswith(_SIMULATED)
+    far = options.far
+    if gateway and far is None:
+        if options.channel != "vcan0":
+            raise InputError(f"this scenario plants faults of the bus: name the channel behind the gateway with --far, "
+                             f"beside --channel {options.channel}")
+        far = "vcan1"
+    return Rig(options.channel, far if gateway else None, start=start, dbc=dbc, **what)  # type: ignore[arg-type]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sentences about signals: `BmsStatus.State = Fault`, `PackSensor.PackCurrent > 100 A and MasterStatus.Faults has PedalsLost`.
+
+A clause is SIGNAL OP VALUE with OP one of = != < <= > >=, or SIGNAL has BIT, or SIGNAL lacks BIT; clauses are joined by
+`and`. A number carries the unit of its signal. A signal that was not heard or says "no measurement" fulfils nothing.
+"""
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from .dbc import Dbc, Signal, Value
+from .errors import InputError, did_you_mean
+from .quantity import number
+
+_CLAUSE = re.compile(r"\s*([\w.]+)\s*(!=|<=|>=|=|<|>|\bhas\b|\blacks\b)\s*(.+?)\s*")
+_COMPARE: dict[str, Callable[[float, float], bool]] = {
+    "=": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+
+
+@dataclass(frozen=True)
+class Clause:
+    signal: Signal
+    operation: str
+    operand: float | str  # of has and lacks: the mask of the bit
+
+    def holds(self, value: Value | None) -> bool:
+        if value is None:
+            return False
+        if isinstance(self.operand, str) or isinstance(value, str):
+            return (value == self.operand) == (self.operation == "=")
+        if self.operation in ("has", "lacks"):
+            return bool(int(value) & int(self.operand)) == (self.operation == "has")
+        return _COMPARE[self.operation](value, self.operand)
+
+
+@dataclass(frozen=True)
+class Condition:
+    text: str
+    clauses: tuple[Clause, ...]
+
+    @classmethod
+    def parse(cls, text: object, dbc: Dbc) -> Condition:
+        return cls(" ".join(str(text).split()), tuple(_clause(part, dbc) for part in re.split(r"\band\b", str(text))))
+
+    @property
+    def signals(self) -> list[Signal]:
+        return [clause.signal for clause in self.clauses]
+
+    def holds(self, values: Mapping[str, Value | None]) -> bool:
+        return all(clause.holds(values.get(clause.signal.name)) for clause in self.clauses)
+
+
+def _clause(text: str, dbc: Dbc) -> Clause:
+    match = _CLAUSE.fullmatch(text)
+    if match is None:
+        raise InputError(f"found {text.strip()!r}, expected a condition such as 'BmsStatus.State = Fault', "
+                         "'PackSensor.PackCurrent > 100 A' or 'BmsStatus.Faults has MasterLost'")
+    signal, operation, operand = dbc.signal(match[1]), match[2], match[3]
+    if operation in ("has", "lacks"):
+        return Clause(signal, operation, float(1 << signal.bit(operand)))
+    if signal.states:
+        if operation not in ("=", "!=") or operand not in signal.states.values():
+            raise InputError(f"{signal.name} cannot be {operation} {operand!r}.{did_you_mean(operand, signal.states.values())} "
+                             f"Expected = or != and one of {', '.join(signal.states.values())}")
+        return Clause(signal, operation, operand)
+    try:
+        return Clause(signal, operation, number(operand, signal.unit))
+    except InputError as error:
+        raise InputError(f"{signal.name}: {error}") from None

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of the bus, planted by a gateway between two channels. Here is what it does to each frame, without sockets.
+
+In lockstep, time is counted in Syncs. A frame of the plant belongs to the tick whose Sync follows it, a frame of an ECU
+to the tick of the last Sync; a frame that is held back is released just before its sender's own mark of a later tick
+(Sync, DoneBms, DoneMaster). Lockstep frames pass untouched. Without Sync, `release` is called by the clock.
+"""
+from __future__ import annotations
+
+import random
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from .dbc import Dbc, Value
+from .frame import Frame, is_lockstep
+
+KINDS = ("drop", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender", "silence")
+HISTORY = 16  # frames of one id that can be replayed
+_MARKS = {"PLANT": "Sync", "BMS": "DoneBms", "MASTER": "DoneMaster"}
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One fault. It acts on frames of `ids` in ticks `from_tick` to `until_tick` (exclusive; None: for good).
+
+    drop           every `every`-th frame; silence is drop of all that a node sends
+    delay          by `ticks`
+    duplicate      each frame `copies` times more
+    corrupt        inverts `bit` of the payload (byte * 8 + bit) and leaves the CRC; None: damages the CRC itself
+    replay         puts the last `copies` frames before the fault, over and over, in the place of new ones
+    stuck_counter  the counter of the last frame before the fault, with a CRC that fits
+    babble         `copies` frames a tick with random content on each id
+    second_sender  after each frame another one with `signals` changed and a counter `ahead` of it
+    """
+
+    kind: str
+    ids: frozenset[int]
+    from_tick: int = 0
+    until_tick: int | None = None
+    every: int = 1
+    ticks: int = 0
+    copies: int = 1
+    bit: int | None = None
+    ahead: int = 1
+    signals: Mapping[str, Value | None] = field(default_factory=dict)
+
+    def acts_on(self, can_id: int, tick: int) -> bool:
+        return can_id in self.ids and self.active(tick)
+
+    def active(self, tick: int) -> bool:
+        return self.from_tick <= tick and (self.until_tick is None or tick < self.until_tick)
+
+
+class Gateway:
+    """What comes in on one side, and what goes out on the other."""
+
+    def __init__(self, dbc: Dbc, seed: int = 1) -> None:
+        self._dbc = dbc
+        self._sender = {m.id: m.sender for m in dbc.messages.values()}
+        self._marks = {dbc.message(mark).id: sender for sender, mark in _MARKS.items()}
+        self._sync = dbc.message("Sync").id
+        self._tick_signal = dbc.signal("Sync.Tick")  # Done carries its tick at the same place
+        self._rules: list[Rule] = []
+        self._late: list[tuple[int, str, int, Frame]] = []  # (due tick, sender, side it came from, frame)
+        self._history: dict[int, deque[Frame]] = {}
+        self._seen: dict[tuple[int, int], int] = {}  # (rule, id): frames since the rule acts
+        self._random = random.Random(seed)
+        self.next_sync = 0
+
+    def install(self, rule: Rule) -> None:
+        self._rules.append(rule)
+
+    def clear(self) -> None:
+        """Ends every fault. What is held back still comes, late."""
+        self._rules.clear()
+        self._seen.clear()
+
+    @property
+    def idle(self) -> bool:
+        return not self._rules and not self._late
+
+    def forward(self, frame: Frame, side: int) -> list[Frame]:
+        """What leaves on the other side because this frame came in on `side`."""
+        if is_lockstep(frame.id):
+            return self._mark(frame) + [frame]
+        sender = self._sender.get(frame.id, "PLANT")
+        tick = self.next_sync if sender == "PLANT" else self.next_sync - 1
+        out = [frame]
+        for rule in self._rules:
+            if rule.acts_on(frame.id, tick):
+                out = [changed for one in out for changed in self._apply(rule, one, tick, side)]
+        if not any(rule.kind in ("replay", "stuck_counter") and rule.acts_on(frame.id, tick) for rule in self._rules):
+            self._history.setdefault(frame.id, deque(maxlen=HISTORY)).append(frame)
+        return out
+
+    def _mark(self, frame: Frame) -> list[Frame]:
+        sender = self._marks.get(frame.id)
+        if sender is None:
+            return []
+        tick = int(self._tick_signal.raw(frame.data))
+        out = [late for _, late in self.release(tick, sender)]
+        if frame.id == self._sync:
+            out += self._babble(tick)
+            self.next_sync = tick + 1
+        return out
+
+    def release(self, tick: int, sender: str | None = None) -> list[tuple[int, Frame]]:
+        """(side it came from, frame) of what was held back until now; of one sender, or of all."""
+        due = [row for row in self._late if row[0] <= tick and sender in (None, row[1])]
+        self._late = [row for row in self._late if row not in due]
+        return [(side, frame) for _, _, side, frame in due]
+
+    def advance(self, tick: int) -> list[tuple[int, Frame]]:
+        """A tick of the wall clock, where no Sync says so."""
+        self.next_sync = tick + 1
+        return self.release(tick) + [(0, frame) for frame in self._babble(tick)]
+
+    def _babble(self, tick: int) -> list[Frame]:
+        return [Frame(can_id, self._random.randbytes(8))
+                for rule in self._rules if rule.kind == "babble" and rule.active(tick)
+                for _ in range(rule.copies) for can_id in sorted(rule.ids)]
+
+    def _apply(self, rule: Rule, frame: Frame, tick: int, side: int) -> list[Frame]:
+        count = self._seen.get((id(rule), frame.id), 0)
+        self._seen[id(rule), frame.id] = count + 1
+        if rule.kind in ("drop", "silence"):
+            return [] if count % rule.every == 0 else [frame]
+        if rule.kind == "delay":
+            self._late.append((tick + rule.ticks, self._sender.get(frame.id, "PLANT"), side, frame))
+            return []
+        if rule.kind == "duplicate":
+            return [frame] * (1 + rule.copies)
+        if rule.kind == "corrupt":
+            return [self._corrupted(rule, frame)]
+        if rule.kind == "replay":
+            return self._replayed(rule, frame, count)
+        if rule.kind == "stuck_counter":
+            return [self._stuck(frame)]
+        if rule.kind == "second_sender":
+            return [frame, self._second(rule, frame)]
+        return [frame]
+
+    def _corrupted(self, rule: Rule, frame: Frame) -> Frame:
+        message = self._dbc.by_id.get(frame.id)
+        crc_byte = message.crc_byte() if message else None
+        bit = rule.bit if rule.bit is not None else 8 * (crc_byte if crc_byte is not None else len(frame.data) - 1)
+        data = bytearray(frame.data)
+        data[bit // 8] ^= 1 << bit % 8
+        return frame._replace(data=bytes(data))
+
+    def _replayed(self, rule: Rule, frame: Frame, count: int) -> list[Frame]:
+        old = list(self._history.get(frame.id, ()))[-rule.copies:]
+        return [old[count % len(old)]] if old else [frame]
+
+    def _stuck(self, frame: Frame) -> Frame:
+        message, old = self._dbc.by_id[frame.id], self._history.get(frame.id)
+        counter = message.counter_of(old[-1].data) if old else 0
+        return frame._replace(data=message.seal(frame.data, counter))
+
+    def _second(self, rule: Rule, frame: Frame) -> Frame:
+        message = self._dbc.by_id[frame.id]
+        data = message.encode(rule.signals, frame.data)
+        return frame._replace(data=message.seal(data, message.counter_of(frame.data) + rule.ahead))

@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A test rig: nodes started, the driver's pedals, planted faults, waiting for conditions. Plain pytest works with it.
+
+>>> with Rig("vcan0") as rig:
+...     rig.start_up("ready_to_drive")
+...     rig.driver(accelerator=100)
+...     rig.wait("InverterStatus.PhaseCurrent > 300 A", within="1 s")
+...     event = rig.now_ms
+...     rig.plant("CellLost", index=4)
+...     rig.run("800 ms")
+...     assert checks.torque_zero_within(rig.dbc, 600).measure(rig.trace, event).held
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from .condition import Condition
+from .dbc import Dbc, Value
+from .errors import HilError, InputError, did_you_mean
+from .faults import KINDS, Rule
+from .frame import Frame
+from .gateway import GatewayProcess
+from .lockstep import MEMBERS, BusClock, Clock, LockstepClock
+from .nodes import ECUS, Nodes
+from .quantity import TICK_MS, duration_ms
+from .record import Recorder
+from .signals import Signals
+from .trace import Trace
+
+STAGES = ("low_voltage", "tractive_system", "ready_to_drive")
+SWITCHES = {"ts_on": "TsOn", "ready_to_drive": "ReadyToDrive", "reset": "Reset", "shutdown": "Shutdown"}
+_ALL_HEARD_MS = 300.0  # after power-on: every sensor has been heard
+
+
+class Rig:
+    """One run. Time goes on only in `run`, `wait` and `start_up`; with lockstep it is simulated time.
+
+    channel     the bus: the plant's side when there is a gateway
+    far         the channel behind the gateway, None for a run without; `behind` says which ECUs sit there
+    start       False: the nodes run already, or the bus is a real one; then conditions use the bus's time
+    watch       names of signals or messages to listen to, None for all; a short list is quicker
+    arguments   more for `voltlap plant` and the ECUs, for example ["--vehicle", "vtm17e"]
+    """
+
+    def __init__(self, channel: str = "vcan0", far: str | None = None, behind: Sequence[str] = ECUS, start: bool = True,
+                 watch: Iterable[str] | None = None, record: str | Path | None = None, arguments: Sequence[str] = (),
+                 interface: str = "socketcan", dbc: Dbc | None = None,
+                 operator: Callable[[str], None] | None = None) -> None:
+        self.dbc = dbc if dbc is not None else Dbc.of_project()
+        self.trace = Trace(self.dbc)
+        self.signals = Signals(self.dbc)
+        self.nodes = Nodes()
+        self._driver: dict[str, Value | None] = {"Accelerator": None, "Brake": None}
+        self._closers: list[Callable[[], None]] = []
+        try:
+            self._open(channel, far, behind, start, watch, record, arguments, interface, operator)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, channel: str, far: str | None, behind: Sequence[str], start: bool, watch: Iterable[str] | None,
+              record: str | Path | None, arguments: Sequence[str], interface: str,
+              operator: Callable[[str], None] | None) -> None:
+        self._recorder = Recorder(record, channel) if record else None
+        if self._recorder:
+            self._closers.append(self._recorder.close)
+        self._gateway = GatewayProcess(channel, far, self.dbc, lockstep=start) if far else None
+        if self._gateway:
+            self._closers.append(self._gateway.close)
+        ids = None if watch is None or record else self._ids_of(watch)
+        self._lockstep: LockstepClock | None = None
+        if start:
+            self._lockstep = LockstepClock(channel, self.dbc, ids, watch_processes=self.nodes.check_alive)
+            self._start_nodes(channel, far, behind, arguments)
+        self.clock: Clock = self._lockstep or (
+            BusClock(channel, self.dbc, ids, interface, operator) if operator
+            else BusClock(channel, self.dbc, ids, interface))
+        self._closers.append(self.clock.close)
+        self.step()
+
+    def _start_nodes(self, channel: str, far: str | None, behind: Sequence[str], arguments: Sequence[str]) -> None:
+        for ecu in ECUS:
+            at = far if far and ecu in behind else channel
+            self.nodes.start(ecu, ["ecu", ecu, "--bus", at, *arguments])
+        self.nodes.start("plant", ["plant", "--bus", channel, "--members", "bms,master,hil", *arguments])
+
+    def _ids_of(self, watch: Iterable[str]) -> list[int]:
+        return sorted({self.dbc.message(name.partition(".")[0]).id for name in watch})
+
+    def __enter__(self) -> Rig:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends the run and every process of it."""
+        if getattr(self, "_lockstep", None) is not None and self._lockstep is not None:
+            self._lockstep.stop()
+        self.nodes.close()
+        for close in reversed(self._closers):
+            close()
+        self._closers.clear()
+        self._lockstep = None
+
+    # Time
+
+    @property
+    def now_ms(self) -> float:
+        return self.clock.now_ms
+
+    def step(self) -> None:
+        """To the next tick, or to the next frames of a bus without Sync."""
+        frames = self.clock.advance()
+        self.signals.now_ms = self.now_ms
+        for frame in frames:
+            self.signals.update(frame)
+        self.trace.extend(frames)
+        if self._recorder:
+            self._recorder.write(frames)
+
+    def run(self, duration: object) -> None:
+        end_ms = self.now_ms + duration_ms(duration)
+        while self.now_ms < end_ms:
+            self.step()
+
+    def wait(self, condition: str | Condition, within: object) -> float:
+        """Runs until the condition holds; the time it took in ms. HilError when it does not come in time."""
+        wanted = condition if isinstance(condition, Condition) else Condition.parse(condition, self.dbc)
+        start_ms, within_ms = self.now_ms, duration_ms(within)
+        while not wanted.holds({s.name: self.signals[s.name].value for s in wanted.signals}):
+            if self.now_ms - start_ms >= within_ms:
+                seen = ", ".join(f"{s.name} = {self._seen(s.name)}" for s in wanted.signals)
+                raise HilError(f"'{wanted.text}' did not come within {within_ms:g} ms; at {self.now_ms:g} ms {seen}")
+            self.step()
+        return self.now_ms - start_ms
+
+    def _seen(self, name: str) -> str:
+        reading = self.signals[name]
+        bits = self.signals.bits(name)
+        if reading.age_ms is None:
+            return "never heard"
+        return f"{' '.join(bits) if bits else reading.value} {reading.unit}".strip()
+
+    # What acts on the car. All of it takes effect in the next tick.
+
+    def driver(self, accelerator: float | None = None, brake: float | None = None, **switches: str) -> None:
+        """Pedals in percent and switches On, Off or Automatic; what is not named stays as it was."""
+        if accelerator is not None:
+            self._driver["Accelerator"] = accelerator
+        if brake is not None:
+            self._driver["Brake"] = brake
+        for name, state in switches.items():
+            if name not in SWITCHES:
+                raise InputError(f"no switch {name!r}.{did_you_mean(name, SWITCHES)} Switches: {', '.join(SWITCHES)}")
+            self._driver[SWITCHES[name]] = state
+        self.clock.tell("DriverOverride", **self._driver)
+
+    def plant(self, fault: str, index: int = 0, value: int = 0) -> None:
+        """A fault of the plant by its name in lockstep.dbc, for example CellLost; ClearAll ends all."""
+        self.clock.tell("PlantFault", Fault=fault, Index=index, Value=value)
+
+    def gateway(self, kind: str, messages: Iterable[str | int], for_ms: float | None = None, **what: object) -> None:
+        """A fault of the bus (see faults.Rule) on messages, groups, nodes or identifiers."""
+        if kind not in KINDS:
+            raise InputError(f"no fault {kind!r}.{did_you_mean(kind, KINDS)} Faults: {', '.join(KINDS)}")
+        wanted = list(messages)
+        ids = {m for m in wanted if isinstance(m, int)}
+        ids |= {m.id for m in self.dbc.select(m for m in wanted if isinstance(m, str))}
+        first = round(self.now_ms / TICK_MS) + 1
+        until = None if for_ms is None else first + round(for_ms / TICK_MS)
+        self._need_gateway().install(Rule(kind, frozenset(ids), first, until, **what))  # type: ignore[arg-type]
+
+    def clear_gateway(self) -> None:
+        self._need_gateway().clear()
+
+    def _need_gateway(self) -> GatewayProcess:
+        if self._gateway is None:
+            raise InputError("there is no gateway: a second channel is needed for it (far='vcan1', --far vcan1)")
+        return self._gateway
+
+    def send(self, message: str, **values: Value | None) -> None:
+        """A frame of the harness's own, over what was last seen of the message, with the next counter and its CRC."""
+        self.clock.send([self.signals.write(message, values)])
+
+    def send_frames(self, frames: list[Frame]) -> None:
+        self.clock.send(frames)
+
+    def kill(self, node: str) -> None:
+        """Ends the process of a node and tells the plant not to wait for it."""
+        if self._lockstep is None:
+            raise InputError("only a node that the harness started can be killed")
+        if node not in MEMBERS:
+            raise InputError(f"no node {node!r}.{did_you_mean(node, MEMBERS)} Nodes: {', '.join(ECUS)}")
+        self.nodes.kill(node)
+        self._lockstep.lost(node)
+
+    def start_up(self, to: str = "ready_to_drive") -> None:
+        """Low voltage, tractive system, ready to drive, as the rules' procedure asks (EV.9), but without dawdling."""
+        if to not in STAGES:
+            raise InputError(f"no stage {to!r}.{did_you_mean(to, STAGES)} Stages: {', '.join(STAGES)}")
+        self.driver(accelerator=0, brake=0, ts_on="Off", ready_to_drive="Off", reset="Off", shutdown="On")
+        self.run(f"{_ALL_HEARD_MS:g} ms")
+        self.wait("BmsStatus.State = Idle and MasterStatus.DriveState = LvOn", within="2 s")
+        if to == "low_voltage":
+            return
+        self.driver(ts_on="On")
+        self.wait("MasterStatus.DriveState = TsActive", within="10 s")
+        self.driver(ts_on="Off", brake=50)
+        if to == "tractive_system":
+            return
+        self.wait("Pedals.BrakeFront > 10 bar", within="1 s")
+        self.driver(ready_to_drive="On")
+        self.wait("MasterStatus.DriveState = ReadyToDrive", within="1 s")
+        self.driver(ready_to_drive="Off", brake=0)
+        self.run("50 ms")
+
+
+START_UP_NEEDS = ("BmsStatus.State", "MasterStatus.DriveState", "Pedals.BrakeFront")

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A scenario as a page of YAML: given, when, meanwhile, then, always. Every mistake is told with file, line and field."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from . import checks, requirements
+from .dbc import Dbc
+from .errors import InputError
+from .quantity import duration_ms
+from .scenario_checks import read_check
+from .scenario_steps import Step, read_step
+from .yaml_node import document
+
+
+@dataclass
+class Scenario:
+    """`when` is what the scenario is about: without it every check of `then` must fail, those of `always` must hold."""
+
+    path: Path
+    title: str
+    proves: list[str] = field(default_factory=list)
+    behind: tuple[str, ...] = ("bms", "master")
+    arguments: list[str] = field(default_factory=list)
+    given: list[Step] = field(default_factory=list)
+    when: list[Step] = field(default_factory=list)
+    meanwhile: list[Step] = field(default_factory=list)
+    then: list[checks.Check] = field(default_factory=list)
+    always: list[checks.Check] = field(default_factory=list)
+    observe_ms: float = 0.0
+
+    @property
+    def steps(self) -> list[Step]:
+        return [*self.given, *self.when, *self.meanwhile]
+
+    @property
+    def needs_gateway(self) -> bool:
+        return any(step.needs_gateway for step in self.steps)
+
+    @property
+    def watch(self) -> list[str]:
+        """Signals that a step or a check looks at."""
+        return sorted({name for part in (self.steps, self.then, self.always) for one in part for name in one.needs})
+
+
+TOP = ["scenario", "proves", "behind_gateway", "arguments", "given", "when", "meanwhile", "then", "always", "observe"]
+
+
+def load(path: str | Path, dbc: Dbc) -> Scenario:
+    """Reads and checks a file whole, before anything runs."""
+    path = Path(path)
+    top = document(path).fields(TOP, needed=["scenario", "when", "then"])
+    scenario = Scenario(path, top["scenario"].text())
+    if "proves" in top:
+        scenario.proves = [n.value(lambda text: requirements.requirement(text).id) for n in top["proves"].items()]
+    if "behind_gateway" in top:
+        scenario.behind = tuple(n.one_of(["bms", "master"]) for n in top["behind_gateway"].items())
+    if "arguments" in top:
+        scenario.arguments = [n.text() for n in top["arguments"].items()]
+    for part in ("given", "when", "meanwhile"):
+        if part in top:
+            setattr(scenario, part, [read_step(n, dbc) for n in top[part].items()])
+    for part in ("then", "always"):
+        if part in top:
+            setattr(scenario, part, [read_check(n, dbc) for n in top[part].items()])
+    if not scenario.when or not scenario.then:
+        raise InputError(f"{path}: 'when' and 'then' need at least one entry each")
+    scenario.observe_ms = top["observe"].value(duration_ms) if "observe" in top else _long_enough(scenario)
+    return scenario
+
+
+def _long_enough(scenario: Scenario) -> float:
+    """Every bound and what must last beyond it; what starts with `after` starts when the others are done."""
+    every = [*scenario.then, *scenario.always]
+    first = max((c.lasts_ms for c in every if c.after is None), default=0.0)
+    return first + max((c.lasts_ms for c in every if c.after is not None), default=0.0)
