@@ -20,6 +20,7 @@ from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parent.parent
 SUITE_TIMEOUT_S = 600
+EXIT_INTERRUPTED = 130
 
 
 @dataclasses.dataclass
@@ -128,11 +129,16 @@ def main():
         print(f"no suite matches --only {arguments.only}; `ctest --test-dir {arguments.build} -N` lists them")
         return 2
     outcomes = []
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    pool = concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1)
+    try:
         running = [pool.submit(run_suite, suite) for suite in suites]
         for done in concurrent.futures.as_completed(running):
             outcomes.append(done.result())
             report(outcomes[-1])
+    except KeyboardInterrupt:  # the suites that run have had it from the terminal too; the others do not start
+        pool.shutdown(wait=True, cancel_futures=True)
+        print("interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
     failed = sum(outcome.failed for outcome in outcomes)
     print(f"{sum(o.passed for o in outcomes)} passed, {failed} failed, {sum(o.skipped for o in outcomes)} skipped")
     return 1 if failed else 0

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The test runner counts what it is told, and takes silence, crashes and empty suites for failures."""
+import json
+import os
 import pathlib
+import signal
+import subprocess
 import sys
+import time
 
 import pytest
 
@@ -57,3 +62,19 @@ def test_hanging_suite_has_failed(monkeypatch):
     monkeypatch.setattr(run_tests, "SUITE_TIMEOUT_S", 0.2)
     outcome = run_tests.run_cpputest("suite", [sys.executable, "-c", "import time; time.sleep(20)"], PROJECT)
     assert (outcome.passed, outcome.failed) == (0, 1)
+
+
+def test_interruption_ends_the_run_without_starting_more(tmp_path):
+    started = [tmp_path / f"started_{n}" for n in range(20)]
+    suites = [{"name": path.name, "command": ["bash", "-c", f": >{path}; sleep 20"]} for path in started]
+    ctest = tmp_path / "ctest"
+    ctest.write_text(f"#!/bin/sh\necho '{json.dumps({'tests': suites})}'\n")
+    ctest.chmod(0o755)
+    run = subprocess.Popen([sys.executable, run_tests.__file__], env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    while not any(path.exists() for path in started):
+        time.sleep(0.02)
+    os.killpg(run.pid, signal.SIGINT)  # as a terminal does
+    output, error = run.communicate(timeout=10)
+    assert run.returncode == 130 and "Traceback" not in error and "passed," not in output
+    assert not all(path.exists() for path in started)

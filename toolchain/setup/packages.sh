@@ -3,6 +3,8 @@
 # One question for both; nothing is installed without consent.
 
 venv="$project/build/venv"
+# Optional packages (with ? in the table) that this distribution does not have.
+unavailable="$project/build/packages_unavailable"
 # What the virtual environment was made from, kept inside it: written last, so that a broken-off installation has none.
 venv_record="$venv/voltlap.record"
 
@@ -16,16 +18,34 @@ packages_of_row() {
   echo "${all[*]}"
 }
 
-# The packages given that are not installed, in one line. One call: it is made at every start.
+# The packages given that are not installed, in one line; optional ones keep their ?. One call of dpkg-query: it is made
+# at every start.
 missing_packages() {
   [ $# -gt 0 ] || return 0
-  local name status installed=' '
+  local name status there=' '
   while read -r name status; do
-    [ "$status" = installed ] && installed+="$name "
-  done < <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "$@" 2>/dev/null)
+    [ "$status" = installed ] && there+="$name "
+  done < <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${@%\?}" 2>/dev/null)
+  [ ! -f "$unavailable" ] || there+="$(tr '\n' ' ' <"$unavailable")"
   local missing=()
-  for name in "$@"; do [[ "$installed" == *" $name "* ]] || missing+=("$name"); done
+  for name in "$@"; do [[ "$there" == *" ${name%\?} "* ]] || missing+=("$name"); done
   echo "${missing[*]}"
+}
+
+# Takes out of `missing` the optional packages that the distribution does not have, and keeps them in mind. What there
+# is, apt knows only after an update.
+drop_unavailable() {
+  [[ "$missing" == *\?* ]] && compgen -G '/var/lib/apt/lists/*_Packages*' >/dev/null || return 0
+  local name kept=()
+  for name in $missing; do
+    if [[ "$name" == *\? ]] && ! apt-cache policy "${name%\?}" | grep -q 'Candidate: [^(]'; then
+      say "this distribution has no ${name%\?}; done without"
+      echo "${name%\?}" >>"$unavailable"
+    else
+      kept+=("$name")
+    fi
+  done
+  missing="${kept[*]}"
 }
 
 # What a virtual environment with the sets given is made from: the folder (it does not survive a move), the Python, and
@@ -62,14 +82,14 @@ venv_is_ready() {
 # prepare: everything that the row needs is installed when it returns; else it ends with exit code 4.
 prepare() {
   local packages missing='' want_venv=0
+  take_build_folder
   packages=$(packages_of_row)
   if type -P dpkg-query >/dev/null; then
     missing=$(missing_packages $packages)
+    drop_unavailable
   elif [ ! -d "$build" ]; then
-    say "this system has no dpkg; please make sure of the equivalents of: $packages"
+    say "this system has no dpkg; please make sure of the equivalents of: ${packages//\?/}"
   fi
-  # Asked before the lock is taken: a folder that cannot be written has its own message.
-  take_build_folder
   venv_is_ready || want_venv=1
   [ -z "$missing" ] && [ $want_venv = 0 ] && return 0
   say_what_is_missing
@@ -79,7 +99,7 @@ prepare() {
 }
 
 say_what_is_missing() {
-  [ -z "$missing" ] || say "these packages are missing: $missing"
+  [ -z "$missing" ] || say "these packages are missing: ${missing//\?/}"
   [ $want_venv = 0 ] || say "these Python packages go to build/venv: $(wanted_python)"
 }
 
@@ -89,7 +109,7 @@ wanted_python() {
   sed -n 's/^\([^#=]*==[^ ]*\).*/\1/p' "${files[@]}" | tr '\n' ' '
 }
 
-apt_line() { echo "${1:+$1 }apt-get update && ${1:+$1 }apt-get install -y --no-install-recommends $missing"; }
+apt_line() { echo "${1:+$1 }apt-get update && ${1:+$1 }apt-get install -y --no-install-recommends ${missing//\?/}"; }
 
 # Sets `as` to how root is reached: nothing to put in front, or sudo.
 ask_for_consent() {
@@ -114,12 +134,19 @@ ask_for_consent() {
   exit $exit_missing
 }
 
+apt_get() { "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get "$@" -q -o DPkg::Lock::Timeout=300 >>"$log" 2>&1; }
+
+update_and_install() {
+  apt_get update || return
+  drop_unavailable
+  [ -z "$missing" ] || apt_get install -y --no-install-recommends ${missing//\?/}
+}
+
 install_packages() {
   local log="$project/build/apt.log"
   say "installing packages; this can take some minutes"
-  local apt=("${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get) wait=(-q -o DPkg::Lock::Timeout=300)
-  if ! { "${apt[@]}" update "${wait[@]}" &&
-         "${apt[@]}" install -y --no-install-recommends "${wait[@]}" $missing; } >"$log" 2>&1; then
+  : >"$log"
+  if ! update_and_install; then
     tail -n 15 "$log" >&2
     say "the packages could not be installed (whole log: $log). Is the network there? This line does it by hand:"
     printf '  %s\n' "$(apt_line "${as[*]:+sudo}")"
