@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/car_options.hpp"
 
+#include "apps/flag_checks.hpp"
+
 namespace voltlap::plant {
 
 void CarOptions::add_vehicle(CLI::App& command) {
@@ -23,12 +25,14 @@ CLI::Option* CarOptions::add_lap_start(CLI::App& command) {
       .add_option("--lap-start", lap_start,
                   "flying: one periodic lap, the run ends when the laps are driven; standing: a lap from rest, repeated "
                   "in time as in the reference study")
-      ->check(CLI::IsMember({"flying", "standing"}))
+      ->check(one_of({"flying", "standing"}))
       ->capture_default_str();
 }
 
 LoadedVehicle CarOptions::load_car(const DataFolder& data) const { return load_vehicle(data, vehicle, settings); }
 
-Track CarOptions::load_course(const DataFolder& data) const { return load_track(data.find("tracks", track)); }
+Track CarOptions::load_course(const DataFolder& data) const {
+  return load_track(data.find("tracks", track, "--track"));
+}
 
 }  // namespace voltlap::plant

@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "apps/exit_code.hpp"
 #include "apps/firmware_loop.hpp"
+#include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
 #include "core/errors.hpp"
@@ -32,20 +34,28 @@ EnduranceCommand::EnduranceCommand(CLI::App& app)
   car_.add_vehicle(*command_);
   CLI::Option* track = car_.add_track(*command_);
   CLI::Option* start = car_.add_lap_start(*command_);
-  CLI::Option* laps = command_->add_option("--laps", laps_, "Number of laps; default: as many as fit into 22 km");
+  CLI::Option* laps = command_->add_option("--laps", laps_, "Number of laps; default: as many as fit into 22 km")
+                          ->check(whole_number(1, kLapsMax));
   command_->add_option("--drive", drive_, "A recorded drive instead of a track: CSV with time_s,speed_mps[,accelerator,brake]")
       ->excludes(track)
       ->excludes(start)
       ->excludes(laps);
   command_->add_option("--cells", cells_, "all: every cell in series; representative: one cell, scaled (faster)")
-      ->check(CLI::IsMember({"all", "representative"}))
+      ->check(one_of({"all", "representative"}))
       ->capture_default_str();
-  command_->add_option("--seed", seed_, "Seed of everything random; the same seed gives the same run")->capture_default_str();
-  command_->add_option("--json", json_, "Write the result as JSON, also when the run fails");
-  CLI::Option* csv = command_->add_option("--csv", csv_, "Write the time series as CSV; compressed when the name ends in .gz");
-  command_->add_option("--rate", rate_hz_, "Lines per second of --csv: 10 or an even part of it")->needs(csv)->capture_default_str();
-  command_->add_option("--candump", candump_, "Write every frame as a candump log, with simulated time");
-  command_->footer("Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
+  command_->add_option("--seed", seed_, "Seed of everything random; the same seed gives the same run")
+      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
+      ->capture_default_str();
+  add_output_file(*command_, "--json", json_, "Write the result as JSON, also when the run fails");
+  CLI::Option* csv =
+      add_output_file(*command_, "--csv", csv_, "Write the time series as CSV; compressed when the name ends in .gz");
+  command_->add_option("--rate", rate_hz_, "Lines per second of --csv: 10 or an even part of it")
+      ->needs(csv)
+      ->check(positive_number())
+      ->capture_default_str();
+  add_output_file(*command_, "--candump", candump_, "Write every frame as a candump log, with simulated time");
+  command_->footer("A FILE named - is standard output; the summary then goes to standard error.\n"
+                   "Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
                    "Exit code: 0 finished, 2 usage or input, 3 the run failed (with time and cause), 130 interrupted.");
 }
 
@@ -58,10 +68,6 @@ EnduranceOptions EnduranceCommand::options(const DataFolder& data) const {
   } else {
     out.drive = load_drive(drive_);
     out.laps = 1;
-  }
-  if (out.laps < 1 || out.laps > kLapsMax) {
-    throw InputError("--laps", fmt::format("{}", out.laps), fmt::format("a whole number from 1 to {}", kLapsMax),
-                     "Give the number of laps to drive, or leave the flag out for an endurance of 22 km");
   }
   if (cells_ == "representative" && !out.vehicle.battery.cells.empty()) {
     throw InputError("--cells representative", "settings of single cells (battery.cells.<n>.*)", "cells that are all equal",
@@ -95,13 +101,13 @@ int EnduranceCommand::run(const DataFolder& data) {
   const EnduranceOptions chosen = options(data);
   const RunDescription run = description(chosen);
   RunRecorder recorder;
+  catch_interrupt();  // before there is a file that must not stay behind
   // Opened before the run: a path that cannot be written is known at once.
   std::optional<AtomicFile> json;
   if (!json_.empty()) json.emplace(json_);
   if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
   if (!candump_.empty()) recorder.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
 
-  catch_interrupt();
   FirmwareLoop firmware(chosen.vehicle);
   const auto begin = std::chrono::steady_clock::now();
   const EnduranceResult result = run_endurance(chosen, firmware, recorder);
@@ -109,7 +115,7 @@ int EnduranceCommand::run(const DataFolder& data) {
   recorder.end_progress();
   if (result.stopped) {
     fmt::print(stderr, "Interrupted after {:.1f} s of the race; no result file was written.\n", result.failure_time_s);
-    return kExitInterrupted;
+    return exit_code_of_interrupt();
   }
 
   recorder.commit();
@@ -119,13 +125,15 @@ int EnduranceCommand::run(const DataFolder& data) {
   }
   const std::string reference_file = data.path("reference/endurance.csv");
   const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
-  fmt::print("{}", summary_table(run, result, reference));
+  std::FILE* summary = summary_stream({json_, csv_, candump_});
+  fmt::print(summary, "{}", summary_table(run, result, reference));
   RunDescription standing = run;
   standing.lap_start = "standing";
   if (run.lap_start == "flying" && find_reference(reference_file, standing)) {
-    fmt::print("  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n");
+    fmt::print(summary,
+               "  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n");
   }
-  fmt::print("  computed in {:.1f} s, seed {}\n", wall_s, run.seed);
+  fmt::print(summary, "  computed in {:.1f} s, seed {}\n", wall_s, run.seed);
   return result.finished ? kExitOk : kExitFailedRun;
 }
 

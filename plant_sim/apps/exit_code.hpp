@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program tells its caller. 1 (a test failed) and 4 (packages missing) come from the start script.
+// What the program tells its caller. 1 (a test failed), 4 (packages missing) and 5 (the build failed) come from the
+// start script.
 #pragma once
 
 namespace voltlap::plant {
 
 inline constexpr int kExitOk = 0;
-inline constexpr int kExitInput = 2;        ///< usage, input, or a result file that cannot be written
-inline constexpr int kExitFailedRun = 3;    ///< the car did not make it: an assertion, a trip, an empty battery
-inline constexpr int kExitInterrupted = 130;
+inline constexpr int kExitInput = 2;          ///< usage, input, or a result file that cannot be written
+inline constexpr int kExitFailedRun = 3;      ///< the car did not make it: an assertion, a trip, an empty battery
+inline constexpr int kExitFault = 70;         ///< memory ran out, or a defect of the program
+inline constexpr int kExitInterrupted = 130;  ///< Ctrl-C; other signals that ask a run to end give 128 and their number
 
 }  // namespace voltlap::plant

@@ -47,17 +47,19 @@ void fill_tables(const VehicleParameters& car, bms::Config& config) {
   }
   config.ocv.count = config.resistance.count = kTablePoints;
   config.resistance.reference = celsius(reference);
+  // Relative change per kelvin of the resistance at the reference temperature: (dR/dT) / R_reference.
   constexpr double kMiddle = 0.5, kSpanK = 5.0;
   const double warm = group_resistance(car, tables, kMiddle, reference + kSpanK);
   const double cold = group_resistance(car, tables, kMiddle, reference - kSpanK);
-  config.resistance.ppm_per_kelvin = static_cast<std::int32_t>(std::lround(1e6 * (warm / cold - 1.0) / (2.0 * kSpanK)));
+  const double slope_per_kelvin = (warm - cold) / (2.0 * kSpanK) / group_resistance(car, tables, kMiddle, reference);
+  config.resistance.ppm_per_kelvin = static_cast<std::int32_t>(std::lround(1e6 * slope_per_kelvin));
 }
 
-const char* keys_of(master::ConfigError error) {
+const char* key_of(master::ConfigError error) {
   switch (error) {
-    case master::ConfigError::kRequest: return "inverter.current_max_a (1 to 550 A, the range of InverterCommand in car.dbc)";
-    case master::ConfigError::kMotor: return "motor.constant_nm_per_a (0.001 to 10 Nm/A) and inverter.efficiency";
-    default: return "the numbers in firmware/master/config.hpp";
+    case master::ConfigError::kRequest: return "inverter.current_max_a";
+    case master::ConfigError::kMotor: return "motor.constant_nm_per_a";
+    default: return "firmware/master/config.hpp";
   }
 }
 
@@ -81,12 +83,18 @@ bms::Config bms_config(const VehicleParameters& car) {
   config.temperature_trip = celsius(car.bms.temperature_max_c);
   config.derating_start = celsius(car.bms.temperature_max_c - kDeratingBandK);
   if (!bms::config_check(config)) {
-    throw InputError(fmt::format(
-        "the BMS refuses this pack: {} cells in series (1 to {}), {} thermistors (at least 20 % of the cells, EV.7.5; at most "
-        "{}), {:.1f} Ah, {:g} to {:g} V a cell, trip at {:g} degC (at most 60). Check battery.cells_in_series, "
-        "sensors.temperature_count, battery.capacity_ah, the cell's voltage_min_v and voltage_max_v, and the bms.* keys",
-        config.cells_in_series, bms::kMaxCells, config.temperature_sensors, bms::kMaxTemperatures, capacity_ah,
-        car.cell.voltage_min_v, car.cell.voltage_max_v, car.bms.temperature_max_c));
+    throw InputError(
+        "vehicle " + car.name,
+        fmt::format(
+            "a pack that the BMS refuses ({} cells in series, {} thermistors, {:.1f} Ah, {:g} to {:g} V a cell, trip "
+            "at {:g} degC, at most {:g} A)",
+            config.cells_in_series, config.temperature_sensors, capacity_ah, car.cell.voltage_min_v,
+            car.cell.voltage_max_v, car.bms.temperature_max_c, car.bms.discharge_current_max_a),
+        fmt::format("1 to {} cells, thermistors for 20 % of them (EV.7.5) and at most {}, a trip at most at 60 degC, a "
+                    "discharge current above 0",
+                    bms::kMaxCells, bms::kMaxTemperatures),
+        "Check battery.cells_in_series, sensors.temperature_count, battery.capacity_ah, cell.voltage_min_v, "
+        "cell.voltage_max_v and the bms.* keys");
   }
   return config;
 }
@@ -97,7 +105,10 @@ master::Config master_config(const VehicleParameters& car) {
   config.motor_constant_unm_per_a = static_cast<std::int32_t>(std::lround(car.motor.constant_nm_per_a * 1e6));
   const master::ConfigError error = master::config_check(config);
   if (error != master::ConfigError::kNone) {
-    throw InputError(fmt::format("the master controller refuses this car: check {}", keys_of(error)));
+    throw InputError(fmt::format("vehicle {}, {}", car.name, key_of(error)),
+                     fmt::format("{:g} A with {:g} Nm/A, which the master controller refuses",
+                                 car.inverter.current_max_a, car.motor.constant_nm_per_a),
+                     "1 to 550 A (the range of InverterCommand in car.dbc), 0.001 to 10 Nm/A", "Correct the value");
   }
   return config;
 }

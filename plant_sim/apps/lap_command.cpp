@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "apps/exit_code.hpp"
+#include "apps/flag_checks.hpp"
 #include "report/atomic_file.hpp"
 
 namespace voltlap::plant {
@@ -16,7 +17,9 @@ LapCommand::LapCommand(CLI::App& app)
   car_.add_vehicle(*command_);
   car_.add_track(*command_);
   car_.add_lap_start(*command_);
-  command_->add_option("--json", json_, "Write lap_time_s, max_speed_mps and length_m as JSON");
+  add_output_file(*command_, "--json", json_,
+                  "Write lap_time_s, max_speed_mps and length_m as JSON; -: to standard output, "
+                  "the summary then to standard error");
   command_->footer("Example: voltlap lap --track michigan_2014 --lap-start standing");
 }
 
@@ -31,7 +34,8 @@ int LapCommand::run(const DataFolder& data) {
                             lap.lap_time_s(), lap.max_speed_mps(), lap.length_m()));
     json->commit();
   }
-  fmt::print("{} on {}, {} lap\n  lap time   {:8.2f} s\n  top speed  {:8.2f} m/s\n  length     {:8.1f} m\n", car.name,
+  fmt::print(summary_stream({json_}),
+             "{} on {}, {} lap\n  lap time   {:8.2f} s\n  top speed  {:8.2f} m/s\n  length     {:8.1f} m\n", car.name,
              track.name, car_.lap_start, lap.lap_time_s(), lap.max_speed_mps(), lap.length_m());
   return kExitOk;
 }

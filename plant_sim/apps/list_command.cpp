@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "apps/exit_code.hpp"
+#include "apps/flag_checks.hpp"
 #include "core/parameter_table.hpp"
 
 namespace voltlap::plant {
@@ -32,7 +33,7 @@ ListCommand::ListCommand(CLI::App& app)
     : command_(app.add_subcommand("list", "Names of vehicles, tracks and cells; keys of --set with unit, range, value")) {
   command_->add_option("what", what_, "vehicles, tracks, cells or keys")
       ->required()
-      ->check(CLI::IsMember({"vehicles", "tracks", "cells", "keys"}));
+      ->check(one_of({"vehicles", "tracks", "cells", "keys"}));
   car_.add_vehicle(*command_);
   command_->footer("--vehicle and --set choose the car whose values `list keys` shows.");
 }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command line `voltlap`.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
+#include <new>
 
 #include "apps/endurance_command.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/flag_checks.hpp"
 #include "apps/lap_command.hpp"
 #include "apps/list_command.hpp"
 #include "core/errors.hpp"
@@ -18,6 +21,7 @@ int run(int argc, char** argv) {
   CLI::App app("Voltlap: an electric race car, its battery and its control firmware on one CAN bus.", "voltlap");
   app.set_version_flag("--version", "voltlap " VOLTLAP_VERSION);
   app.require_subcommand(1);
+  app.failure_message(usage_message);
   EnduranceCommand endurance(app);
   LapCommand lap(app);
   ListCommand list(app);
@@ -32,15 +36,39 @@ int run(int argc, char** argv) {
   return list.run(data);
 }
 
+int complain(const char* text, int code) {
+  std::fprintf(stderr, "voltlap: %s\n", text);
+  return code;
+}
+
+/// The exit code, once what was printed has arrived; a full disk or a reader that went away is an error as well.
+int with_output_flushed(int code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  return complain(
+      "standard output: found that it does not take what is printed; expected a reader, or a disk with room. "
+      "Make room, or send it elsewhere.",
+      kExitInput);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A full disk, a file limit or a reader that went away is then an error with a message, not a sudden end.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
-    return run(argc, argv);
+    return with_output_flushed(run(argc, argv));
   } catch (const InputError& error) {
-    std::fprintf(stderr, "voltlap: %s\n", error.what());
+    return complain(error.what(), kExitInput);
   } catch (const OutputError& error) {
-    std::fprintf(stderr, "voltlap: %s\n", error.what());
+    return complain(error.what(), kExitInput);
+  } catch (const std::bad_alloc&) {
+    return complain("found that the memory ran out; expected an input that fits into it. Use a smaller one.",
+                    kExitFault);
+  } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return with_output_flushed(kExitInput);  // what the print function threw
+    std::fprintf(stderr, "voltlap: found a defect of the program (%s). Please report it with the command line.\n",
+                 error.what());
+    return kExitFault;
   }
-  return kExitInput;
 }

@@ -8,12 +8,14 @@
 #include <csignal>
 #include <cstdio>
 
+#include "apps/exit_code.hpp"
+
 namespace voltlap::plant {
 namespace {
 
 // A signal handler has no other way in; only this file sees it.
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch a lock-free flag");
+std::atomic<int> interrupted{0};  // the signal's number
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only touch a lock-free flag");
 
 constexpr std::chrono::milliseconds kTerminalPeriod{200};
 constexpr std::chrono::seconds kLogPeriod{5};
@@ -26,7 +28,14 @@ bool to_terminal() {
 }  // namespace
 
 void catch_interrupt() {
-  std::signal(SIGINT, [](int) { interrupted.store(true); });
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    std::signal(signal, [](int number) { interrupted.store(number); });
+  }
+}
+
+int exit_code_of_interrupt() {
+  constexpr int kBySignal = 128;  // as shells count
+  return interrupted.load() == SIGINT ? kExitInterrupted : kBySignal + interrupted.load();
 }
 
 void RunRecorder::on_frame(std::uint32_t tick, Sender sender, const Frame& frame) {
@@ -48,7 +57,7 @@ void RunRecorder::on_progress(double fraction, double time_s) {
   line_open_ = to_terminal();
 }
 
-bool RunRecorder::stop_requested() { return interrupted.load(); }
+bool RunRecorder::stop_requested() { return interrupted.load() != 0; }
 
 void RunRecorder::end_progress() {
   if (line_open_) fmt::print(stderr, "\r{:60}\r", "");

@@ -12,8 +12,10 @@
 
 namespace voltlap::plant {
 
-/// From here on Ctrl-C asks the run to stop instead of ending the process.
+/// From here on Ctrl-C, a request to terminate and a closed terminal ask the run to stop instead of ending the process.
 void catch_interrupt();
+/// What the process ends with after that.
+[[nodiscard]] int exit_code_of_interrupt();
 
 class RunRecorder : public EnduranceObserver {
  public:

@@ -11,14 +11,19 @@
 namespace voltlap::plant {
 namespace {
 
+std::string place(const CellParameters& cell, const std::string& field) {
+  return fmt::format("cell {}, {}", cell.name, field);
+}
+
 void require_increasing(const CellParameters& cell, const char* key, const std::vector<double>& values) {
   if (values.empty()) {
-    throw InputError(fmt::format("cell '{}': {} is empty; give at least one breakpoint", cell.name, key));
+    throw InputError(place(cell, key), "an empty list", "at least one breakpoint",
+                     "Add the value at which the tables hold");
   }
   for (std::size_t i = 1; i < values.size(); ++i) {
     if (!(values[i] > values[i - 1])) {
-      throw InputError(fmt::format("cell '{}': {}[{}] is {} after {}; breakpoints must increase", cell.name, key, i,
-                                   values[i], values[i - 1]));
+      throw InputError(place(cell, key), fmt::format("{} after {}", values[i], values[i - 1]),
+                       "each breakpoint greater than the one before", "Put the points in order");
     }
   }
 }
@@ -32,8 +37,9 @@ std::vector<double> expand(const CellParameters& cell, const char* key, const Ce
   std::vector<double> table = map.table;
   if (table.empty()) {
     if (map.value.size() != soc.size()) {
-      throw InputError(fmt::format("cell '{}': {}.value has {} entries, breakpoints.soc has {}; give one value a breakpoint",
-                                   cell.name, key, map.value.size(), soc.size()));
+      throw InputError(place(cell, fmt::format("{}.value", key)), fmt::format("{} values", map.value.size()),
+                       fmt::format("{}, one for each point of breakpoints.soc", soc.size()),
+                       "Give one value for every point");
     }
     table.reserve(nodes);
     for (const double value : map.value) {
@@ -46,14 +52,19 @@ std::vector<double> expand(const CellParameters& cell, const char* key, const Ce
     }
   }
   if (table.size() != nodes) {
-    throw InputError(fmt::format("cell '{}': {}.table has {} entries; {} SOC x {} temperature x {} current breakpoints need {}",
-                                 cell.name, key, table.size(), soc.size(), temperature.size(), current.size(), nodes));
+    throw InputError(place(cell, fmt::format("{}.table", key)), fmt::format("{} values", table.size()),
+                     fmt::format("{}: {} SOC points times {} temperatures times {} currents", nodes, soc.size(),
+                                 temperature.size(), current.size()),
+                     "Give one value for every point");
   }
   for (std::size_t n = 0; n < nodes; ++n) {
     if (!(table[n] > 0.0) || !std::isfinite(table[n])) {
       const std::size_t per_soc = temperature.size() * current.size();
-      throw InputError(fmt::format("cell '{}': {} is {} at SOC {}; it must be above 0", cell.name, key, table[n],
-                                   soc[n / per_soc]));
+      throw InputError(place(cell, key),
+                       fmt::format("{:g} at SOC {:g}, {:g} degC and {:g} A", table[n], soc[n / per_soc],
+                                   temperature[n / current.size() % temperature.size()], current[n % current.size()]),
+                       "more than 0 at every point of the table",
+                       "Check the values, per_kelvin, per_ampere and the breakpoints");
     }
   }
   return table;
@@ -100,20 +111,23 @@ CellTables::CellTables(const CellParameters& cell) {
   const bool tabulated = !cell.ocv_soc.empty();
   if (tabulated) require_increasing(cell, "ocv.soc", cell.ocv_soc);
   if (tabulated && (cell.ocv_soc.size() < 2 || cell.ocv_v.size() != cell.ocv_soc.size())) {
-    throw InputError(fmt::format("cell '{}': ocv.soc has {} entries and ocv.voltage_v has {}; give two or more of each, as many",
-                                 cell.name, cell.ocv_soc.size(), cell.ocv_v.size()));
+    throw InputError(place(cell, "ocv"),
+                     fmt::format("{} values of soc and {} of voltage_v", cell.ocv_soc.size(), cell.ocv_v.size()),
+                     "two or more of each, as many", "Complete the curve");
   }
   if (!tabulated && cell.ocv_polynomial_v.empty()) {
-    throw InputError(fmt::format("cell '{}': no open-circuit voltage; give ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
-                                 cell.name));
+    throw InputError(place(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
+                     "Add one of the two");
   }
   ocv_.resize(kOcvIntervals + 1);
   for (std::size_t i = 0; i <= kOcvIntervals; ++i) {
     const double soc = static_cast<double>(i) / kOcvIntervals;
     ocv_[i] = tabulated ? piecewise(cell.ocv_soc, cell.ocv_v, soc) : polynomial(cell.ocv_polynomial_v, soc);
     if (i > 0 && ocv_[i] < ocv_[i - 1]) {
-      throw InputError(fmt::format("cell '{}': the open-circuit voltage falls from {:.4f} to {:.4f} V at SOC {:.3f}; "
-                                   "it must not fall as SOC rises", cell.name, ocv_[i - 1], ocv_[i], soc));
+      throw InputError(
+          place(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
+          fmt::format("a voltage that falls from {:.4f} to {:.4f} V at SOC {:.3f}", ocv_[i - 1], ocv_[i], soc),
+          "one that does not fall as SOC rises", "Correct the curve");
     }
   }
 }

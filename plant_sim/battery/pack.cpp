@@ -36,12 +36,12 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
       cooling_w_per_k_(car.cell.convection_w_per_m2_k * car.cell.surface_area_m2),
       lookup_floor_a_(car.battery.lookup_current_floor_a) {
   if (representative && !std::all_of(car.battery.cells.begin(), car.battery.cells.end(), is_nominal)) {
-    throw InputError("battery.cells.<n>.* gives cells that differ, but a representative cell stands for equal ones; "
-                     "use --cells all");
+    throw InputError("battery.cells.<n>.*", "cells that differ", "cells that are all equal, which one can represent",
+                     "Use --cells all, or leave these settings out");
   }
   if (car.battery.cells.size() > series_) {
-    throw InputError(fmt::format("battery.cells.{} is set, but battery.cells_in_series is {}; cells are numbered from 1",
-                                 car.battery.cells.size(), series_));
+    throw InputError(fmt::format("battery.cells.{}", car.battery.cells.size()), "a cell that the pack does not have",
+                     fmt::format("a cell from 1 to {}", series_), "Check the number, or battery.cells_in_series");
   }
   for (auto* array : {&soc_, &v1_, &v2_, &ocv_, &voltage_, &temperature_, &heat_j_, &soc_per_amp_, &resistance_scale_,
                       &r0_, &g1_, &g2_, &c1_, &c2_, &ocv_per_amp_, &decay1_, &decay2_, &gain1_, &gain2_, &mean_decay1_,

@@ -7,7 +7,8 @@
 
 namespace voltlap::plant {
 
-/// A table with a header line. `#` begins a comment line. Rows have exactly as many fields as the header.
+/// A table with a header line. `#` begins a comment line. Rows have exactly as many fields as the header. A byte order
+/// mark and Windows line ends are taken as they come.
 class CsvTable {
  public:
   /// Throws InputError when the file cannot be read, is empty, or a row has another number of fields than the header.
@@ -32,6 +33,7 @@ class CsvTable {
 
   std::string path_;
   std::vector<std::string> columns_;
+  std::size_t header_line_ = 0;
   std::vector<Row> rows_;
 };
 

@@ -27,9 +27,9 @@ std::vector<std::string> DataFolder::names(const std::string& kind) const {
   std::error_code error;
   fs::directory_iterator entries(fs::path(root_) / kind, error);
   if (error) {
-    throw InputError(fmt::format("{}/{}: this folder of the project cannot be read ({}). The program looks for its data "
-                                 "where it was built: run ./voltlap build again if the project has moved.",
-                                 root_, kind, error.message()));
+    throw InputError(root_ + "/" + kind, fmt::format("a folder that cannot be read ({})", error.message()),
+                     "the project's data where the program was built",
+                     "Run ./voltlap build again if the project has moved");
   }
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : entries) {
@@ -39,17 +39,19 @@ std::vector<std::string> DataFolder::names(const std::string& kind) const {
   return names;
 }
 
-std::string DataFolder::find(const std::string& kind, const std::string& name, const std::string& beside) const {
+std::string DataFolder::find(const std::string& kind, const std::string& name, const std::string& place,
+                             const std::string& beside) const {
   const fs::path own = fs::path(root_) / kind / (name + extension_of(kind));
   if (name.find('/') == std::string::npos && is_file(own)) return own.string();
   if (!beside.empty() && is_file(fs::path(beside) / name)) return (fs::path(beside) / name).string();
   if (is_file(name)) return name;
   const std::vector<std::string> known = names(kind);
   const std::string one = kind.substr(0, kind.size() - 1), nearest = nearest_of(name, known, name.size() / 2);
-  throw InputError(fmt::format("{} \"{}\": there is no {} of this name, nor a file at this path. Known: {}.{} "
-                               "A path must lead to an existing {} file.",
-                               one, name, one, fmt::join(known, ", "), nearest.empty() ? "" : " Did you mean " + nearest + "?",
-                               extension_of(kind)));
+  std::error_code ignored;
+  throw InputError(
+      fmt::format("{}: found \"{}\", {}; expected a {} ({}) or the path of a {} file. {}Correct the name or the path.",
+                  place, name, fs::is_directory(name, ignored) ? "a folder" : "neither a known name nor a file", one,
+                  fmt::join(known, ", "), extension_of(kind), nearest.empty() ? "" : "Did you mean " + nearest + "? "));
 }
 
 }  // namespace voltlap::plant

@@ -2,6 +2,7 @@
 #include "core/parameter_check.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <utility>
 
@@ -14,7 +15,7 @@ using Values = std::vector<double>;
 
 class Check {
  public:
-  explicit Check(const LoadedVehicle& vehicle) : origin_(vehicle.origin) {}
+  explicit Check(const LoadedVehicle& vehicle) : origin_(vehicle.origin), shape_(vehicle.shape) {}
 
   void increasing(const std::string& key, const Values& values, bool strictly = true) const {
     for (std::size_t i = 1; i < values.size(); ++i) {
@@ -31,6 +32,22 @@ class Check {
                      fmt::format("{}, {}", expected, because), "Give one value for every point");
   }
 
+  /// A table of lists within lists must be as deep and as long on each level; a flat list has no levels to compare.
+  void shape(const std::string& key, const std::vector<std::size_t>& expected, const std::string& because) const {
+    const auto given = shape_.find(key);
+    if (given == shape_.end() || given->second == expected) return;
+    throw InputError(place(key), fmt::format("a table of {}", fmt::join(given->second, " x ")),
+                     fmt::format("{}, {}", fmt::join(expected, " x "), because), "Arrange the values so");
+  }
+
+  /// Only a cell's tables may be lists within lists.
+  void flat_but_tables() const {
+    for (const auto& [key, levels] : shape_) {
+      that(key.ends_with(".table"), key, fmt::format("a table of {}", fmt::join(levels, " x ")), "a list of numbers",
+           "Remove the inner brackets");
+    }
+  }
+
   void that(bool ok, const std::string& key, const std::string& found, const std::string& expected,
             const std::string& what_to_do) const {
     if (!ok) throw InputError(place(key), found, expected, what_to_do);
@@ -43,6 +60,7 @@ class Check {
     return known->second.ends_with(key) ? known->second : fmt::format("{}, {}", known->second, key);
   }
   const std::map<std::string, std::string>& origin_;
+  const std::map<std::string, std::vector<std::size_t>>& shape_;
 };
 
 void check_ocv(const Check& check, const CellParameters& cell) {
@@ -59,7 +77,8 @@ void check_ocv(const Check& check, const CellParameters& cell) {
 
 void check_maps(const Check& check, const CellParameters& cell) {
   const std::size_t points = cell.soc_breakpoints.size();
-  const std::size_t table = points * cell.temperature_breakpoints_c.size() * cell.current_breakpoints_a.size();
+  const std::vector<std::size_t> shape = {points, cell.temperature_breakpoints_c.size(),
+                                          cell.current_breakpoints_a.size()};
   const std::pair<const char*, const CellParameterMap*> maps[] = {
       {"r0", &cell.r0_ohm}, {"r1", &cell.r1_ohm}, {"r2", &cell.r2_ohm}, {"tau1", &cell.tau1_s}, {"tau2", &cell.tau2_s}};
   for (const auto& [name, map] : maps) {
@@ -70,7 +89,9 @@ void check_maps(const Check& check, const CellParameters& cell) {
     if (map->table.empty()) {
       check.length(section + ".value", map->value, points, "one for each point of breakpoints.soc");
     } else {
-      check.length(section + ".table", map->table, table, "SOC points times temperatures times currents");
+      check.length(section + ".table", map->table, shape[0] * shape[1] * shape[2],
+                   "SOC points times temperatures times currents");
+      check.shape(section + ".table", shape, "SOC points x temperatures x currents");
     }
   }
 }
@@ -92,6 +113,7 @@ void check_cell(const Check& check, const CellParameters& cell) {
 void check_consistency(const LoadedVehicle& vehicle) {
   const Check check(vehicle);
   const VehicleParameters& p = vehicle.parameters;
+  check.flat_but_tables();
   check_cell(check, p.cell);
   check.that(p.powertrain.kind == "electric" || p.powertrain.kind == "none", "powertrain.kind",
              '"' + p.powertrain.kind + '"', "\"electric\" or \"none\"", "Choose one of the two");

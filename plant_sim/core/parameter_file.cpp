@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -29,7 +30,6 @@ struct Assignment {
 using Assignments = std::map<std::string, Assignment>;
 
 constexpr std::string_view kCellsPrefix = "battery.cells.";
-constexpr int kBaseDepthMax = 8;
 
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
 
@@ -41,6 +41,7 @@ std::string shown(const std::string& path) {
 }
 
 std::string found_text(const toml::node& node) {
+  if (node.is_floating_point()) return fmt::format("{}", **node.as_floating_point());  // as short as it was written
   std::ostringstream out;
   node.visit([&](const auto& value) { out << value; });
   std::string text = out.str();
@@ -77,9 +78,9 @@ std::optional<CellKey> parse_cell_key(std::string_view key) {
 
 void put(Assignments& into, const std::string& key, Assignment assignment) {
   if (find_parameter(key) == nullptr && !parse_cell_key(key)) {
-    throw InputError(fmt::format("{}: the key \"{}\" is not known. The nearest known key is \"{}\". "
-                                 "`voltlap list keys` shows them all.",
-                                 assignment.place, key, nearest_key(key)));
+    throw InputError(fmt::format(
+        "{}: found the unknown key \"{}\"; expected a key that `voltlap list keys` shows. Did you mean \"{}\"?",
+        assignment.place, key, nearest_key(key)));
   }
   into.insert_or_assign(key, std::move(assignment));
 }
@@ -103,9 +104,9 @@ toml::table parse_file(const std::string& path) {
     return toml::parse_file(path);
   } catch (const toml::parse_error& error) {
     const auto line = error.source().begin.line;
-    throw InputError(fmt::format("{}{}: this is not valid TOML: {}. Expected lines of the form key = value under "
-                                 "[section] headings.",
-                                 shown(path), line != 0 ? fmt::format(":{}", line) : "", error.description()));
+    throw InputError(line != 0 ? fmt::format("{}:{}", shown(path), line) : shown(path),
+                     fmt::format("no valid TOML ({})", error.description()),
+                     "lines of the form key = value under [section] headings, each key once", "Correct this line");
   }
 }
 
@@ -122,15 +123,23 @@ std::string take_word(toml::table& table, const std::string& name, const std::st
   return *word;
 }
 
-void read_vehicle(const DataFolder& data, const std::string& path, int depth, Assignments& into, std::string& name) {
-  if (depth > kBaseDepthMax) {
-    throw InputError(fmt::format("{}: more than {} vehicles are built on each other by `base`. Is there a circle? "
-                                 "Remove one `base` line.",
-                                 shown(path), kBaseDepthMax));
-  }
+/// `chain`: the files that are built on this one, by `base`, up to the car that was asked for.
+void read_vehicle(const DataFolder& data, const std::string& path, std::vector<std::string> chain, Assignments& into,
+                  std::string& name) {
   toml::table table = parse_file(path);
+  const toml::node* base_line = table.get("base");
+  const std::string place =
+      base_line == nullptr ? "" : fmt::format("{}:{}, base", shown(path), base_line->source().begin.line);
   const std::string base = take_word(table, "base", shown(path));
-  if (!base.empty()) read_vehicle(data, data.find("vehicles", base, folder_of(path)), depth + 1, into, name);
+  chain.push_back(fs::weakly_canonical(path).string());
+  if (!base.empty()) {
+    const std::string base_path = data.find("vehicles", base, place, folder_of(path));
+    if (std::find(chain.begin(), chain.end(), fs::weakly_canonical(base_path).string()) != chain.end()) {
+      throw InputError(place, fmt::format("a circle: {} is built on this file", shown(base_path)),
+                       "a chain of vehicles that ends in one without base", "Remove one of the base lines");
+    }
+    read_vehicle(data, base_path, chain, into, name);
+  }
   name = take_word(table, "name", shown(path));
   if (name.empty()) name = fs::path(path).stem().string();
   flatten(table, "", shown(path), Rank::kVehicle, into);
@@ -167,8 +176,8 @@ std::optional<double> number_of(const toml::node& node) {
 
 class Store {
  public:
-  Store(VehicleParameters& into, const ParameterRow& row, const Assignment& from)
-      : into_(into), row_(row), node_(*from.value), place_(place_of(from, row.key)) {}
+  Store(LoadedVehicle& into, const ParameterRow& row, const Assignment& from)
+      : into_(into.parameters), shape_(into.shape), row_(row), node_(*from.value), place_(place_of(from, row.key)) {}
 
   void operator()(double& (*access)(VehicleParameters&)) const { access(into_) = number_in_range(node_); }
   void operator()(int& (*access)(VehicleParameters&)) const {
@@ -187,15 +196,30 @@ class Store {
     if (!node_.is_array()) wrong(node_);
     std::vector<double>& list = access(into_);
     list.clear();
-    append(*node_.as_array(), list);
+    std::vector<std::size_t> shape;
+    append(*node_.as_array(), 0, shape, list);
+    if (shape.size() > 1) shape_[std::string(row_.key)] = shape;
   }
 
  private:
-  void append(const toml::array& array, std::vector<double>& list) const {
+  /// Lists within lists, the innermost fastest; those of a level must be equally long.
+  void append(const toml::array& array, std::size_t level, std::vector<std::size_t>& shape,
+              std::vector<double>& list) const {
+    if (level == shape.size() && list.empty()) shape.push_back(array.size());
+    if (level >= shape.size()) ragged(array.size(), 1);
+    if (shape[level] != array.size()) ragged(array.size(), shape[level]);
     for (const toml::node& element : array) {
-      if (const toml::array* inner = element.as_array()) append(*inner, list);
-      else list.push_back(number_in_range(element));
+      if (const toml::array* inner = element.as_array()) {
+        append(*inner, level + 1, shape, list);
+      } else {
+        if (level + 1 != shape.size()) ragged(1, shape[level + 1]);
+        list.push_back(number_in_range(element));
+      }
     }
+  }
+  [[noreturn]] void ragged(std::size_t found, std::size_t expected) const {
+    throw InputError(place_, fmt::format("a list of {} beside one of {}", found, expected),
+                     "lists of one length on each level", "Complete the table");
   }
   [[nodiscard]] double number_in_range(const toml::node& node) const {
     const std::optional<double> number = number_of(node);
@@ -207,6 +231,7 @@ class Store {
   }
 
   VehicleParameters& into_;
+  std::map<std::string, std::vector<std::size_t>>& shape_;
   const ParameterRow& row_;
   const toml::node& node_;
   std::string place_;
@@ -256,19 +281,20 @@ LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_pa
                            const std::vector<std::string>& settings) {
   LoadedVehicle out;
   Assignments given;
-  const std::string path = data.find("vehicles", name_or_path);
-  read_vehicle(data, path, 0, given, out.parameters.name);
+  const std::string path = data.find("vehicles", name_or_path, "--vehicle");
+  read_vehicle(data, path, {}, given, out.parameters.name);
   for (const std::string& setting : settings) read_setting(setting, given);
 
   std::string cell_path = "the cell file";
   if (const auto named = given.find("battery.cell"); named != given.end() && named->second.value->is_string()) {
-    cell_path = data.find("cells", *named->second.value->value<std::string>(), folder_of(path));
+    cell_path = data.find("cells", *named->second.value->value<std::string>(), place_of(named->second, "battery.cell"),
+                          folder_of(path));
     read_cell_file(cell_path, given);
   }
   require_all(given, shown(path), shown(cell_path));
   for (const ParameterRow& row : parameter_rows()) {
     const auto assignment = given.find(std::string(row.key));
-    if (assignment != given.end()) std::visit(Store(out.parameters, row, assignment->second), row.access);
+    if (assignment != given.end()) std::visit(Store(out, row, assignment->second), row.access);
   }
   store_cell_variations(given, out.parameters);
   VehicleParameters& p = out.parameters;

@@ -16,8 +16,9 @@ class DataFolder {
   explicit DataFolder(std::string root) : root_(std::move(root)) {}
 
   /// `kind` is vehicles, cells or tracks. `name` is a name of that folder or a path; a relative path is looked up
-  /// beside `beside` first when that is given. Throws InputError that lists the names there are.
-  [[nodiscard]] std::string find(const std::string& kind, const std::string& name,
+  /// beside `beside` first when that is given. Throws InputError that begins with `place`, the flag or line that gave
+  /// the name, and lists the names there are.
+  [[nodiscard]] std::string find(const std::string& kind, const std::string& name, const std::string& place,
                                  const std::string& beside = {}) const;
   /// Names of a kind, sorted.
   [[nodiscard]] std::vector<std::string> names(const std::string& kind) const;
@@ -31,6 +32,8 @@ struct LoadedVehicle {
   VehicleParameters parameters;
   /// For each key that was given: "file:line" or "--set key".
   std::map<std::string, std::string> origin;
+  /// For each key that was given as lists within lists: how many there are on each level.
+  std::map<std::string, std::vector<std::size_t>> shape;
 };
 
 /// Throws InputError for a missing file, bad TOML, an unknown key (with the nearest one), a wrong type, a value out of

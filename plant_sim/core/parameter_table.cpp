@@ -61,7 +61,7 @@ std::string nearest_key(std::string_view key) {
     candidates.push_back(fmt::format("battery.cells.<n>.{}", row.field));
   }
   for (const std::string& candidate : candidates) {
-    if (candidate.ends_with("." + std::string(key))) return candidate;
+    if (candidate.ends_with("." + std::string(key)) || candidate.starts_with(std::string(key) + ".")) return candidate;
   }
   constexpr std::size_t kAnyDistance = 1000;
   return nearest_of(key, candidates, kAnyDistance);

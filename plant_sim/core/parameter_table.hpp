@@ -45,8 +45,8 @@ struct CellVariationRow {
 /// The row of a key, or nullptr.
 [[nodiscard]] const ParameterRow* find_parameter(std::string_view key);
 
-/// The key that `key` is the end of (mass_kg: vehicle.mass_kg), else the one that needs the fewest edits to become it;
-/// keys of single cells included.
+/// The key that `key` is the end or the section of (mass_kg, vehicle: vehicle.mass_kg), else the one that needs the
+/// fewest edits to become it; keys of single cells included.
 [[nodiscard]] std::string nearest_key(std::string_view key);
 
 /// Of some candidates, the one with the smallest edit distance to `word`; empty when none is at most `edits_max` away.

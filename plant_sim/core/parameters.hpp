@@ -187,8 +187,8 @@ struct BmsSection {
   double discharge_current_max_a = 0;  ///< [A] 0..1000
   double charge_current_max_a = 0;     ///< [A] 0..1000
   double temperature_max_c = 0;        ///< [degC] 0..100, trip
-  double resistance_ohm = 0;           ///< [ohm] 0..1; > 0: one cell's resistance in the limit, else from the cell file
-  double capacity_ah = 0;              ///< [Ah] 0..1000; > 0: the BMS's own idea of the capacity, else the plant's
+  double resistance_ohm = 0;  ///< [ohm] 0..1; > 0: a parallel group's resistance in the limit, else from the cell file
+  double capacity_ah = 0;  ///< [Ah] 0..1000; > 0: the BMS's own idea of a parallel group's capacity, else the plant's
 };
 
 struct AssertionSection {

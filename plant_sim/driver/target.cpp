@@ -32,7 +32,8 @@ LapPhase phase_of(double acceleration) {
 double pedal_at(const CsvTable& table, std::size_t row, const char* column) {
   const double pedal = table.number(row, column);
   if (pedal < 0.0 || pedal > 1.0) {
-    throw InputError(fmt::format("{}: {} is {}, expected 0 to 1", table.place(row), column, pedal));
+    throw InputError(fmt::format("{}, {}", table.place(row), column), fmt::format("{}", pedal), "a pedal from 0 to 1",
+                     "Correct the value; percent must be divided by 100");
   }
   return pedal;
 }
@@ -52,12 +53,14 @@ RecordedDrive load_drive(const std::string& path) {
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const double time = table.number(row, "time_s") - table.number(0, "time_s");
     if (row > 0 && !(time > drive.time_s.back())) {
-      throw InputError(fmt::format("{}: time_s is {} after {}, expected it to increase; sort the rows and remove duplicates",
-                                   table.place(row), table.number(row, "time_s"), table.number(row - 1, "time_s")));
+      throw InputError(table.place(row) + ", time_s",
+                       fmt::format("{} after {}", table.number(row, "time_s"), table.number(row - 1, "time_s")),
+                       "a time that increases from row to row", "Sort the rows and remove duplicates");
     }
     const double speed = table.number(row, "speed_mps");
     if (speed < 0.0 || speed > 150.0) {
-      throw InputError(fmt::format("{}: speed_mps is {}, expected 0 to 150 m/s", table.place(row), speed));
+      throw InputError(table.place(row) + ", speed_mps", fmt::format("{}", speed), "0 to 150 m/s",
+                       "Correct the speed; km/h must be divided by 3.6");
     }
     drive.time_s.push_back(time);
     drive.speed_mps.push_back(speed);
@@ -67,7 +70,7 @@ RecordedDrive load_drive(const std::string& path) {
     }
   }
   if (drive.time_s.size() < 2) {
-    throw InputError(fmt::format("{}: found one row, expected a drive of two or more", path));
+    throw InputError(path, "one row", "a drive of two or more", "Add rows");
   }
   return drive;
 }

@@ -19,6 +19,14 @@ constexpr const char* kFastGzip = "wb4";
 }  // namespace
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
+  buffer_.reserve(kBufferBytes);
+  if (path_ == kStandardOutput) {
+    path_ = "standard output";
+    direct_ = true;
+    file_ = ::fdopen(::dup(STDOUT_FILENO), "wb");
+    if (file_ == nullptr) fail("open");
+    return;
+  }
   std::error_code ignored;
   const std::filesystem::path target(path_);
   if (std::filesystem::is_directory(target, ignored)) {
@@ -34,7 +42,6 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
     file_ = std::fopen(written_path_.c_str(), "wb");
   }
   if (gzip_ == nullptr && file_ == nullptr) fail("open");
-  buffer_.reserve(kBufferBytes);
 }
 
 AtomicFile::~AtomicFile() { close(); }
@@ -49,10 +56,11 @@ void AtomicFile::close() {
 void AtomicFile::fail(const std::string& action) {
   const std::string cause = errno != 0 ? std::strerror(errno) : "the compression failed";
   close();
-  throw OutputError(fmt::format("{}: cannot {} this file for the result: {}. Expected a path in an existing folder that "
-                                "you may write to, on a disk with room. Choose another path or make room; nothing was "
-                                "left half-written.",
-                                path_, action, cause));
+  throw OutputError(
+      fmt::format("{}: cannot {} this file for the result, found \"{}\"; expected a path in an existing folder that "
+                  "you may write to, on a disk with room. Choose another path or make room; nothing was "
+                  "left half-written.",
+                  path_, action, cause));
 }
 
 void AtomicFile::write(std::string_view text) {

@@ -12,10 +12,13 @@ struct gzFile_s;
 namespace voltlap::plant {
 
 /// Writes beside the target and renames on `commit`; without `commit` nothing stays behind. A name that ends in .gz is
-/// compressed. A target that exists and is no regular file (a pipe, /dev/stdout) is written directly.
+/// compressed. A target that exists and is no regular file (a pipe, /dev/stdout) is written directly; `-` is standard
+/// output.
 /// Every function throws OutputError that names the file, the cause and a way out.
 class AtomicFile {
  public:
+  static constexpr const char* kStandardOutput = "-";
+
   explicit AtomicFile(std::string path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;

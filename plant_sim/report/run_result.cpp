@@ -93,7 +93,8 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"version", VOLTLAP_VERSION},
       {"parameters", parameters(car)},
   };
-  return json.dump(2) + "\n";
+  // A file name need not be UTF-8; a JSON text must.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace voltlap::plant

@@ -323,7 +323,7 @@ const char* limit_reason_name(std::size_t reason) {
 
 EnduranceResult run_endurance(const EnduranceOptions& options, Ecus& ecus, EnduranceObserver& observer) {
   if (!options.drive && options.laps < 1) {
-    throw InputError(fmt::format("laps is {}, expected 1 or more", options.laps));
+    throw InputError("laps", fmt::format("{}", options.laps), "1 or more", "Give the number of laps to drive");
   }
   return Run(options, ecus, observer).run();
 }

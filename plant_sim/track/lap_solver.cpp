@@ -92,6 +92,19 @@ void lay_grid(const VehicleParameters& car, const Track& track, double step_m, S
   for (std::size_t i = limit.size() - 1; i-- > 1;) limit[i] = std::min(limit[i], limit[i - 1]);
 }
 
+/// A corner's centre must lie outside the car.
+void check_corners(const VehicleParameters& car, const Track& track) {
+  const double half_width = 0.5 * std::max(car.vehicle.track_front_m, car.vehicle.track_rear_m);
+  for (const Segment& segment : track.segments) {
+    const double radius = 1.0 / std::abs(segment.curvature_per_m);
+    if (radius > half_width) continue;
+    throw InputError(fmt::format("track {}, {}", track.name, segment.place),
+                     fmt::format("a corner of {:g} m radius, which the car cannot drive", radius),
+                     fmt::format("more than {:g} m, half the width between its wheels", half_width),
+                     "Widen the corner");
+  }
+}
+
 }  // namespace
 
 double SpeedProfile::max_speed_mps() const { return *std::max_element(speed_mps.begin(), speed_mps.end()); }
@@ -112,14 +125,17 @@ double corner_speed(const VehicleParameters& car, double curvature_per_m) {
 }
 
 SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStart start, double step_m) {
+  check_corners(car, track);
   const Particle particle(car);
   SpeedProfile p;
   std::vector<double> v;
   lay_grid(car, track, step_m, p, v);
   const std::size_t last = v.size() - 1;
   if (!(particle.speed_up(0.0) > 0.0)) {
-    throw InputError(fmt::format("the car cannot drive track '{}': at standstill its drive force does not exceed its rolling "
-                                 "resistance; check motor.curve_torque_nm, powertrain.final_drive and vehicle.mass_kg", track.name));
+    throw InputError(fmt::format("car {} on track {}", car.name, track.name),
+                     "a car that cannot drive: it does not move off",
+                     "a drive force at standstill that exceeds the rolling resistance",
+                     "Check motor.curve_torque_nm, powertrain.final_drive, tyres.* and vehicle.mass_kg");
   }
 
   const bool periodic = start == LapStart::kFlying;
@@ -146,8 +162,10 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
     const double way = p.distance_m[i + 1] - p.distance_m[i];
     const double mean = 0.5 * (v[i] + v[i + 1]);
     if (!(mean > 1e-3)) {
-      throw InputError(fmt::format("the car cannot drive track '{}': it stands still {:.1f} m after the start; a corner there "
-                                   "is too tight for it", track.name, p.distance_m[i]));
+      throw InputError(
+          fmt::format("car {} on track {}", car.name, track.name),
+          fmt::format("a car that cannot drive it: it stands still {:.1f} m after the start", p.distance_m[i]),
+          "a speed above 0 everywhere", "Check motor.curve_torque_nm, tyres.friction and the track's corners");
     }
     p.time_s[i + 1] = p.time_s[i] + way / mean;
     const double change = v[i + 1] - v[i];

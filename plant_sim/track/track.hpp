@@ -9,6 +9,7 @@ namespace voltlap::plant {
 struct Segment {
   double length_m;
   double curvature_per_m;  ///< 0 on a straight; positive turns right (z down, as in SAE J670)
+  std::string place{};     ///< "file:line" that it came from, for messages
 };
 
 struct Track {

@@ -64,5 +64,5 @@ TEST(FailedRun, APersonCanStopARun) {
 
 TEST(FailedRun, NoLapsAreNoRun) {
   options.laps = 0;
-  STRCMP_CONTAINS("laps is 0", input_error([this] { static_cast<void>(drive(options)); }).c_str());
+  STRCMP_CONTAINS("laps: found 0", input_error([this] { static_cast<void>(drive(options)); }).c_str());
 }

@@ -34,7 +34,7 @@ TEXT
 exit_codes() {
   cat <<'TEXT'
 Exit codes: 0 done, 1 a test failed, 2 usage or input, 3 the run failed, 4 packages are missing, 5 the build failed,
-130 interrupted.
+70 memory ran out or a defect, 130 interrupted.
 TEXT
 }
 

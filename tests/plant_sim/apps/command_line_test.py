@@ -137,63 +137,26 @@ def test_recorded_drive_replaces_the_track(tmp_path):
     assert result["distance_m"] == pytest.approx(102.5, abs=3.0)
 
 
-ERRORS = {
-    "unknown track": (["--track", "lincoln"], ["lincoln", "michigan_2014, michigan_2015"]),
-    "unknown vehicle": (["--vehicle", "vtm16"], ["vtm16", "Did you mean vtm16e?"]),
-    "unknown key": (["--set", "vehicle.mas_kg=1"], ["vehicle.mas_kg", '"vehicle.mass_kg"']),
-    "wrong type": (["--set", "vehicle.mass_kg=heavy"], ["vehicle.mass_kg", "heavy", "a number in kg from 20 to 3000"]),
-    "out of range": (["--set", "vehicle.mass_kg=1"], ["found 1;", "from 20 to 3000"]),
-    "no laps": (["--laps", "0"], ["--laps", "found 0", "1 to 10000"]),
-    "laps that are no number": (["--laps", "many"], ["laps"]),
-    "table out of order": (["--set", "motor.curve_speed_rpm=[0, 100, 50]"], ["motor.curve_speed_rpm", "50 after 100"]),
-    "rate between samples": (["--csv", "x.csv", "--rate", "3"], ["--rate", "3 Hz", "10 Hz or an even part"]),
-    "rate without csv": (["--rate", "5"], ["--csv"]),
-    "unknown flag": (["--lap", "3"], ["--lap"]),
-    "unwritable folder": (["--json", "absent/x.json"], ["absent/x.json", "existing folder"]),
-    "full disk": (["--laps", "1", "--csv", "/dev/full"], ["/dev/full", "No space left on device"]),
-    "one file for two": (["--json", "x", "--csv", "x"], ["one file for two"]),
-    "track and drive": (["--track", "michigan_2014", "--drive", "x.csv"], ["--track", "--drive"]),
-    "too few thermistors": (["--set", "battery.cells_in_series=96"], ["sensors.temperature_count", "96"]),
-    "cells that differ, one simulated": (
-        ["--cells", "representative", "--set", "battery.cells.1.capacity_scale=0.9"], ["--cells all"]),
-}
+def test_result_on_standard_output_leaves_the_summary_to_standard_error():
+    lap = voltlap("lap", "--json", "-")
+    assert json.loads(lap.stdout)["length_m"] > 800 and "lap time" in lap.stderr
+    run = voltlap("endurance", "--laps", 1, "--json", "-")
+    assert json.loads(run.stdout)["laps"] == 1 and "Finished" in run.stderr
+    series = voltlap("endurance", "--laps", 1, "--csv", "-")
+    assert series.stdout.startswith("# voltlap") and "Finished" not in series.stdout
 
 
-@pytest.mark.parametrize("arguments, words", ERRORS.values(), ids=ERRORS.keys())
-def test_input_error_says_what_is_wrong_and_leaves_no_file(tmp_path, arguments, words):
-    run = voltlap("endurance", *arguments, folder=tmp_path)
-    assert run.returncode == 2, run.stderr
-    said = run.stderr + run.stdout
-    assert [word for word in words if word not in said] == [], said
-    assert list(tmp_path.iterdir()) == []
-
-
-FILES = {
-    "row with a field missing": ("--track", "t.csv", "type,section_length_m,corner_radius_m\nStraight,50,0\nLeft,5\n", "t.csv:3"),
-    "negative radius": ("--track", "t.csv", "straight_m,corner_radius_m,corner_angle_rad\n10,-5,1.0\n", "t.csv:2"),
-    "drive that runs back in time": ("--drive", "d.csv", "time_s,speed_mps\n0,0\n2,1\n1,1\n", "d.csv:4"),
-    "vehicle with a wrong type": ("--vehicle", "v.toml", 'base = "vtm16e"\n[vehicle]\nmass_kg = true\n', "v.toml:3"),
-    "vehicle that is no TOML": ("--vehicle", "v.toml", "mass 3\n", "v.toml:1"),
-}
-
-
-@pytest.mark.parametrize("flag, name, text, place", FILES.values(), ids=FILES.keys())
-def test_error_in_a_file_is_named_by_file_and_line(tmp_path, flag, name, text, place):
-    (tmp_path / name).write_text(text)
-    run = voltlap("endurance", flag, name, folder=tmp_path)
-    assert run.returncode == 2, run.stderr
-    assert place in run.stderr
-
-
-def test_interrupt_ends_with_130_and_leaves_no_file(tmp_path):
+@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_interrupted_run_says_so_and_leaves_the_files_as_they_were(tmp_path, number, code):
+    (tmp_path / "a.json").write_text("earlier")
     arguments = [BINARY, "endurance", "--laps", "5000", "--json", "a.json", "--csv", "a.csv", "--candump", "a.log"]
-    run = subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    run = subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 10
     while not list(tmp_path.glob("a.log.part-*")) and time.monotonic() < deadline:
         time.sleep(0.01)
     time.sleep(0.2)
-    run.send_signal(signal.SIGINT)
-    _, said = run.communicate(timeout=20)
-    assert run.returncode == 130
-    assert "Interrupted" in said
-    assert list(tmp_path.iterdir()) == []
+    run.send_signal(number)
+    shown, said = run.communicate(timeout=20)
+    assert run.returncode == code
+    assert re.search(r"Interrupted after [\d.]+ s of the race; no result file was written", said) and shown == ""
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.json": "earlier"}

@@ -41,6 +41,12 @@ TEST(FirmwareConfig, ResistanceOfTheLimitIsTheSumOfTheCellsThree) {
   LONGS_EQUAL(2500, bms_config(car).resistance.resistance[10].raw());
 }
 
+TEST(FirmwareConfig, TemperatureCoefficientIsRelativeToTheResistanceAtTheReference) {
+  car.cell.temperature_breakpoints_c = {0.0, car.cell.reference_temperature_c, 60.0};
+  for (auto* map : {&car.cell.r0_ohm, &car.cell.r1_ohm, &car.cell.r2_ohm}) map->per_kelvin = -0.015;
+  LONGS_EQUAL(-15'000, bms_config(car).resistance.ppm_per_kelvin);
+}
+
 TEST(FirmwareConfig, BmsMayHaveItsOwnIdeaOfCapacityAndResistance) {
   car.bms.capacity_ah = 40.0;
   car.bms.resistance_ohm = 0.003;

@@ -137,27 +137,27 @@ TEST(CellTables, StateOfChargeOfAVoltageInvertsTheOcv) {
 
 TEST(CellTables, BreakpointsThatDoNotIncreaseAreRefusedByName) {
   cell.temperature_breakpoints_c = {22.0, 22.0, 40.0};
-  check_mentions(refusal(), "breakpoints.temperature_c[1]");
+  check_mentions(refusal(), "breakpoints.temperature_c: found");
 }
 
 TEST(CellTables, AMapOfTheWrongSizeIsRefusedByName) {
   cell.r1_ohm.value.pop_back();
-  check_mentions(refusal(), "r1.value has 15 entries, breakpoints.soc has 16");
+  check_mentions(refusal(), "r1.value: found 15 values; expected 16");
   cell.r1_ohm.table = {1.0, 2.0};
-  check_mentions(refusal(), "r1.table has 2 entries");
+  check_mentions(refusal(), "r1.table: found 2 values");
 }
 
 TEST(CellTables, AResistanceOrTimeConstantThatIsNotPositiveIsRefused) {
   cell.tau2_s.value[3] = 0.0;
-  check_mentions(refusal(), "tau2 is 0 at SOC 0.15");
+  check_mentions(refusal(), "tau2: found 0 at SOC 0.15");
   cell = vtm16e().cell;
   cell.r0_ohm.per_ampere = -0.01;
-  check_mentions(refusal(), "r0 is");
+  check_mentions(refusal(), "r0: found");
 }
 
 TEST(CellTables, AnOcvThatFallsWithSocIsRefused) {
   cell.ocv_polynomial_v = {4.0, -0.5};
-  check_mentions(refusal(), "open-circuit voltage falls");
+  check_mentions(refusal(), "a voltage that falls");
 }
 
 TEST(CellTables, ACellWithoutOcvIsRefused) {
@@ -165,5 +165,5 @@ TEST(CellTables, ACellWithoutOcvIsRefused) {
   check_mentions(refusal(), "no open-circuit voltage");
   cell.ocv_soc = {0.0, 1.0};
   cell.ocv_v = {3.0};
-  check_mentions(refusal(), "ocv.soc has 2 entries and ocv.voltage_v has 1");
+  check_mentions(refusal(), "2 values of soc and 1 of voltage_v");
 }

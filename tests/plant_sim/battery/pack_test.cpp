@@ -203,7 +203,7 @@ TEST(Pack, CellsThatDifferRefuseARepresentativeCell) {
 
 TEST(Pack, ACellBeyondTheLastIsRefusedByItsNumber) {
   car.battery.cells.resize(25);
-  STRCMP_CONTAINS("battery.cells.25 is set, but battery.cells_in_series is 24",
+  STRCMP_CONTAINS("battery.cells.25: found a cell that the pack does not have; expected a cell from 1 to 24",
                   input_error([this] { Pack pack(car, false, 0.001); }).c_str());
 }
 

@@ -54,7 +54,7 @@ TEST(ParameterFile, SingleCellIsNumberedFromOne) {
 
 TEST(ParameterFile, CellThatThePackDoesNotHaveIsRefused) {
   STRCMP_CONTAINS("a cell from 1 to 24", complaint_of({"battery.cells.25.capacity_scale=0.9"}).c_str());
-  STRCMP_CONTAINS("not known", complaint_of({"battery.cells.0.capacity_scale=0.9"}).c_str());
+  STRCMP_CONTAINS("unknown key", complaint_of({"battery.cells.0.capacity_scale=0.9"}).c_str());
 }
 
 TEST(ParameterFile, UnknownKeyIsRefusedWithTheNearestNamed) {
@@ -62,7 +62,7 @@ TEST(ParameterFile, UnknownKeyIsRefusedWithTheNearestNamed) {
 }
 
 TEST(ParameterFile, UnknownKeyInAFileIsNamedByFileAndLine) {
-  STRCMP_CONTAINS("car.toml:3: the key \"vehicle.mas_kg\"",
+  STRCMP_CONTAINS("car.toml:3: found the unknown key \"vehicle.mas_kg\"",
                   complaint_of({}, car_with("[vehicle]\nmas_kg = 240.0\n")).c_str());
 }
 
@@ -85,7 +85,7 @@ TEST(ParameterFile, RangeEndsAreInsideAndWhatIsBeyondIsNot) {
 }
 
 TEST(ParameterFile, BrokenTomlIsNamedByFileAndLine) {
-  STRCMP_CONTAINS("car.toml:3: this is not valid TOML", complaint_of({}, car_with("[vehicle]\nmass_kg = \n")).c_str());
+  STRCMP_CONTAINS("car.toml:3: found no valid TOML", complaint_of({}, car_with("[vehicle]\nmass_kg = \n")).c_str());
 }
 
 TEST(ParameterFile, MissingKeyIsNamedWithUnitAndRange) {
@@ -103,6 +103,11 @@ TEST(ParameterFile, UnknownVehicleListsTheKnownOnes) {
   STRCMP_CONTAINS("vtm16e, vtm17e", complaint_of({}, "vtm18").c_str());
 }
 
+TEST(ParameterFile, AVehicleMayBeTheBaseOfTwoLevels) {
+  scratch.write("b.toml", "base = \"vtm17e\"\n[vehicle]\nmass_kg = 230.0\n");
+  DOUBLES_EQUAL(230.0, with({}, scratch.write("a.toml", "base = \"b.toml\"\n")).vehicle.mass_kg, 0.0);
+}
+
 TEST(ParameterFile, SettingWithoutAnEqualsSignIsRefused) {
   STRCMP_CONTAINS("--set vehicle.mass_kg=219", complaint_of({"vehicle.mass_kg"}).c_str());
   STRCMP_CONTAINS("--set vehicle.mass_kg=219", complaint_of({"vehicle.mass_kg="}).c_str());
@@ -110,6 +115,6 @@ TEST(ParameterFile, SettingWithoutAnEqualsSignIsRefused) {
 
 TEST(ParameterFile, CellFileIsFoundBesideTheVehicleFile) {
   scratch.write("own.toml", "base_is_missing = 1\n");
-  STRCMP_CONTAINS("own.toml:1: the key \"cell.base_is_missing\"",
+  STRCMP_CONTAINS("own.toml:1: found the unknown key \"cell.base_is_missing\"",
                   complaint_of({}, car_with("[battery]\ncell = \"own.toml\"\n")).c_str());
 }

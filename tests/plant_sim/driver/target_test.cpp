@@ -107,11 +107,11 @@ TEST(Target, ARecordedDriveIsDrivenOnceAndHoldsItsEnd) {
 }
 
 TEST(Target, ADriveThatCannotBeDrivenIsRefusedWithItsLine) {
-  STRCMP_CONTAINS("drive.csv:3: time_s is 1 after 1", drive_refusal("time_s,speed_mps\n1,0\n1,1\n").c_str());
-  STRCMP_CONTAINS("drive.csv:3: speed_mps is -1", drive_refusal("time_s,speed_mps\n0,0\n1,-1\n").c_str());
-  STRCMP_CONTAINS(":2: accelerator is 1.2",
+  STRCMP_CONTAINS("drive.csv:3, time_s: found 1 after 1", drive_refusal("time_s,speed_mps\n1,0\n1,1\n").c_str());
+  STRCMP_CONTAINS("drive.csv:3, speed_mps: found -1", drive_refusal("time_s,speed_mps\n0,0\n1,-1\n").c_str());
+  STRCMP_CONTAINS(":2, accelerator: found 1.2",
                   drive_refusal("time_s,speed_mps,accelerator,brake\n0,0,1.2,0\n1,1,0,0\n").c_str());
-  STRCMP_CONTAINS("column 'brake' is missing",
+  STRCMP_CONTAINS("expected a column brake",
                   drive_refusal("time_s,speed_mps,accelerator\n0,0,1\n1,1,0\n").c_str());
   STRCMP_CONTAINS("a drive of two or more", drive_refusal("time_s,speed_mps\n0,0\n").c_str());
 }

@@ -160,6 +160,16 @@ TEST(LapSolver, MassCostsTimeAndTorqueBrakesAndGripGainIt) {
 
 TEST(LapSolver, ACarThatCannotDriveIsRefusedWithTheReason) {
   car.motor.curve_torque_nm.assign(car.motor.curve_torque_nm.size(), 0.0);
-  STRCMP_CONTAINS("the car cannot drive track 'michigan_2015'",
+  STRCMP_CONTAINS("car vtm16e on track michigan_2015: found a car that cannot drive",
                   input_error([this] { static_cast<void>(lap_time()); }).c_str());
+}
+
+TEST(LapSolver, ACornerWhoseCentreLiesInsideTheCarIsRefused) {
+  const double half_width = 0.5 * std::max(car.vehicle.track_front_m, car.vehicle.track_rear_m);
+  const auto refusal = [&](double radius) {
+    const Track course{"bend", {{30.0, 0.0}, {radius, 1.0 / radius, "bend.csv:3"}}};
+    return input_error([&] { static_cast<void>(solve_lap(car, course, LapStart::kFlying)); });
+  };
+  STRCMP_CONTAINS("bend.csv:3: found a corner", refusal(half_width - 1e-6).c_str());
+  STRCMP_EQUAL("", refusal(half_width + 1e-6).c_str());
 }

@@ -58,37 +58,40 @@ TEST(Track, TypedSectionsTurnLeftAndRight) {
 
 TEST(Track, ARadiusThatIsNotPositiveIsRefusedWithFileAndLine) {
   check_refused("straight_m,corner_radius_m,corner_angle_rad\n30.0,5.0,1.0\n30.0,-5.0,1.0\n", ":3",
-                "corner_radius_m is -5");
-  check_refused("type,section_length_m,corner_radius_m\nLeft,10.0,0.0\n", ":2", "corner_radius_m is 0");
+                "corner_radius_m: found -5");
+  check_refused("type,section_length_m,corner_radius_m\nLeft,10.0,0.0\n", ":2", "corner_radius_m: found 0");
 }
 
 TEST(Track, ANegativeLengthIsRefusedWithFileAndLine) {
-  check_refused("straight_m,corner_radius_m,corner_angle_rad\n-1.0,5.0,1.0\n", ":2", "straight_m is -1");
+  check_refused("straight_m,corner_radius_m,corner_angle_rad\n-1.0,5.0,1.0\n", ":2", "straight_m: found -1");
 }
 
 TEST(Track, AMissingColumnIsNamedTogetherWithThoseThereAre) {
   check_refused("straight_m,corner_angle_rad\n30.0,1.0\n", "",
-                "column 'corner_radius_m' is missing; found straight_m, corner_angle_rad");
+                "found the columns straight_m,corner_angle_rad; expected a column corner_radius_m");
 }
 
 TEST(Track, AWordInPlaceOfANumberIsRefusedWithFileAndLine) {
-  check_refused("straight_m,corner_radius_m,corner_angle_rad\n\n30.0,five,1.0\n", ":3", "corner_radius_m is 'five'");
-  check_refused("straight_m,corner_radius_m,corner_angle_rad\n30.0,nan,1.0\n", ":2", "corner_radius_m is 'nan'");
+  check_refused("straight_m,corner_radius_m,corner_angle_rad\n\n30.0,five,1.0\n", ":3",
+                "corner_radius_m: found \"five\"");
+  check_refused("straight_m,corner_radius_m,corner_angle_rad\n30.0,nan,1.0\n", ":2", "corner_radius_m: found \"nan\"");
 }
 
 TEST(Track, ARowOfAnotherLengthThanTheHeaderIsRefused) {
-  check_refused("straight_m,corner_radius_m,corner_angle_rad\n30.0,5.0\n", ":2", "found 2 fields, expected 3");
+  check_refused("straight_m,corner_radius_m,corner_angle_rad\n30.0,5.0\n", ":2", "found 2 fields; expected 3");
 }
 
 TEST(Track, AnUnknownTypeIsRefused) {
-  check_refused("type,section_length_m,corner_radius_m\nChicane,10.0,5.0\n", ":2", "type is 'Chicane'");
+  check_refused("type,section_length_m,corner_radius_m\nChicane,10.0,5.0\n", ":2", "type: found \"Chicane\"");
 }
 
 TEST(Track, ACourseBelowTenMetresIsRefused) {
-  check_refused("straight_m,corner_radius_m,corner_angle_rad\n9.9,5.0,0.0\n", "", "9.9 m long, expected at least 10 m");
+  check_refused("straight_m,corner_radius_m,corner_angle_rad\n9.9,5.0,0.0\n", "",
+                "found a track of 9.9 m; expected 10 to 1000000 m");
 }
 
 TEST(Track, AFileThatDoesNotExistOrHasNoRowsIsRefused) {
-  STRCMP_CONTAINS("cannot be opened", input_error([] { static_cast<void>(load_track("/nowhere/track.csv")); }).c_str());
-  check_refused("straight_m,corner_radius_m,corner_angle_rad\n", "", "no rows found");
+  STRCMP_CONTAINS("no file that can be opened",
+                  input_error([] { static_cast<void>(load_track("/nowhere/track.csv")); }).c_str());
+  check_refused("straight_m,corner_radius_m,corner_angle_rad\n", "", "found a header line and no row");
 }

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/flag_checks.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "core/parameter_table.hpp"
+#include "report/atomic_file.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+std::string refusal(const std::string& found, const std::string& expected, const std::string& what_to_do) {
+  return fmt::format("found {}; expected {}. {}.", found, expected, what_to_do);
+}
+
+template <class Number>
+std::optional<Number> parsed(const std::string& text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
+  const std::string nearest = nearest_of(word, known, std::max<std::size_t>(1, word.size() / 3));
+  return nearest.empty() ? "" : fmt::format(" Did you mean {}?", nearest);
+}
+
+/// The command that was parsed, else the whole program.
+const CLI::App& active(const CLI::App& app) {
+  const auto commands = app.get_subcommands();
+  return commands.empty() ? app : *commands.front();
+}
+
+std::string unknown_command(const CLI::App& app) {
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) known.push_back(command->get_name());
+  const auto words = app.remaining();
+  const std::string found = words.empty() ? "no command" : fmt::format("\"{}\", which is no command", words.front());
+  return fmt::format("command line: found {}; expected one of {}.{} See `voltlap --help`.", found,
+                     fmt::join(known, ", "), words.empty() ? "" : did_you_mean(words.front(), known));
+}
+
+std::string unknown_argument(const CLI::App& command, const std::string& help) {
+  const auto words = command.remaining();
+  const auto flag =
+      std::find_if(words.begin(), words.end(), [](const std::string& word) { return word.starts_with("-"); });
+  if (flag == words.end()) {
+    return fmt::format(
+        "{}: found \"{}\", which belongs to no flag; expected flags and their values. Leave it out, or see {}.",
+        command.get_name(), words.empty() ? "" : words.front(), help);
+  }
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  const std::string name = flag->substr(0, flag->find('='));
+  return fmt::format("{}: found the unknown flag {}; expected a flag that {} shows.{} Correct the flag.",
+                     command.get_name(), name, help, did_you_mean(name, known));
+}
+
+/// "--vehicle: 1 required TEXT missing", "what is required".
+std::string missing_value(const std::string& said, const std::string& help) {
+  const std::string name = said.substr(0, said.find_first_of(": "));
+  return fmt::format("{}: found no value; expected one behind it. Add it; {} shows what it may be.", name, help);
+}
+
+/// "A excludes B", "A requires B": the two names.
+std::pair<std::string, std::string> two_names(const std::string& text, const std::string& between) {
+  const std::size_t at = text.find(between);
+  if (at == std::string::npos) return {text, "the other"};
+  return {text.substr(0, at), text.substr(at + between.size())};
+}
+
+}  // namespace
+
+CLI::Validator one_of(std::vector<std::string> words) {
+  const std::string shown = fmt::format("{}", fmt::join(words, "|"));
+  return {[words](const std::string& word) {
+            if (std::find(words.begin(), words.end(), word) != words.end()) return std::string();
+            return refusal('"' + word + '"', fmt::format("one of {}", fmt::join(words, ", ")), "Choose one of these") +
+                   did_you_mean(word, words);
+          },
+          shown, "one_of"};
+}
+
+CLI::Validator whole_number(unsigned long long low, unsigned long long high) {
+  return {[low, high](const std::string& text) {
+            const auto value = parsed<unsigned long long>(text);
+            if (value && *value >= low && *value <= high) return std::string();
+            return refusal(text, fmt::format("a whole number from {} to {}", low, high),
+                           "Correct the number, or leave the flag out");
+          },
+          "", "whole_number"};
+}
+
+CLI::Validator positive_number() {
+  return {[](const std::string& text) {
+            const auto value = parsed<double>(text);
+            if (value && std::isfinite(*value) && *value > 0.0) return std::string();
+            return refusal(text, "a number above 0", "Correct the number, or leave the flag out");
+          },
+          "", "positive_number"};
+}
+
+CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::string& file, const std::string& help) {
+  return command.add_option(flag, file, help)
+      ->type_name("FILE")
+      ->check(CLI::Validator(
+          [](const std::string& name) {
+            return name.empty() ? refusal("an empty name", "a path, or - for standard output", "Name a file")
+                                : std::string();
+          },
+          "", "output_file"));
+}
+
+std::FILE* summary_stream(std::initializer_list<std::string> result_files) {
+  return std::find(result_files.begin(), result_files.end(), AtomicFile::kStandardOutput) != result_files.end()
+             ? stderr
+             : stdout;
+}
+
+std::string usage_message(const CLI::App* app, const CLI::Error& error) {
+  const CLI::App& command = active(*app);
+  const std::string said = error.what();
+  const std::string help =
+      &command == app ? "`voltlap --help`" : fmt::format("`voltlap {} --help`", command.get_name());
+  const bool none_chosen = app->get_subcommands().empty();
+  std::string text;
+  if (none_chosen) {
+    text = unknown_command(*app);
+  } else if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    text = unknown_argument(command, help);
+  } else if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    const auto [one, other] = two_names(said, " excludes ");
+    text = fmt::format("{}: found together with {}; expected one of the two. Leave one out.", one, other);
+  } else if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr) {
+    const auto [one, other] = two_names(said, " requires ");
+    text = fmt::format("{}: found without {}; expected both. Add {}, or leave {} out.", one, other, other, one);
+  } else if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) {
+    text = said;
+  } else if (said.ends_with(" missing") || said.ends_with(" is required")) {
+    text = missing_value(said, help);
+  } else {
+    text = fmt::format("{}: found a command line that cannot be used ({}); expected what {} shows. Correct the flag.",
+                       command.get_name(), said, help);
+  }
+  return fmt::format("voltlap: {}\n", text);
+}
+
+}  // namespace voltlap::plant
