@@ -56,7 +56,8 @@ show_help() {
   case "$row_runs" in
     nothing) help_of_build ;;
     python\ *) help_of_python "$project/$program" ;;
-    bash\ * | wrap\ *) bash "$project/$program" --help ;;
+    bash\ *) bash "$project/$program" --help ;;
+    wrap\ *) "$(base_python)" "$project/$program" --help ;;
     cli) help_of_cli ;;
   esac || exit
   help_footer
@@ -91,7 +92,8 @@ run_command() {
   case "$row_runs" in
     nothing) say "everything is built" ;;
     python\ *) exec "$venv/bin/python" "$project/$program" "$@" ;;
-    bash\ * | wrap\ *) exec bash "$project/$program" "$@" ;;
+    bash\ *) exec bash "$project/$program" "$@" ;;
+    wrap\ *) exec "$(base_python)" "$project/$program" "$@" ;;
     cli) exec "$build/bin/voltlap" "$row_name" "$@" ;;
   esac
 }

@@ -66,7 +66,10 @@ def mount_file_systems():
     mount("sysfs", "/sys", "sysfs")
     mount("devtmpfs", "/dev", "devtmpfs")
     mount("devpts", "/dev/pts", "devpts", "ptmxmode=0666,mode=0620")
-    mount("none", "/dev/shm", "hostfs", "/dev/shm")
+    try:
+        mount("none", "/dev/shm", "hostfs", "/dev/shm")
+    except Refused:  # the host has none
+        mount("tmpfs", "/dev/shm", "tmpfs", "mode=1777")
     for name, target in (("fd", "/proc/self/fd"), ("stdin", "/proc/self/fd/0"), ("stdout", "/proc/self/fd/1"),
                          ("stderr", "/proc/self/fd/2")):
         if not os.path.lexists(f"/dev/{name}"):

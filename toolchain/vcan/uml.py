@@ -4,6 +4,7 @@
 The guest is one process tree of the caller's own user. It sees the same files, gets the same environment, folder,
 arguments and user, and its standard streams are relayed as they come. Nothing is left when it has ended.
 """
+import contextlib
 import fcntl
 import json
 import os
@@ -85,6 +86,28 @@ def guest_python():
     return "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else os.path.realpath(sys.executable)
 
 
+def members(group):
+    """Processes of a group that are not dead yet."""
+    found = []
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{name}/stat", encoding="ascii", errors="replace") as file:
+                state, _, its_group = file.read().rpartition(")")[2].split()[:3]
+        except OSError:
+            continue
+        if int(its_group) == group and state not in "ZX":
+            found.append(int(name))
+    return found
+
+
+def end_group(group):
+    limit = time.monotonic() + GRACE_S
+    while members(group) and time.monotonic() < limit:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(group, signal.SIGKILL)
+        time.sleep(0.005)
+
+
 class Guard:
     """A process that clears up when the runner itself is killed; asleep until then."""
 
@@ -105,13 +128,9 @@ class Guard:
     @staticmethod
     def _clear_up(group, folder):
         limit = time.monotonic() + GRACE_S  # most guests notice and switch themselves off
-        try:
-            while time.monotonic() < limit:
-                os.killpg(group, 0)
-                time.sleep(0.05)
-            os.killpg(group, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
+        while time.monotonic() < limit and members(group):
+            time.sleep(0.05)
+        end_group(group)
         shutil.rmtree(folder, ignore_errors=True)
 
     def dismiss(self):
@@ -154,20 +173,25 @@ class Guest:
             pass  # it has ended: reading the line says so
 
     def end(self, patience_s):
-        """Waits for it to switch itself off; then by force. What the kernel leaves of its threads goes with it."""
-        try:
-            self.process.wait(patience_s)
-        except subprocess.TimeoutExpired:
+        """Waits for it to switch itself off; then by force. The kernel's main process may leave others behind."""
+        if not self._ends_within(patience_s):
             self.process.terminate()
-            try:
-                self.process.wait(END_LIMIT_S)
-            except subprocess.TimeoutExpired:
-                os.killpg(self.process.pid, signal.SIGKILL)
-                self.process.wait()
+            self._ends_within(END_LIMIT_S)
+        end_group(self.process.pid)
+        self.process.wait()
         self.line.close()
         self._console.close()
         shutil.rmtree(self.folder, ignore_errors=True)
         self.guard.dismiss()
+
+    def _ends_within(self, seconds):
+        """Leaves it to be waited for, so that its number cannot be another's yet."""
+        limit = time.monotonic() + seconds
+        while os.waitid(os.P_PID, self.process.pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is None:
+            if time.monotonic() > limit:
+                return False
+            time.sleep(0.01)
+        return True
 
 
 def in_foreground(descriptor):
