@@ -53,7 +53,7 @@ bool times_ok(const Config& c) {
   constexpr Duration kZero{};
   return kZero < c.voltage_trip_time && kZero < c.temperature_trip_time && kZero < c.measurement_lost_time &&
          kZero < c.current_trip_time && kZero < c.mismatch_time && kZero < c.contactor_time &&
-         kZero < c.discharge_time && kZero <= c.precharge_time_min && c.precharge_time_min < c.precharge_timeout;
+         kZero <= c.contactor_drop_time && c.contactor_drop_time <= c.contactor_time && kZero < c.discharge_time && kZero <= c.precharge_time_min && c.precharge_time_min < c.precharge_timeout;
 }
 
 bool ratios_ok(const Config& c) {

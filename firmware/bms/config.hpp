@@ -83,6 +83,7 @@ struct Config {
   Duration precharge_timeout = Duration::from_ms(5000);
   Duration precharge_time_min = Duration::from_ms(20);  ///< faster means that AIR+ is welded
   Duration contactor_time = Duration::from_ms(200);     ///< for an auxiliary contact to follow its command
+  Duration contactor_drop_time = Duration::from_ms(20);  ///< open while active: less than it needs to close again
   Duration discharge_time = Duration::from_ms(5000);    ///< EV.5.4.5: DC link down after this
   Ratio dc_link_welded = Ratio::from_raw(500'000);      ///< DC link above this share of the pack: not disconnected
 

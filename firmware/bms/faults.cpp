@@ -79,6 +79,13 @@ Finding contactor_stuck_open(const Config&, const State& s, Instant) {
   return active_if((!io.air_plus_aux && command.air_plus) || (!io.air_minus_aux && command.air_minus) ||
                    (!io.precharge_aux && command.precharge));
 }
+/// A main contactor that falls open while it carries the tractive system. It must not close again on its own: what the
+/// inverter has drawn meanwhile from the DC link would come back through no precharge resistor.
+Finding contactor_dropped(const Config&, const State& s, Instant) {
+  if (!s.measured.io.good()) return Finding{};
+  const bool active = s.contactors.state == can::BmsState::kTsActive;
+  return active_if(active && !(s.measured.io.value.air_plus_aux && s.measured.io.value.air_minus_aux));
+}
 /// The DC link still stands at the pack's voltage when it should long be discharged, or came up in no time.
 Finding dc_link_connected(const Config& c, const State& s, Instant now) {
   if (s.contactors.precharge_too_fast) return active_if(true);
@@ -127,6 +134,7 @@ constexpr FaultRow kTable[] = {
     {BmsFault::kContactorWelded, contactor_welded, &Config::contactor_time, Effect::kTrip},  // BMS-018
     {BmsFault::kContactorWelded, dc_link_connected, nullptr, Effect::kTrip},  // BMS-018
     {BmsFault::kContactorStuckOpen, contactor_stuck_open, &Config::contactor_time, Effect::kTrip},  // BMS-019
+    {BmsFault::kContactorStuckOpen, contactor_dropped, &Config::contactor_drop_time, Effect::kTrip},  // BMS-019
     {BmsFault::kVehicleIoLost, vehicle_io_lost, nullptr, Effect::kOpen},  // BMS-020
     {BmsFault::kInverterLost, inverter_lost, nullptr, Effect::kReport},
     {BmsFault::kMasterLost, master_lost, nullptr, Effect::kOpen},  // BMS-021

@@ -62,7 +62,7 @@ struct Pack {
 };
 
 /// Written by faults: one timer a row of its table.
-inline constexpr std::size_t kFaultRows = 17;
+inline constexpr std::size_t kFaultRows = 18;
 struct FaultTimer {
   Instant since{};
   bool timing = false;

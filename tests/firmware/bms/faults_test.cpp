@@ -217,11 +217,38 @@ TEST(Fault, DcLinkThatDischargesInTimeIsNoWeld) {
 }
 
 // BMS-019
-TEST(Fault, ContactThatOpensUnderLoadIsFound) {
+TEST(Fault, ContactorThatFallsOpenUnderLoadTripsBeforeItCanCloseAgain) {
   bench.aux_follow_command = false;
   bench.io.air_plus_aux = false;
-  expect_time("BMS-019", time_to(BmsFault::kContactorStuckOpen), 200, 210);
+  expect_time("BMS-019 AIR+ fell open", time_to(BmsFault::kContactorStuckOpen), 20, 30);
   check_tripped(BmsFault::kContactorStuckOpen);
+  bench.io.air_plus_aux = true;
+  bench.run(300);
+  check_tripped(BmsFault::kContactorStuckOpen);
+}
+
+TEST(Fault, AirMinusThatFallsOpenUnderLoadTripsToo) {
+  bench.aux_follow_command = false;
+  bench.io.air_minus_aux = false;
+  expect_time("BMS-019 AIR- fell open", time_to(BmsFault::kContactorStuckOpen), 20, 30);
+}
+
+TEST(Fault, OneStepOfAnAuxiliaryContactThatBouncesIsNoFault) {
+  bench.aux_follow_command = false;
+  bench.io.air_plus_aux = false;
+  bench.run(20);
+  bench.io.air_plus_aux = true;
+  bench.run(1000);
+  LONGS_EQUAL(0, bench.out.faults);
+  CHECK(bench.out.state == can::BmsState::kTsActive);
+}
+
+TEST(Fault, ContactorThatDoesNotCloseTripsAfterItsTime) {
+  Bench start;
+  start.idle();
+  start.request(true);
+  start.aux_follow_command = false;
+  expect_time("BMS-019", start.until([](const Output& o) { return has(o, BmsFault::kContactorStuckOpen); }, 3000), 200, 210);
 }
 
 // BMS-020
