@@ -5,7 +5,7 @@ import subprocess
 import time
 
 import pytest
-from copies import PROJECT, copy_project
+from copies import BUILT_FROM, PROJECT, copy_project
 
 CANNOT = 77
 LOG = "bare_root.log"
@@ -37,7 +37,7 @@ def commit(project):
 
 
 def test_ordinary_user_is_given_the_line_and_root_installs_only_what_a_run_needs(folder, tmp_path):
-    project = copy_project(tmp_path / "project")
+    project = copy_project(tmp_path / "project", without=BUILT_FROM)
     commit(project)
     run = start(folder, project)
     assert run.returncode == 0, run.stdout + run.stderr
@@ -53,7 +53,7 @@ def test_ordinary_user_is_given_the_line_and_root_installs_only_what_a_run_needs
     ("toolchain/setup/packages.sh", 'apt_get update ||', 'true ||', "apt-get update is called"),
 ])
 def test_planted_error_is_found(folder, tmp_path, file, old, new, not_shown):
-    project = copy_project(tmp_path / "project")
+    project = copy_project(tmp_path / "project", without=BUILT_FROM)
     text = (project / file).read_text()
     assert old in text
     (project / file).write_text(text.replace(old, new, 1))

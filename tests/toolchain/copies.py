@@ -6,7 +6,12 @@ import shutil
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 
 
-def copy_project(target):
+LEFT_OUT = ("build", ".git", "__pycache__", ".pytest_cache")
+# What the start script itself never looks at.
+BUILT_FROM = ("tests", "plant_sim", "firmware", "docs")
+
+
+def copy_project(target, without=()):
     """The sources without build folder and history."""
-    shutil.copytree(PROJECT, target, ignore=shutil.ignore_patterns("build", ".git", "__pycache__", ".pytest_cache"))
+    shutil.copytree(PROJECT, target, ignore=shutil.ignore_patterns(*LEFT_OUT, *without))
     return target

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 
-from copies import copy_project
+from copies import BUILT_FROM, copy_project
 
 BASH = shutil.which("bash")
 CHMOD = shutil.which("chmod")
@@ -23,7 +23,7 @@ class Machine:
         self.tools.mkdir(parents=True)
         self.apt_lists = folder / "lists"
         self.calls.touch(0o666)
-        copy_project(self.project)
+        copy_project(self.project, without=BUILT_FROM)
         packages = self.project / "toolchain" / "setup" / "packages.sh"
         packages.write_text(packages.read_text().replace("/usr/bin/python3", str(self.tools / "python3"))
                             .replace("/var/lib/apt/lists", str(self.apt_lists)))
