@@ -5,7 +5,7 @@ import subprocess
 import time
 
 import pytest
-from copies import BUILT_FROM, PROJECT, copy_project
+from copies import BUILT_FROM, PROJECT, copy_project, hear_interruptions
 
 CANNOT = 77
 LOG = "bare_root.log"
@@ -67,7 +67,8 @@ def test_planted_error_is_found(folder, tmp_path, file, old, new, not_shown):
 @pytest.mark.parametrize("delay_s", [0, 0.2])
 def test_interruption_leaves_nothing_behind(folder, how, delay_s):
     start(folder)  # skips where it cannot be done
-    run = subprocess.Popen(command(folder, PROJECT), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    run = subprocess.Popen(command(folder, PROJECT), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                           preexec_fn=hear_interruptions)
     end = time.monotonic() + 30
     while not list(folder.iterdir()) and time.monotonic() < end:
         time.sleep(0.01)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Copies of the project for tests that build or leave files behind."""
+"""Copies of the project for tests that build or leave files behind, and what else the suites here share."""
 import pathlib
 import shutil
+import signal
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -15,3 +16,8 @@ def copy_project(target, without=()):
     """The sources without build folder and history."""
     shutil.copytree(PROJECT, target, ignore=shutil.ignore_patterns(*LEFT_OUT, *without))
     return target
+
+
+def hear_interruptions():
+    """For preexec_fn: a job in the background of a shell ignores Ctrl-C, and all that it starts does."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from copies import hear_interruptions
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(PROJECT / "toolchain"))
@@ -65,14 +66,15 @@ def test_hanging_suite_has_failed(monkeypatch):
 
 
 def test_interruption_ends_the_run_without_starting_more(tmp_path):
-    started = [tmp_path / f"started_{n}" for n in range(20)]
+    started = [tmp_path / f"started_{n}" for n in range(2 * os.cpu_count())]
     suites = [{"name": path.name, "command": ["bash", "-c", f": >{path}; sleep 20"]} for path in started]
     ctest = tmp_path / "ctest"
     ctest.write_text(f"#!/bin/sh\necho '{json.dumps({'tests': suites})}'\n")
     ctest.chmod(0o755)
     run = subprocess.Popen([sys.executable, run_tests.__file__], env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
-                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    while not any(path.exists() for path in started):
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+                           preexec_fn=hear_interruptions)
+    while sum(path.exists() for path in started) < os.cpu_count():
         time.sleep(0.02)
     os.killpg(run.pid, signal.SIGINT)  # as a terminal does
     output, error = run.communicate(timeout=10)

@@ -9,7 +9,7 @@ import threading
 import time
 
 import pytest
-from copies import PROJECT
+from copies import PROJECT, hear_interruptions
 from machine import Machine
 
 SCRIPT = PROJECT / "voltlap"
@@ -257,7 +257,8 @@ def test_first_configuration_that_failed_is_repeated(machine):
 def test_interrupted_build_goes_on_at_the_next_start(machine):
     machine.builds("sleep 20")
     run = subprocess.Popen([machine.project / "voltlap", "lap", "--yes"], env=machine.environment(), text=True,
-                           stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+                           stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
+                           preexec_fn=hear_interruptions)
     while "ninja -C" not in machine.calls.read_text():
         time.sleep(0.02)
     os.killpg(run.pid, signal.SIGINT)  # as a terminal does
