@@ -81,7 +81,8 @@ outside() {
   trap clean_up EXIT
   trap interrupted INT TERM
   scratch=$(mktemp -d "$(readlink -f "$folder")/voltlap-bare-root.XXXXXX") || exit $cannot
-  unshare --mount --pid --fork --kill-child -- bash "${BASH_SOURCE[0]}" "${arguments[@]}" --log "$log" --inside "$scratch" &
+  unshare --mount --pid --fork --kill-child -- \
+    bash "${BASH_SOURCE[0]}" "${arguments[@]}" --log "$log" --inside "$scratch" &
   namespace=$!
   wait $namespace
 }
@@ -139,6 +140,18 @@ make_debian() {
   in_root 0 useradd --create-home driver
 }
 
+# What dpkg would know on a machine with nothing but git.
+describe_essential_packages() {
+  local essential package version arch
+  # shellcheck disable=SC2016
+  dpkg-query -W -f='${Essential} ${Package} ${Version} ${Architecture}\n' >"$scratch/packages"
+  while read -r essential package version arch; do
+    [ "$essential" = yes ] || [ "$package" = git ] || continue
+    printf 'Package: %s\nStatus: install ok installed\nVersion: %s\nArchitecture: %s\n' "$package" "$version" "$arch"
+    printf 'Maintainer: nobody <nobody@localhost>\nDescription: %s\n\n' "$package"
+  done <"$scratch/packages"
+}
+
 # A root of this machine's programs, with a dpkg that knows the essential packages and git, no sudo, and an apt-get that
 # writes down what it is told and fails.
 make_borrowed() {
@@ -155,12 +168,7 @@ make_borrowed() {
   chown 1000:1000 "$root/home/driver"
   mount_devices
   mkdir -p "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates"
-  # shellcheck disable=SC2016
-  dpkg-query -W -f='${Essential} ${Package} ${Version} ${Architecture}\n' | while read -r essential package version arch; do
-    [ "$essential" = yes ] || [ "$package" = git ] || continue
-    printf 'Package: %s\nStatus: install ok installed\nVersion: %s\nArchitecture: %s\n' "$package" "$version" "$arch"
-    printf 'Maintainer: nobody <nobody@localhost>\nDescription: %s\n\n' "$package"
-  done >"$root/var/lib/dpkg/status"
+  describe_essential_packages >"$root/var/lib/dpkg/status"
   rm -f "$root/usr/bin/sudo"
   printf '#!/bin/sh\necho "$@" >>/apt-get.log\nexit 100\n' >"$scratch/apt-get"
   install -m 755 "$scratch/apt-get" "$root/usr/bin/apt-get"
@@ -168,7 +176,8 @@ make_borrowed() {
 
 # in_root UID COMMAND...: as that user, with a clean environment.
 in_root() {
-  local user=$1 home=/root clean=(PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 TERM=dumb)
+  local user=$1 home=/root
+  local clean=(PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 TERM=dumb)
   shift
   [ "$user" = 0 ] || home=/home/driver
   local name
@@ -199,7 +208,8 @@ clone() {
   git -C "$project" bundle create "$root/voltlap.bundle" HEAD >>"$log" 2>&1 || failed 'git bundle'
   [ -z "$(git -C "$project" status --porcelain)" ] || step 'note: changes that are not committed are not tested'
   for user in 0 1000; do
-    in_root $user git clone -q /voltlap.bundle "$([ $user = 0 ] && echo /root || echo /home/driver)/voltlap" >>"$log" 2>&1 ||
+    # shellcheck disable=SC2016
+    in_root $user bash -c 'git clone -q /voltlap.bundle ~/voltlap' >>"$log" 2>&1 ||
       failed "git clone as user $user"
   done
 }
@@ -209,7 +219,7 @@ ordinary_user_is_given_the_line() {
   for command in endurance test; do
     voltlap 1000 $command --yes
     [ $code = 4 ] || failed "an ordinary user's $command ends with 4, but it was $code"
-    [ "$(grep -c 'apt-get update && apt-get install -y' "$scratch/output")" = 1 ] || failed 'one apt-get line is printed'
+    [ "$(grep -c 'apt-get update && apt-get install' "$scratch/output")" = 1 ] || failed 'one apt-get line is printed'
     [ $command = test ] || ! said "$not_for_a_run" || failed 'the line for a run holds nothing that only tests need'
     [ $command = endurance ] || said 'gcc-arm-none-eabi' || failed 'the line for the tests holds the cross compiler'
   done
@@ -231,7 +241,8 @@ endurance_runs() {
   { [ $code = 0 ] && said '^Finished '; } || failed "./voltlap endurance --yes as root (exit code $code)"
   # shellcheck disable=SC2016
   in_root 0 dpkg-query -W -f='${Status} ${Package}\n' >"$scratch/installed"
-  ! grep -E "^install ok installed .*($not_for_a_run)" "$scratch/installed" || failed 'a run installs only what it needs'
+  ! grep -E "^install ok installed .*($not_for_a_run)" "$scratch/installed" ||
+    failed 'a run installs only what it needs'
   [ ! -e "$root/root/voltlap/build/venv/bin/pytest" ] || failed 'a run needs no pytest'
   step "root: endurance, set-up and build included, in $took s; $(du -sm --one-file-system "$root" | cut -f1) MB in all"
   voltlap 0 lap
@@ -247,7 +258,8 @@ tests_pass() {
 
 user_needs_no_root() {
   voltlap 1000 endurance --yes
-  { [ $code = 0 ] && said '^Finished '; } || failed "./voltlap endurance as an ordinary user, packages there (exit code $code)"
+  { [ $code = 0 ] && said '^Finished '; } ||
+    failed "./voltlap endurance as an ordinary user, packages there (exit code $code)"
   step "ordinary user, packages there: endurance in $took s"
 }
 

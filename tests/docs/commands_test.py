@@ -21,13 +21,12 @@ NOT_RUN = {
 }
 # What differs from run to run, in what is shown and in what is printed.
 VARIES = [(re.compile(r"computed in [\d.]+ s"), "computed in N s")]
-WITH_COMMANDS = [name for name in documents()
-                 if any(block.language == "sh" for block in blocks((PROJECT / name).read_text()))]
-WITH_OUTPUT = [(name, block) for name in documents() for block in blocks((PROJECT / name).read_text()) if block.output_of]
+TEXTS = {name: (PROJECT / name).read_text() for name in documents()}
+WITH_COMMANDS = [name for name, text in TEXTS.items() if any(block.language == "sh" for block in blocks(text))]
 
 
 def reason_not_to_run(command):
-    return next((NOT_RUN[start] for start in NOT_RUN if command == start or command.startswith(start + " ")), None)
+    return next((NOT_RUN[start] for start in NOT_RUN if f"{command} ".startswith(start + " ")), None)
 
 
 @pytest.fixture
@@ -46,29 +45,30 @@ def folder(tmp_path):
 
 def run(command, folder):
     return subprocess.run(["bash", "-euo", "pipefail", "-c", command], cwd=folder, env={**os.environ, "CI": "true"},
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300)
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300)
+
+
+def problems(text, folder):
+    """Runs the commands of a document in their order, and compares what it shows. Commands that fail end the run."""
+    printed = {}
+    for block in blocks(text):
+        if block.language == "sh":
+            for command in commands(block.body):
+                if reason_not_to_run(command):
+                    continue
+                done = run(command, folder)
+                if done.returncode != 0:
+                    return [f"line {block.line}: {command}\nends with {done.returncode}\n{done.stdout}{done.stderr}"]
+                printed[command] = done.stdout
+    shown = [block for block in blocks(text) if block.language == "text"]
+    return [f"line {block.line}: {found}" for block in shown
+            if (found := difference(block.body, printed[block.output_of]) if block.output_of in printed else
+                f"no command of the document is {block.output_of!r}, so nothing prints this")]
 
 
 @pytest.mark.parametrize("name", WITH_COMMANDS)
-def test_commands_of_a_document_work(folder, name):
-    for block in blocks((PROJECT / name).read_text()):
-        if block.language != "sh":
-            continue
-        for command in commands(block.body):
-            if reason_not_to_run(command):
-                continue
-            done = run(command, folder)
-            assert done.returncode == 0, f"{name}, block at line {block.line}: {command}\n{done.stdout}{done.stderr}"
-
-
-@pytest.mark.parametrize("name, block", WITH_OUTPUT, ids=[f"{name}: {block.output_of}" for name, block in WITH_OUTPUT])
-def test_shown_output_is_what_the_command_prints(folder, name, block):
-    scripts = [commands(other.body) for other in blocks((PROJECT / name).read_text()) if other.language == "sh"]
-    script = next((script for script in scripts if block.output_of in script), None)
-    assert script, f"{name}: no block has the command {block.output_of!r}"
-    for command in script[:script.index(block.output_of)]:
-        run(command, folder)
-    assert difference(block.body, run(block.output_of, folder).stdout) == ""
+def test_commands_of_a_document_work_and_print_what_it_shows(folder, name):
+    assert problems(TEXTS[name], folder) == []
 
 
 def difference(shown, printed):
@@ -79,16 +79,10 @@ def difference(shown, printed):
 
 
 def test_list_of_what_is_not_run_holds_no_left_over():
-    everywhere = [command for name in WITH_COMMANDS for block in blocks((PROJECT / name).read_text())
-                  if block.language == "sh" for command in commands(block.body)]
-    left = [start for start in NOT_RUN if not any(c == start or c.startswith(start + " ") for c in everywhere)]
-    assert left == []
-
-
-def test_every_block_of_text_says_what_prints_it():
-    silent = [f"{name}, line {block.line}" for name in documents() for block in blocks((PROJECT / name).read_text())
-              if block.language == "text" and not block.output_of]
-    assert silent == []
+    everywhere = [command for name in WITH_COMMANDS for block in blocks(TEXTS[name]) if block.language == "sh"
+                  for command in commands(block.body)]
+    left_over = {start for start in NOT_RUN if not any(f"{command} ".startswith(start + " ") for command in everywhere)}
+    assert left_over == set()
 
 
 # ---- the checks themselves ----
@@ -99,13 +93,25 @@ def test_blocks_are_taken_apart_into_commands():
 
 
 @pytest.mark.parametrize("shown, printed, same", [
-    ("a\nb\n", "a\nb\n", True), ("a\n...\nd\n", "a\nb\nc\nd\n", True), ("computed in 1.4 s\n", "computed in 2.0 s\n", True),
+    ("a\nb\n", "a\nb\n", True), ("a\n...\nd\n", "a\nb\nc\nd\n", True),
+    ("computed in 1.4 s\n", "computed in 2.0 s\n", True),
     ("a\n", "a\nb\n", False), ("end 26.0 %\n", "end 26.1 %\n", False),
 ])
 def test_difference_is_seen(shown, printed, same):
     assert (difference(shown, printed) == "") is same
 
 
-def test_failing_command_and_failing_pipe_are_seen(tmp_path):
-    assert run("no-such-command", tmp_path).returncode != 0
-    assert run("false | cat", tmp_path).returncode != 0
+@pytest.mark.parametrize("text, problem", [
+    ("```sh\nno-such-command\n```\n", "ends with 127"),
+    ("```sh\nfalse | cat\n```\n", "ends with 1"),
+    ("```sh\necho a\n```\n<!-- output of: echo a -->\n```text\nb\n```\n", "printed:\na"),
+    ("```sh\necho a\n```\n<!-- output of: echo b -->\n```text\nb\n```\n", "no command of the document is 'echo b'"),
+    ("```sh\necho a\n```\n```text\na\n```\n", "nothing prints this"),
+])
+def test_planted_error_is_seen(tmp_path, text, problem):
+    assert [found for found in problems(text, tmp_path) if problem in found]
+
+
+def test_examples_share_a_folder(tmp_path):
+    document = "```sh\ncat >f <<'EOF'\nx\nEOF\n```\n```sh\ncat f\n```\n<!-- output of: cat f -->\n```text\nx\n```\n"
+    assert problems(document, tmp_path) == []

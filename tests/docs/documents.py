@@ -6,7 +6,8 @@ import re
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 LEFT_OUT = {"build", "vendor", ".git"}
-FENCE = re.compile(r"^(?:<!-- output of: (?P<of>.+?) -->\n)?```(?P<language>\w*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^(?:<!-- output of: (?P<of>.+?) -->\n)?```(?P<language>\w*)\n(?P<body>.*?)^```$",
+                   re.MULTILINE | re.DOTALL)
 
 
 @dataclasses.dataclass
@@ -23,7 +24,8 @@ def documents():
 
 
 def blocks(text):
-    return [Block(m["language"], m["body"], m["of"] or "", text.count("\n", 0, m.start()) + 1) for m in FENCE.finditer(text)]
+    return [Block(m["language"], m["body"], m["of"] or "", text.count("\n", 0, m.start()) + 1)
+            for m in FENCE.finditer(text)]
 
 
 def prose(text):

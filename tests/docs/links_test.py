@@ -46,7 +46,7 @@ def alternatives(pattern):
 
 
 def missing_files(name, text):
-    """Names in code quotes that look like files and are none, seen from the document's folder, its parts or the root."""
+    """Names in code quotes that look like files and are none, seen from the document's folder or the root."""
     bases = [(PROJECT / name).parent, PROJECT]
     missing = []
     for code in CODE.findall(text):
@@ -64,15 +64,16 @@ def start_script_commands():
 
 def unknown_commands(text):
     named = [code.split() for code in CODE.findall(text) if re.match(r"(\./)?voltlap ", code)]
-    return [words[1] for words in named if re.fullmatch("[a-z-]+", words[1]) and words[1] not in start_script_commands()]
+    known = start_script_commands()
+    return [words[1] for words in named if re.fullmatch("[a-z-]+", words[1]) and words[1] not in known]
 
 
 @pytest.fixture(scope="module")
 def all_help():
     script = PROJECT / "voltlap"
-    texts = [subprocess.run([script, command, "--help"], capture_output=True, text=True, env={**os.environ, "CI": "true"},
-                            check=True).stdout for command in sorted(start_script_commands())]
-    return subprocess.run([script], capture_output=True, text=True, check=True).stdout + "".join(texts)
+    asked = [[], *([command, "--help"] for command in sorted(start_script_commands()))]
+    return "".join(subprocess.run([script, *words], capture_output=True, text=True, env={**os.environ, "CI": "true"},
+                                  check=True).stdout for words in asked)
 
 
 @pytest.mark.parametrize("name", documents())

@@ -10,8 +10,8 @@ from copies import BUILT_FROM, copy_project
 BASH = shutil.which("bash")
 CHMOD = shutil.which("chmod")
 # Programs of a minimal Debian that the script may use as they are.
-BORROWED = ("bash", "cat", "dirname", "env", "flock", "grep", "head", "mkdir", "nproc", "readlink", "rm", "sed", "sleep",
-            "tail", "tee", "tr")
+BORROWED = ("bash", "cat", "dirname", "env", "flock", "grep", "head", "mkdir", "nproc", "readlink", "rm", "sed",
+            "sleep", "tail", "tee", "tr")
 
 
 class Machine:
@@ -50,7 +50,8 @@ class Machine:
 
     def distributes(self, but=()):
         """apt, which has every package but these, and knows it after an update."""
-        self.stand_in("apt-get", f'[ "$1" = update ] || exit 0; mkdir -p "{self.apt_lists}"; : >"{self.apt_lists}/a_Packages"')
+        self.stand_in("apt-get", f"""[ "$1" = update ] || exit 0
+            mkdir -p "{self.apt_lists}"; : >"{self.apt_lists}/a_Packages" """)
         self.stand_in("apt-cache", f'case "$2" in {"|".join(but) or "-"}) echo "  Candidate: (none)";; '
                                    '*) echo "  Candidate: 1.0";; esac')
 
@@ -65,13 +66,15 @@ class Machine:
     def builds(self, first=""):
         """ninja, which makes the program; the program echoes its arguments."""
         self.stand_in("ninja", f"""{first}
-            mkdir -p "$2/bin"; printf '#!{BASH}\\necho "program: $*"\\n' >"$2/bin/voltlap"; {CHMOD} +x "$2/bin/voltlap" """)
+            mkdir -p "$2/bin"; printf '#!{BASH}\\necho "program: $*"\\n' >"$2/bin/voltlap"
+            {CHMOD} +x "$2/bin/voltlap" """)
 
     def makes_environments(self, pip=""):
         """python3 -m venv --clear DIR; other calls are Python's own."""
         self.stand_in("python3", f"""[ "$1 $2" = "-m venv" ] || exec "{sys.executable}" "$@"
             rm -rf "$4"; mkdir -p "$4/bin"
-            printf '#!{BASH}\\necho "python $*" >>"{self.calls}"\\n{pip}\\n' >"$4/bin/python"; {CHMOD} +x "$4/bin/python" """)
+            printf '#!{BASH}\\necho "python $*" >>"{self.calls}"\\n{pip}\\n' >"$4/bin/python"
+            {CHMOD} +x "$4/bin/python" """)
 
     def environment(self, **more):
         clean = {key: value for key, value in os.environ.items() if key not in ("CI", "VOLTLAP_BUILD_DIR")}

@@ -25,12 +25,17 @@ def cmake(project, *arguments, code=0):
     return " ".join((run.stdout + run.stderr).split())
 
 
+def ninja_file(project):
+    """What is built and how, without the marks around blanks."""
+    return (project / "build/default/build.ninja").read_text().replace("$ ", " ").replace('"', "")
+
+
 def test_preset_finds_the_virtual_environment_and_builds(project):
     (project / "build").mkdir()
     (project / "build" / "venv").symlink_to(sys.prefix)
     cmake(project, "--preset", "default", "-DVOLTLAP_TESTS=OFF")
     cmake(project, "--build", "--preset", "default", "--target", "voltlap_fw_codec")
-    assert str(project / "build/venv/bin/python") in (project / "build/default/build.ninja").read_text().replace("$ ", " ")
+    assert str(project / "build/venv/bin/python") in ninja_file(project)
 
 
 def test_python_without_cantools_is_refused_with_the_remedies(project, tmp_path):
@@ -58,7 +63,8 @@ def test_codecs_generated_ahead_are_those_of_the_build(tmp_path):
 
 
 def test_missing_codec_is_named_with_the_command_that_writes_it(project, tmp_path):
-    text = cmake(project, "--preset", "default", "-DVOLTLAP_TESTS=OFF", f"-DVOLTLAP_CODECS={tmp_path}", *NO_PYTHON, code=1)
+    text = cmake(project, "--preset", "default", "-DVOLTLAP_TESTS=OFF", f"-DVOLTLAP_CODECS={tmp_path}", *NO_PYTHON,
+                 code=1)
     assert "car.hpp does not exist" in text and "can_dbc/generate.py --out DIR" in text
 
 
@@ -66,9 +72,9 @@ def test_toml_headers_of_the_project_serve_where_the_distribution_has_none(proje
     cmake(project, "--preset", "default", "-DVOLTLAP_TESTS=OFF", f"-DVOLTLAP_PYTHON={sys.executable}",
           "-DCMAKE_DISABLE_FIND_PACKAGE_tomlplusplus=ON")
     vendored = project / "plant_sim" / "core" / "vendor"
-    assert f"-isystem {vendored}" in (project / "build/default/build.ninja").read_text().replace("$ ", " ").replace('"', "")
+    assert f"-isystem {vendored}" in ninja_file(project)
     source = tmp_path / "reads_toml.cpp"
     source.write_text("#include <toml++/toml.h>\nint main() { return toml::parse(\"a = 0\")[\"a\"].value_or(1); }\n")
-    run = subprocess.run(["g++", "-std=c++20", "-H", "-fsyntax-only", "-isystem", vendored, source], capture_output=True,
-                         text=True)
+    run = subprocess.run(["g++", "-std=c++20", "-H", "-fsyntax-only", "-isystem", vendored, source],
+                         capture_output=True, text=True)
     assert run.returncode == 0 and "/usr/include/toml++" not in run.stderr, run.stderr

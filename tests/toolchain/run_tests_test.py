@@ -26,7 +26,7 @@ CPPUTEST = {
     "all well": ("OK (5 tests, 5 ran, 9 checks, 0 ignored, 0 filtered out, 1 ms)", 0, (5, 0, 0)),
     "one ignored": ("OK (5 tests, 4 ran, 9 checks, 1 ignored, 0 filtered out, 1 ms)", 0, (4, 0, 1)),
     "two failed": ("Errors (2 failures, 5 tests, 5 ran, 9 checks, 0 ignored, 0 filtered out, 1 ms)", 2, (3, 2, 0)),
-    "bad exit code after a good summary": ("OK (5 tests, 5 ran, 9 checks, 0 ignored, 0 filtered out, 1 ms)", 3, (4, 1, 0)),
+    "bad exit code, good summary": ("OK (5 tests, 5 ran, 9 checks, 0 ignored, 0 filtered out, 1 ms)", 3, (4, 1, 0)),
     "nothing ran": ("OK (0 tests, 0 ran, 0 checks, 0 ignored, 0 filtered out, 1 ms)", 0, (0, 1, 0)),
     "crash before the summary": ("..", -11, (0, 1, 0)),
 }
@@ -71,7 +71,8 @@ def test_interruption_ends_the_run_without_starting_more(tmp_path):
     ctest = tmp_path / "ctest"
     ctest.write_text(f"#!/bin/sh\necho '{json.dumps({'tests': suites})}'\n")
     ctest.chmod(0o755)
-    run = subprocess.Popen([sys.executable, run_tests.__file__], env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
+    environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    run = subprocess.Popen([sys.executable, run_tests.__file__], env=environment,
                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
                            preexec_fn=hear_interruptions)
     while sum(path.exists() for path in started) < os.cpu_count():

@@ -177,7 +177,7 @@ def test_later_start_installs_and_configures_nothing(machine):
 
 
 def test_start_of_a_built_program_takes_less_than_half_a_second():
-    """The build folder of this very test run, with its real tools. Time of the CPU, so that a busy machine does not fail."""
+    """This very project, with its real tools; time of the CPU, so that a busy machine does not fail."""
     def once():
         before = os.times()
         subprocess.run([SCRIPT, "list", "cells"], check=True, capture_output=True, env={**os.environ, "CI": "true"})
