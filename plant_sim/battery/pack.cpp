@@ -55,6 +55,7 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
     soc_per_amp_[i] = step_s / (kSecondsPerHour * car.cell.capacity_ah * v.capacity_scale);
     resistance_scale_[i] = v.resistance_scale;
   }
+  resistance_fault_.assign(count_, 1.0);
   renew(0.0, car.environment.ambient_c);
   for (std::size_t i = 0; i < count_; ++i) voltage_[i] = ocv_[i];
   pack_voltage_ = thevenin_.voltage_v;
@@ -75,9 +76,10 @@ void Pack::renew(double elapsed_s, double ambient_c) {
     heat_j_[i] = 0.0;
 
     const CircuitParameters p = tables_.circuit(soc_[i], temperature_[i], lookup_current_);
-    const double r1 = p.r1_ohm * resistance_scale_[i];
-    const double r2 = p.r2_ohm * resistance_scale_[i];
-    r0_[i] = p.r0_ohm * resistance_scale_[i];
+    const double scale = resistance_scale_[i] * resistance_fault_[i];
+    const double r1 = p.r1_ohm * scale;
+    const double r2 = p.r2_ohm * scale;
+    r0_[i] = p.r0_ohm * scale;
     g1_[i] = 1.0 / r1;
     g2_[i] = 1.0 / r2;
     c1_[i] = p.tau1_s / r1;

@@ -41,6 +41,8 @@ class Pack {
   [[nodiscard]] PackThevenin thevenin() const { return thevenin_; }
   /// One step at constant pack current.
   PackEnergy advance(double pack_current_a);
+  /// A planted fault: resistances of a cell times `factor` from the next renewal on. A representative cell stands for all.
+  void scale_resistance(std::size_t cell, double factor) { resistance_fault_[index(cell)] = factor; }
 
   [[nodiscard]] std::size_t cells() const { return series_; }
   [[nodiscard]] double cell_voltage(std::size_t cell) const { return voltage_[index(cell)]; }
@@ -73,6 +75,7 @@ class Pack {
   // One array a quantity, so that the loop over cells runs in vector registers.
   std::vector<double> soc_, v1_, v2_, ocv_, voltage_, temperature_, heat_j_;            // state
   std::vector<double> soc_per_amp_, resistance_scale_;                                  // fixed
+  std::vector<double> resistance_fault_;                                                // planted, 1 none
   std::vector<double> r0_, g1_, g2_, c1_, c2_, ocv_per_amp_, decay1_, decay2_,          // per renewal
       gain1_, gain2_, mean_decay1_, mean_decay2_, mean_gain1_, mean_gain2_, r_step_;
 };

@@ -46,16 +46,19 @@ void SensorFrames::send_pack(const Car& car, TxQueue& tx) {
   can::PackSensor m;
   m.pack_current_ma = to_ma(sensors_.current(car.pack_current_a()));
   m.pack_voltage_100uv = to_100uv(car.pack().voltage());
-  m.pack_current_ok = m.pack_voltage_ok = true;
+  m.pack_current_ok = !faults.current_lost;
+  m.pack_voltage_ok = true;
   codec::send(m, sealer_, tx);
 }
 
 void SensorFrames::send_pedals(const Pedals& pedals, TxQueue& tx) {
   can::Pedals m;
-  m.apps1_100uv = to_100uv(kApps1ReleasedV + kApps1SpanV * pedals.accelerator);
+  m.apps1_100uv = to_100uv(kApps1ReleasedV + kApps1SpanV * pedals.accelerator + faults.apps1_offset_v);
   m.apps2_100uv = to_100uv(kApps2ReleasedV + kApps2SpanV * pedals.accelerator);
   m.brake_front_mbar = m.brake_rear_mbar = to_units(pedals.brake * parameters_.brakes.full_pedal_pressure_bar, 1e3);
-  m.apps1_ok = m.apps2_ok = m.brake_front_ok = m.brake_rear_ok = true;
+  m.apps1_ok = m.apps2_ok = true;
+  m.brake_front_ok = !faults.brake_lost[0];
+  m.brake_rear_ok = !faults.brake_lost[1];
   codec::send(m, sealer_, tx);
 }
 
@@ -104,8 +107,9 @@ void SensorFrames::send_cells(Instant now, const Car& car, TxQueue& tx) {
     m.group = static_cast<std::uint8_t>(group);
     for (std::size_t i = 0; i < can::CellVoltages::kPerFrame; ++i) {
       const std::size_t cell = group * can::CellVoltages::kPerFrame + i;
-      m.cell_ok[i] = cell < cells;
-      if (m.cell_ok[i]) m.cell_100uv[i] = to_100uv(sensors_.cell_voltage(car.pack().cell_voltage(cell)));
+      const SensorFaults::Channel fault = SensorFaults::of(faults.cells, cell);
+      m.cell_ok[i] = cell < cells && !fault.lost;
+      if (cell < cells) m.cell_100uv[i] = to_100uv(sensors_.cell_voltage(car.pack().cell_voltage(cell)) + fault.offset);
     }
     codec::send(m, sealer_, tx);
   }
@@ -119,9 +123,12 @@ void SensorFrames::send_temperatures(Instant now, const Car& car, TxQueue& tx) {
     m.group = static_cast<std::uint8_t>(group);
     for (std::size_t i = 0; i < can::Temperatures::kPerFrame; ++i) {
       const std::size_t sensor = group * can::Temperatures::kPerFrame + i;
-      m.temperature_ok[i] = sensor < count;
+      const SensorFaults::Channel fault = SensorFaults::of(faults.thermistors, sensor);
+      m.temperature_ok[i] = sensor < count && !fault.lost;
       const std::size_t cell = std::min(sensor, count - 1) * car.pack().cells() / count;
-      if (m.temperature_ok[i]) m.temperature_dc[i] = to_dc(sensors_.temperature(car.pack().cell_temperature_c(cell)));
+      if (sensor < count) {
+        m.temperature_dc[i] = to_dc(sensors_.temperature(car.pack().cell_temperature_c(cell)) + fault.offset);
+      }
     }
     codec::send(m, sealer_, tx);
   }

@@ -8,6 +8,7 @@
 #include "codec/rx_monitor.hpp"
 #include "codec/seal.hpp"
 #include "driver/pi_driver.hpp"
+#include "sensors/sensor_faults.hpp"
 #include "sensors/sensors.hpp"
 #include "study/car.hpp"
 
@@ -24,6 +25,8 @@ class SensorFrames {
   SensorFrames(const VehicleParameters& car, std::uint64_t seed) : parameters_(car), sensors_(car.sensors, seed) {}
 
   void send(Instant now, const Car& car, const Pedals& pedals, const Switches& switches, TxQueue& tx);
+
+  SensorFaults faults;
 
  private:
   void send_pack(const Car& car, TxQueue& tx);

@@ -30,6 +30,7 @@ class Car {
 
   [[nodiscard]] const VehicleParameters& parameters() const { return parameters_; }
   [[nodiscard]] const Pack& pack() const { return pack_; }
+  [[nodiscard]] Pack& pack() { return pack_; }
   [[nodiscard]] const LongitudinalVehicle& vehicle() const { return vehicle_; }
   [[nodiscard]] LongitudinalVehicle& vehicle() { return vehicle_; }
   [[nodiscard]] const MotorThermal& motor_thermal() const { return motor_thermal_; }

@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "bus/in_process_bus.hpp"
 #include "core/errors.hpp"
 #include "driver/pi_driver.hpp"
 #include "sensors/sensor_frames.hpp"
 #include "study/car.hpp"
+#include "study/intervention.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -40,9 +40,9 @@ std::size_t binding_reason(const CommandReceiver& ecus) {
 /// One run: owns everything that moves and writes down what the result asks for.
 class Run {
  public:
-  Run(const EnduranceOptions& options, Ecus& ecus, EnduranceObserver& observer)
+  Run(const EnduranceOptions& options, Exchange& bus, EnduranceObserver& observer)
       : options_(options),
-        ecus_(ecus),
+        bus_(bus),
         observer_(observer),
         profile_(options.drive ? SpeedProfile{} : solve_lap(options.vehicle, options.track, options.lap_start)),
         target_(make_target()),
@@ -59,7 +59,11 @@ class Run {
   }
 
   EnduranceResult run() {
-    while (!over_) tick();
+    try {
+      while (!over_) tick();
+    } catch (const BusFailure& error) {
+      note_failure(error.what());
+    }
     finish();
     return result_;
   }
@@ -75,31 +79,51 @@ class Run {
   }
 
   void tick() {
-    bus_.begin_tick(tick_);
-    if (ready_) {
+    asked_ = &bus_.begin_tick(tick_);
+    plant_faults();
+    if (ready_ && options_.driver == DriverKind::kLaps) {
       drive();
     } else {
-      start_up();
+      if (!ready_ && options_.driver != DriverKind::kNobody) start_up();
+      stand();
     }
     car_.renew(kTick_s);
     exchange_frames();
+    losses_.observe(tick_, bus_.lost(), car_.phase_current_a() != 0.0,
+                    car_.contactors.air_plus.closed() || car_.contactors.air_minus.closed());
     ++tick_;
     if (ready_) {
       account();
     } else {
       await_ready();
     }
+    end_from_outside();
+  }
+
+  void plant_faults() {
+    for (const can::PlantFault& fault : asked_->faults) {
+      if (plant_fault(fault, car_, frames_.faults)) continue;
+      note_failure(fmt::format("the harness asked for plant fault {} of part {} (value {}), which this car does not have",
+                               static_cast<int>(fault.fault), fault.index, fault.value));
+    }
   }
 
   /// Low voltage -> tractive system -> ready to drive, as the rules' procedure asks (EV.9).
   void start_up() {
     const bool active = commands_.bms().state == can::BmsState::kTsActive;
-    switches_.shutdown_closed = true;
     switches_.ts_on = !active && tick_ * kTick_s >= kTsButton_s;
     active_s_ = active ? active_s_ + kTick_s : 0.0;
     switches_.ready_to_drive = active_s_ >= kReadyButton_s;
-    pedals_ = {0.0, 1.0};
-    for (int i = 0; i < options_.steps_per_tick; ++i) car_.step(pedals_.brake);
+  }
+
+  /// No road to follow: the foot is on the brake until the car is ready, on no pedal then.
+  void stand() {
+    pedals_ = {0.0, !ready_ && options_.driver != DriverKind::kNobody ? 1.0 : 0.0};
+    override_pedals(asked_->driver, pedals_);
+    for (int i = 0; i < options_.steps_per_tick; ++i) {
+      car_.step(pedals_.brake);
+      if (ready_) note_extremes();
+    }
   }
 
   void await_ready() {
@@ -109,7 +133,9 @@ class Run {
       switches_.ts_on = switches_.ready_to_drive = false;
       lap_ledger_ = start_ledger_ = car_.ledger();
       lap_energy_j_ = start_energy_j_ = car_.energy_out_j();
-    } else if (tick_ * kTick_s > kReadyTimeout_s) {
+    } else if (losses_.car_is_lost()) {
+      check_losses();
+    } else if (options_.driver != DriverKind::kNobody && tick_ * kTick_s > kReadyTimeout_s) {
       fail(fmt::format("the car did not become ready to drive within {:.0f} s ({})", kReadyTimeout_s, ecu_state()));
     }
   }
@@ -119,6 +145,7 @@ class Run {
     for (int i = 0; i < options_.steps_per_tick; ++i) {
       const Target target = target_.at(tick_start + i * step_s_, car_.vehicle().distance_m());
       pedals_ = driver_.advance(target, car_.vehicle().speed_mps(), step_s_);
+      override_pedals(asked_->driver, pedals_);
       car_.step(pedals_.brake);
       target_mps_ = target.speed_mps;
       note_extremes();
@@ -146,17 +173,11 @@ class Run {
 
   void exchange_frames() {
     const Instant now = Instant::from_ms(tick_ * can::kTickMs);
-    send(Sender::kPlant, [&](TxQueue& tx) { frames_.send(now, car_, pedals_, switches_, tx); });
-    send(Sender::kBms, [&](TxQueue& tx) { ecus_.bms(now, bus_.receive(Sender::kBms), tx); });
-    send(Sender::kMaster, [&](TxQueue& tx) { ecus_.master(now, bus_.receive(Sender::kMaster), tx); });
-    commands_.receive(now, bus_.receive(Sender::kPlant), car_);
-  }
-
-  template <class Fill>
-  void send(Sender sender, const Fill& fill) {
+    Switches switches = switches_;
+    override_switches(asked_->driver, switches);
     tx_.clear();
-    fill(tx_);
-    bus_.send(sender, tx_);
+    frames_.send(now, car_, pedals_, switches, tx_);
+    commands_.receive(now, bus_.exchange(tx_), car_);
   }
 
   /// What a tick of driving leaves in the books, and whether the drive ends here.
@@ -169,12 +190,38 @@ class Run {
       const double soc_error = commands_.bms().soc_ppm * 1e-6 - car_.pack().soc_mean();
       result_.bms_soc_error_pct = std::max(result_.bms_soc_error_pct, 100.0 * std::abs(soc_error));
     }
-    close_laps();
+    if (options_.driver == DriverKind::kLaps) close_laps();
     if ((tick_ - ready_tick_) % kTicksPerSample == 0) sample(reason);
     if (end_of_drive_s_ >= 0.0) {
       over_ = result_.finished = true;
-    } else {
+    } else if (losses_.car_is_lost()) {
+      check_losses();
+    } else if (options_.driver == DriverKind::kLaps) {
       check_assertions();
+    }
+  }
+
+  /// A lost node ends the run once it is known what the car made of it.
+  void check_losses() {
+    if (!losses_.settled()) return;
+    for (const LostNodeRow& row : losses_.rows()) {
+      const auto text = [](const std::optional<double>& s) { return s ? fmt::format("after {:.2f} s", *s) : "never"; };
+      fail(fmt::format("node {} was lost {:.2f} s after power-on; torque zero {}, contactors open {}", row.node, row.time_s,
+                       text(row.torque_zero_s), text(row.contactors_open_s)));
+    }
+  }
+
+  void end_from_outside() {
+    const StopAsked asked = bus_.stop_asked();
+    const bool interrupted = asked == StopAsked::kInterrupted || observer_.stop_requested();
+    const bool time_over = options_.duration_s && tick_ * kTick_s >= *options_.duration_s - 0.5 * kTick_s;
+    if (over_ || (!interrupted && !time_over && asked == StopAsked::kNo)) return;
+    over_ = true;
+    if (interrupted) {
+      result_.stopped = true;
+      note_failure("interrupted");
+    } else {
+      result_.finished = true;
     }
   }
 
@@ -216,13 +263,13 @@ class Run {
                          .motor_temperature_c = car_.motor_thermal().copper_c(), .front_rotor_c = car_.rotors().front_c(),
                          .rear_rotor_c = car_.rotors().rear_c(), .cell_voltage_v = &cell_voltage_,
                          .cell_temperature_c = &cell_temperature_});
-    const double whole = by_position() ? options_.laps * profile_.length_m() : end_time_s_;
-    observer_.on_progress(std::min(1.0, (by_position() ? car_.vehicle().distance_m() : drive_time()) / whole), drive_time());
-    if (observer_.stop_requested()) {
-      over_ = result_.stopped = true;
-      result_.failure_time_s = drive_time();
-      result_.failure_cause = "interrupted";
-    }
+    observer_.on_progress(std::min(1.0, progress()), drive_time());
+  }
+
+  [[nodiscard]] double progress() const {
+    if (options_.duration_s) return tick_ * kTick_s / *options_.duration_s;
+    if (options_.driver != DriverKind::kLaps) return -1.0;
+    return by_position() ? car_.vehicle().distance_m() / (options_.laps * profile_.length_m()) : drive_time() / end_time_s_;
   }
 
   void check_assertions() {
@@ -263,14 +310,23 @@ class Run {
   }
 
   void fail(std::string cause) {
-    over_ = true;
-    result_.failure_cause = std::move(cause);
-    result_.failure_time_s = ready_ ? drive_time() : tick_ * kTick_s;
+    if (!options_.keep_going && options_.driver == DriverKind::kLaps) over_ = true;
+    note_failure(std::move(cause));
   }
+
+  /// The first failure counts.
+  void note_failure(std::string cause) {
+    if (!result_.failure_cause.empty()) return;
+    result_.failure_cause = std::move(cause);
+    result_.failure_time_s = run_time();
+  }
+
+  [[nodiscard]] double run_time() const { return ready_ ? drive_time() : tick_ * kTick_s; }
 
   void finish() {
     const Pack& pack = car_.pack();
-    result_.total_time_s = result_.finished ? end_of_drive_s_ : result_.failure_time_s;
+    result_.total_time_s = end_of_drive_s_ >= 0.0 ? end_of_drive_s_ : result_.finished ? run_time() : result_.failure_time_s;
+    result_.lost_nodes = losses_.rows();
     result_.end_soc_pct = 100.0 * pack.soc_mean();
     result_.distance_m = car_.vehicle().distance_m();
     result_.energy_out_kwh = (car_.energy_out_j() - start_energy_j_) / kJoulesPerKwh;
@@ -290,7 +346,7 @@ class Run {
   }
 
   const EnduranceOptions& options_;
-  Ecus& ecus_;
+  Exchange& bus_;
   EnduranceObserver& observer_;
   SpeedProfile profile_;
   TargetCursor target_;
@@ -299,10 +355,11 @@ class Run {
   Car car_;
   SensorFrames frames_;
   CommandReceiver commands_;
-  InProcessBus bus_;
+  LossWatch losses_{kTick_s};
+  const Interventions* asked_ = nullptr;
   TxQueue tx_;
   Pedals pedals_;
-  Switches switches_;
+  Switches switches_{.shutdown_closed = true};
   EnduranceResult result_;
   EnergyLedger lap_ledger_, start_ledger_;
   std::vector<double> cell_voltage_, cell_temperature_;
@@ -322,10 +379,15 @@ const char* limit_reason_name(std::size_t reason) {
 }
 
 EnduranceResult run_endurance(const EnduranceOptions& options, Ecus& ecus, EnduranceObserver& observer) {
+  InProcessLoop bus(ecus);
+  return run_endurance(options, bus, observer);
+}
+
+EnduranceResult run_endurance(const EnduranceOptions& options, Exchange& bus, EnduranceObserver& observer) {
   if (!options.drive && options.laps < 1) {
     throw InputError("laps", fmt::format("{}", options.laps), "1 or more", "Give the number of laps to drive");
   }
-  return Run(options, ecus, observer).run();
+  return Run(options, bus, observer).run();
 }
 
 }  // namespace voltlap::plant

@@ -7,23 +7,23 @@
 #include <string>
 #include <vector>
 
-#include "base/can_frame.hpp"
-#include "base/time.hpp"
+#include "bus/exchange.hpp"
 #include "bus/frame_sink.hpp"
+#include "bus/in_process_loop.hpp"
 #include "core/parameters.hpp"
 #include "driver/target.hpp"
 #include "study/energy_ledger.hpp"
+#include "study/loss_watch.hpp"
 #include "track/lap_solver.hpp"
 #include "track/track.hpp"
 
 namespace voltlap::plant {
 
-/// The control units, wherever they run: each is handed the frames it missed and answers with its own.
-class Ecus {
- public:
-  virtual ~Ecus() = default;
-  virtual void bms(Instant now, FrameView rx, TxQueue& tx) = 0;
-  virtual void master(Instant now, FrameView rx, TxQueue& tx) = 0;
+/// Who sits in the car. A harness may take over pedals and switches from each of them.
+enum class DriverKind {
+  kLaps,   ///< powers up and drives the laps
+  kStand,  ///< powers up and stands, pedals released
+  kNobody, ///< the shutdown circuit is closed, and that is all
 };
 
 struct EnduranceOptions {
@@ -35,6 +35,9 @@ struct EnduranceOptions {
   bool representative_cell = false;
   std::uint64_t seed = 1;
   int steps_per_tick = 10;             ///< integration steps in a control period of 10 ms
+  DriverKind driver = DriverKind::kLaps;
+  std::optional<double> duration_s;    ///< ends then, finished; counted from power-on
+  bool keep_going = false;             ///< what fails is noted and does not end the run
 };
 
 /// Why the driver got less than asked for; the first nine are the BMS's reasons, by their numbers in car.dbc.
@@ -57,7 +60,8 @@ struct TimeSample {
 class EnduranceObserver : public FrameSink {
  public:
   virtual void on_sample(const TimeSample& sample) = 0;
-  virtual void on_progress(double fraction, double time_s) = 0;  ///< about 10 times a simulated second
+  /// About 10 times a simulated second; the fraction is negative when the end is not known.
+  virtual void on_progress(double fraction, double time_s) = 0;
   [[nodiscard]] virtual bool stop_requested() = 0;
 };
 
@@ -68,7 +72,7 @@ struct LapRow {
 
 struct EnduranceResult {
   bool finished = false;
-  bool stopped = false;  ///< the observer asked for it
+  bool stopped = false;  ///< it was interrupted
   double failure_time_s = 0.0;
   std::string failure_cause;
   double end_soc_pct = 0.0, max_battery_temp_c = 0.0, total_time_s = 0.0, max_battery_current_a = 0.0;
@@ -83,6 +87,7 @@ struct EnduranceResult {
   double max_motor_temp_c = 0.0;
   std::array<double, kLimitReasons> limit_active_s{};
   std::vector<LapRow> lap_rows;
+  std::vector<LostNodeRow> lost_nodes;
   EnergyLedger ledger;
   std::uint32_t ticks = 0;
   std::uint64_t frames = 0;
@@ -91,6 +96,8 @@ struct EnduranceResult {
 
 /// Throws InputError for options that contradict each other or a car that cannot drive the track; a run that fails on
 /// the road is a result, with cause and time.
+[[nodiscard]] EnduranceResult run_endurance(const EnduranceOptions& options, Exchange& bus, EnduranceObserver& observer);
+/// The same with control units in this process.
 [[nodiscard]] EnduranceResult run_endurance(const EnduranceOptions& options, Ecus& ecus, EnduranceObserver& observer);
 
 }  // namespace voltlap::plant

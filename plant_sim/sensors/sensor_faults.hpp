@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Faults of instruments and their wires, planted by a harness; none by default. The truth stays what it is.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace voltlap::plant {
+
+struct SensorFaults {
+  struct Channel {
+    bool lost = false;    ///< the frame says "no value"
+    double offset = 0.0;  ///< added to the reading [V, degC]
+  };
+  std::vector<Channel> cells{}, thermistors{};  ///< shorter than the pack: the rest is sound
+  std::array<bool, 2> brake_lost{};             ///< front, rear
+  bool current_lost = false;
+  double apps1_offset_v = 0.0;
+
+  /// The channel to plant a fault in.
+  [[nodiscard]] static Channel& at(std::vector<Channel>& channels, std::size_t index) {
+    if (channels.size() <= index) channels.resize(index + 1);
+    return channels[index];
+  }
+  [[nodiscard]] static Channel of(const std::vector<Channel>& channels, std::size_t index) {
+    return index < channels.size() ? channels[index] : Channel{};
+  }
+};
+
+}  // namespace voltlap::plant
