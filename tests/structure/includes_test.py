@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Includes go one way: base <- codec <- {bms, master} <- app <- port; firmware and plant meet only in frames."""
+"""Includes go one way: base <- codec <- {bms, master} <- app; ports stand beside the logic, which never sees one; firmware
+and plant meet only in frames."""
 import pathlib
 import re
 
@@ -17,13 +18,13 @@ FIRMWARE = {
     "bms": {"base", "codec", "can_dbc"},
     "master": {"base", "codec", "can_dbc"},
     "app": {"base", "codec", "config", "bms", "master", "can_dbc"},
-    "port": {"base", "codec", "config", "app", "can_dbc"},
+    "port": {"base", "can_dbc"},
 }
+FIRMWARE_HOST = "firmware/port/host/"  # behind the seams on Linux: the system's headers are allowed there, and only there
 FIRMWARE_SYSTEM = {"cstdint", "cstddef", "limits", "type_traits"}
 # The plant talks to the firmware in frames: the wire, its seal, and, where the processes are put together, the nodes.
 PLANT_FROM_FIRMWARE = {"base", "codec", "can_dbc"}
-PLANT_JOINS_NODES = {"apps", "bus", "study"}
-JOINED = {"app", "bms", "master", "config", "port"}
+JOINED = {"apps": {"app", "bms", "master", "config", "port"}, "bus": {"port"}}
 
 
 def wrong_includes(path, text):
@@ -34,9 +35,12 @@ def wrong_includes(path, text):
     if area == "firmware":
         allowed = FIRMWARE[part] | {part}
         wrong = [name for name, first in quoted if first not in allowed]
+        if path.startswith(FIRMWARE_HOST):
+            return wrong
+        wrong += [name for name, _ in quoted if name.startswith("port/host/")]
         return wrong + [name for name in ANGLED.findall(text) if name not in FIRMWARE_SYSTEM]
     own = {entry.name for entry in (ROOT / "plant_sim").iterdir() if entry.is_dir()}
-    allowed = own | PLANT_FROM_FIRMWARE | (JOINED if part in PLANT_JOINS_NODES else set())
+    allowed = own | PLANT_FROM_FIRMWARE | JOINED.get(part, set())
     return [name for name, first in quoted if first not in allowed]
 
 
@@ -59,6 +63,11 @@ PLANTED = {
     "base stands alone": ("firmware/base/x.hpp", '#include "codec/seal.hpp"'),
     "codec may not see a node": ("firmware/codec/x.hpp", '  #  include "app/bms_node.hpp"'),
     "logic may not see a port": ("firmware/bms/x.cpp", '#include "port/can.hpp"'),
+    "a seam may not see what stands behind it": ("firmware/port/can.hpp", '#include "port/host/socket_can.hpp"'),
+    "a seam may not see the system": ("firmware/port/can.hpp", "#include <linux/can.h>"),
+    "a port may not see a node": ("firmware/port/host/x.cpp", '#include "app/bms_node.hpp"'),
+    "a study may not see a port": ("plant_sim/study/x.cpp", '#include "port/host/socket_can.hpp"'),
+    "a study may not see a node": ("plant_sim/study/x.cpp", '#include "app/bms_node.hpp"'),
     "app may not see the plant": ("firmware/app/x.cpp", '#include "battery/cell.hpp"'),
     "no heap through the library": ("firmware/app/x.cpp", "#include <vector>"),
     "the plant's battery may not see the BMS": ("plant_sim/battery/x.cpp", '#include "bms/config.hpp"'),
@@ -73,4 +82,6 @@ def test_a_planted_include_is_refused(name):
 
 def test_the_right_direction_is_accepted():
     assert wrong_includes("firmware/app/x.cpp", '#include "bms/config.hpp"\n#include <cstdint>') == []
-    assert wrong_includes("plant_sim/study/x.cpp", '#include "app/bms_node.hpp"\n#include <vector>') == []
+    assert wrong_includes("firmware/port/host/x.cpp", '#include "port/can.hpp"\n#include <linux/can.h>') == []
+    assert wrong_includes("plant_sim/apps/x.cpp", '#include "app/bms_node.hpp"\n#include <vector>') == []
+    assert wrong_includes("plant_sim/bus/x.cpp", '#include "port/host/socket_can.hpp"') == []
