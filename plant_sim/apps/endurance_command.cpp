@@ -13,6 +13,7 @@
 #include "apps/firmware_loop.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
+#include "apps/supervisor.hpp"
 #include "can_dbc/tables.hpp"
 #include "core/errors.hpp"
 #include "report/summary_table.hpp"
@@ -29,37 +30,34 @@ int laps_of_endurance(const Track& track) {
 
 }  // namespace
 
-EnduranceCommand::EnduranceCommand(CLI::App& app)
-    : command_(app.add_subcommand("endurance", "Drive an endurance with the firmware in the loop and print the result")) {
-  car_.add_vehicle(*command_);
-  CLI::Option* track = car_.add_track(*command_);
-  CLI::Option* start = car_.add_lap_start(*command_);
-  CLI::Option* laps = command_->add_option("--laps", laps_, "Number of laps; default: as many as fit into 22 km")
+EnduranceRun::EnduranceRun(CLI::App& command) {
+  car_.add_vehicle(command);
+  CLI::Option* track = car_.add_track(command);
+  CLI::Option* start = car_.add_lap_start(command);
+  CLI::Option* laps = command.add_option("--laps", laps_, "Number of laps; default: as many as fit into 22 km")
                           ->check(whole_number(1, kLapsMax));
-  command_->add_option("--drive", drive_, "A recorded drive instead of a track: CSV with time_s,speed_mps[,accelerator,brake]")
+  command.add_option("--drive", drive_, "A recorded drive instead of a track: CSV with time_s,speed_mps[,accelerator,brake]")
       ->excludes(track)
       ->excludes(start)
       ->excludes(laps);
-  command_->add_option("--cells", cells_, "all: every cell in series; representative: one cell, scaled (faster)")
+  command.add_option("--cells", cells_, "all: every cell in series; representative: one cell, scaled (faster)")
       ->check(one_of({"all", "representative"}))
       ->capture_default_str();
-  command_->add_option("--seed", seed_, "Seed of everything random; the same seed gives the same run")
+  command.add_option("--seed", seed_, "Seed of everything random; the same seed gives the same run")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
-  add_output_file(*command_, "--json", json_, "Write the result as JSON, also when the run fails");
+  add_output_file(command, "--json", json_, "Write the result as JSON, also when the run fails");
   CLI::Option* csv =
-      add_output_file(*command_, "--csv", csv_, "Write the time series as CSV; compressed when the name ends in .gz");
-  command_->add_option("--rate", rate_hz_, "Lines per second of --csv: 10 or an even part of it")
+      add_output_file(command, "--csv", csv_, "Write the time series as CSV; compressed when the name ends in .gz");
+  command.add_option("--rate", rate_hz_, "Lines per second of --csv: 10 or an even part of it")
       ->needs(csv)
       ->check(positive_number())
       ->capture_default_str();
-  add_output_file(*command_, "--candump", candump_, "Write every frame as a candump log, with simulated time");
-  command_->footer("A FILE named - is standard output; the summary then goes to standard error.\n"
-                   "Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
-                   "Exit code: 0 finished, 2 usage or input, 3 the run failed (with time and cause), 130 interrupted.");
+  add_output_file(command, "--candump", candump_, "Write every frame as a candump log, with simulated time");
 }
 
-EnduranceOptions EnduranceCommand::options(const DataFolder& data) const {
+EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
+  refuse_shared_files();
   EnduranceOptions out;
   out.vehicle = car_.load_car(data).parameters;
   if (drive_.empty()) {
@@ -79,7 +77,7 @@ EnduranceOptions EnduranceCommand::options(const DataFolder& data) const {
   return out;
 }
 
-RunDescription EnduranceCommand::description(const EnduranceOptions& options) const {
+RunDescription EnduranceRun::description(const EnduranceOptions& options) const {
   return {.vehicle = options.vehicle.name,
           .course = options.drive ? options.drive->name : options.track.name,
           .lap_start = options.drive ? "drive" : car_.lap_start,
@@ -89,16 +87,14 @@ RunDescription EnduranceCommand::description(const EnduranceOptions& options) co
           .laps = options.laps};
 }
 
-void EnduranceCommand::refuse_shared_files() const {
+void EnduranceRun::refuse_shared_files() const {
   const bool shared = (!json_.empty() && (json_ == csv_ || json_ == candump_)) || (!csv_.empty() && csv_ == candump_);
   if (shared) {
     throw InputError("--json, --csv, --candump", "one file for two of them", "a file for each", "Give different names");
   }
 }
 
-int EnduranceCommand::run(const DataFolder& data) {
-  refuse_shared_files();
-  const EnduranceOptions chosen = options(data);
+int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, Exchange& bus, const SocketBus* socket) const {
   const RunDescription run = description(chosen);
   RunRecorder recorder;
   catch_interrupt();  // before there is a file that must not stay behind
@@ -108,9 +104,8 @@ int EnduranceCommand::run(const DataFolder& data) {
   if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
   if (!candump_.empty()) recorder.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
 
-  FirmwareLoop firmware(chosen.vehicle);
   const auto begin = std::chrono::steady_clock::now();
-  const EnduranceResult result = run_endurance(chosen, firmware, recorder);
+  const EnduranceResult result = run_endurance(chosen, bus, recorder);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   recorder.end_progress();
   if (result.stopped) {
@@ -119,8 +114,9 @@ int EnduranceCommand::run(const DataFolder& data) {
   }
 
   recorder.commit();
+  const auto facts = socket != nullptr ? std::optional(socket->facts()) : std::nullopt;
   if (json) {
-    json->write(run_result_json(run, chosen.vehicle, result, recorder.hash.finish(), wall_s));
+    json->write(run_result_json(run, chosen.vehicle, result, recorder.hash.finish(), wall_s, facts ? &*facts : nullptr));
     json->commit();
   }
   const std::string reference_file = data.path("reference/endurance.csv");
@@ -133,8 +129,34 @@ int EnduranceCommand::run(const DataFolder& data) {
     fmt::print(summary,
                "  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n");
   }
+  if (facts) fmt::print(summary, "{}", bus_lines(*facts, result.ticks * can::kTickMs * 1e-3, wall_s));
   fmt::print(summary, "  computed in {:.1f} s, seed {}\n", wall_s, run.seed);
-  return result.finished ? kExitOk : kExitFailedRun;
+  const bool whole = result.lost_nodes.empty() || chosen.keep_going || chosen.driver != DriverKind::kLaps;
+  return result.finished && whole ? kExitOk : kExitFailedRun;
+}
+
+EnduranceCommand::EnduranceCommand(CLI::App& app)
+    : command_(app.add_subcommand("endurance", "Drive an endurance with the firmware in the loop and print the result")),
+      run_(*command_) {
+  CLI::Option* bus = bus_.add_interface(*command_);
+  CLI::Option* realtime = bus_.add_realtime(*command_)->needs(bus);
+  bus_.add_lockstep(*command_, realtime);
+  command_->footer("A FILE named - is standard output; the summary then goes to standard error.\n"
+                   "Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
+                   "With --bus, plant, BMS and master controller are processes of their own on the interface, in lockstep: the\n"
+                   "same frames as in one process, for every CAN tool to see.\n"
+                   "Exit code: 0 finished, 2 usage or input, 3 the run failed (with time and cause), 130 interrupted.");
+}
+
+int EnduranceCommand::run(const DataFolder& data) {
+  const EnduranceOptions options = run_.options(data);
+  if (!bus_.interface.empty() && run_.candump() == AtomicFile::kStandardOutput) {
+    throw InputError("--candump with --bus", "- (standard output)", "a file", "Give a name; the logger is a process of its own");
+  }
+  if (!bus_.interface.empty()) return supervise(*command_, bus_, run_.candump());
+  FirmwareLoop firmware(options.vehicle);
+  InProcessLoop loop(firmware);
+  return run_.drive(data, options, loop, nullptr);
 }
 
 }  // namespace voltlap::plant

@@ -1,13 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// voltlap endurance: one race of a car with its firmware on the bus.
+// voltlap endurance: one race of a car with its firmware on the bus, in one process or on a CAN interface.
 #pragma once
 #include <optional>
 #include <string>
 
+#include "apps/bus_options.hpp"
 #include "apps/car_options.hpp"
+#include "bus/socket_bus.hpp"
 #include "report/run_result.hpp"
 
 namespace voltlap::plant {
+
+/// The flags that say what is driven and what is written, and the run itself, wherever the control units are.
+class EnduranceRun {
+ public:
+  explicit EnduranceRun(CLI::App& command);
+
+  [[nodiscard]] EnduranceOptions options(const DataFolder& data) const;
+  /// Drives, writes and prints. `socket` is the bus when that is a CAN interface. Returns the exit code.
+  int drive(const DataFolder& data, const EnduranceOptions& options, Exchange& bus, const SocketBus* socket) const;
+  [[nodiscard]] const std::string& candump() const { return candump_; }
+
+ private:
+  [[nodiscard]] RunDescription description(const EnduranceOptions& options) const;
+  void refuse_shared_files() const;
+
+  CarOptions car_;
+  std::string drive_, cells_ = "all", json_, csv_, candump_;
+  std::optional<int> laps_;
+  std::uint64_t seed_ = 1;
+  double rate_hz_ = 10.0;
+};
 
 class EnduranceCommand {
  public:
@@ -18,16 +41,9 @@ class EnduranceCommand {
   [[nodiscard]] bool chosen() const { return command_->parsed(); }
 
  private:
-  [[nodiscard]] EnduranceOptions options(const DataFolder& data) const;
-  [[nodiscard]] RunDescription description(const EnduranceOptions& options) const;
-  void refuse_shared_files() const;
-
   CLI::App* command_;
-  CarOptions car_;
-  std::string drive_, cells_ = "all", json_, csv_, candump_;
-  std::optional<int> laps_;
-  std::uint64_t seed_ = 1;
-  double rate_hz_ = 10.0;
+  EnduranceRun run_;
+  BusOptions bus_;
 };
 
 }  // namespace voltlap::plant

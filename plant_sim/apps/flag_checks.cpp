@@ -110,6 +110,16 @@ CLI::Validator positive_number() {
           "", "positive_number"};
 }
 
+CLI::Validator number_between(double low, double high) {
+  return {[low, high](const std::string& text) {
+            const auto value = parsed<double>(text);
+            if (value && *value >= low && *value <= high) return std::string();
+            return refusal(text, fmt::format("a number from {:g} to {:g}", low, high),
+                           "Correct the number, or leave the flag out");
+          },
+          "", "number_between"};
+}
+
 CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::string& file, const std::string& help) {
   return command.add_option(flag, file, help)
       ->type_name("FILE")

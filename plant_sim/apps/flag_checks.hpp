@@ -13,6 +13,8 @@ namespace voltlap::plant {
 [[nodiscard]] CLI::Validator whole_number(unsigned long long low, unsigned long long high);
 /// A number above 0.
 [[nodiscard]] CLI::Validator positive_number();
+/// Any number, both ends included.
+[[nodiscard]] CLI::Validator number_between(double low, double high);
 
 /// Adds a flag that names a result file; `-` is standard output.
 CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::string& file, const std::string& help);

@@ -6,12 +6,16 @@
 #include <exception>
 #include <new>
 
+#include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/lap_command.hpp"
 #include "apps/list_command.hpp"
+#include "apps/log_command.hpp"
+#include "apps/plant_command.hpp"
 #include "core/errors.hpp"
+#include "port/host/bus_error.hpp"
 
 namespace {
 
@@ -25,6 +29,9 @@ int run(int argc, char** argv) {
   EnduranceCommand endurance(app);
   LapCommand lap(app);
   ListCommand list(app);
+  PlantCommand plant(app);
+  EcuCommand ecu(app);
+  LogCommand log(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -33,6 +40,9 @@ int run(int argc, char** argv) {
   const DataFolder data(VOLTLAP_DATA_FOLDER);
   if (endurance.chosen()) return endurance.run(data);
   if (lap.chosen()) return lap.run(data);
+  if (plant.chosen()) return plant.run(data);
+  if (ecu.chosen()) return ecu.run(data);
+  if (log.chosen()) return log.run();
   return list.run(data);
 }
 
@@ -62,6 +72,10 @@ int main(int argc, char** argv) {
     return complain(error.what(), kExitInput);
   } catch (const OutputError& error) {
     return complain(error.what(), kExitInput);
+  } catch (const voltlap::port::BusSetupError& error) {
+    return complain(error.what(), kExitInput);
+  } catch (const voltlap::port::BusDownError& error) {
+    return complain(error.what(), kExitFailedRun);
   } catch (const std::bad_alloc&) {
     return complain("found that the memory ran out; expected an input that fits into it. Use a smaller one.",
                     kExitFault);

@@ -16,6 +16,7 @@ namespace voltlap::plant {
 void catch_interrupt();
 /// What the process ends with after that.
 [[nodiscard]] int exit_code_of_interrupt();
+[[nodiscard]] bool interrupted();
 
 class RunRecorder : public EnduranceObserver {
  public:

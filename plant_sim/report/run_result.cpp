@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kJoulesPerKwh = 3.6e6;
 
 Json failure(const EnduranceResult& result) {
-  if (result.finished) return nullptr;
+  if (result.failure_cause.empty()) return nullptr;
   return {{"time_s", result.failure_time_s}, {"cause", result.failure_cause}};
 }
 
@@ -41,6 +41,24 @@ Json ledger(const EnduranceResult& result) {
   return out;
 }
 
+Json lost_nodes(const EnduranceResult& result) {
+  const auto seconds = [](const std::optional<double>& s) { return s ? Json(*s) : Json(nullptr); };
+  Json out = Json::array();
+  for (const LostNodeRow& row : result.lost_nodes) {
+    out.push_back({{"node", row.node}, {"time_s", row.time_s}, {"torque_zero_s", seconds(row.torque_zero_s)},
+                   {"contactors_open_s", seconds(row.contactors_open_s)}});
+  }
+  return out;
+}
+
+Json bus_facts(const BusFacts* bus) {
+  if (bus == nullptr) return {{"interface", nullptr}, {"pacing", "in_process"}};
+  return {{"interface", bus->interface}, {"pacing", bus->pacing}, {"foreign_frames", bus->foreign_frames},
+          {"missing_frames", bus->missing_frames}, {"dropped_frames", bus->dropped_frames},
+          {"error_frames", bus->error_frames}, {"send_retries", bus->send_retries}, {"late_steps", bus->late_steps},
+          {"late_worst_s", bus->late_worst_s}};
+}
+
 /// A TOML number, list, switch or plain word is JSON as it stands.
 Json parameters(const VehicleParameters& car) {
   Json out = Json::object();
@@ -54,7 +72,7 @@ Json parameters(const VehicleParameters& car) {
 }  // namespace
 
 std::string run_result_json(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& result,
-                            const TraceHash::Result& hash, double wall_s) {
+                            const TraceHash::Result& hash, double wall_s, const BusFacts* bus) {
   const Json json = {
       {"status", result.finished ? "finished" : "failed"},
       {"failure", failure(result)},
@@ -85,6 +103,8 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"hash_plant", hash.plant},
       {"hash_bms", hash.bms},
       {"hash_master", hash.master},
+      {"lost_nodes", lost_nodes(result)},
+      {"bus", bus_facts(bus)},
       {"limit_active_s", limits(result)},
       {"lap_rows", lap_rows(result)},
       {"energy_ledger_kwh", ledger(result)},

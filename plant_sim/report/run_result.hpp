@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/bus_facts.hpp"
 #include "report/trace_hash.hpp"
 #include "study/endurance.hpp"
 
@@ -20,8 +21,9 @@ struct RunDescription {
   int laps = 0;
 };
 
-/// JSON text with a final newline. `wall_s` is the real time that the run took.
+/// JSON text with a final newline. `wall_s` is the real time that the run took, `bus` what the interface was like.
 [[nodiscard]] std::string run_result_json(const RunDescription& run, const VehicleParameters& car,
-                                          const EnduranceResult& result, const TraceHash::Result& hash, double wall_s);
+                                          const EnduranceResult& result, const TraceHash::Result& hash, double wall_s,
+                                          const BusFacts* bus = nullptr);
 
 }  // namespace voltlap::plant

@@ -100,4 +100,20 @@ std::string summary_table(const RunDescription& run, const EnduranceResult& resu
   return out;
 }
 
+std::string bus_lines(const BusFacts& bus, double simulated_s, double wall_s) {
+  std::string out = fmt::format("  bus: {}, {}, {:.1f} times real time", bus.interface, bus.pacing, simulated_s / wall_s);
+  if (bus.pacing == "realtime") {
+    out += fmt::format(", {} late steps, the latest by {:.1f} ms", bus.late_steps, 1e3 * bus.late_worst_s);
+  }
+  out += '\n';
+  const std::pair<std::uint64_t, const char*> findings[] = {
+      {bus.foreign_frames, "foreign frames"}, {bus.missing_frames, "frames announced and never seen"},
+      {bus.dropped_frames, "frames not read in time: hashes and counts are not whole"},
+      {bus.error_frames, "error frames"}, {bus.send_retries, "retries with a full queue"}};
+  for (const auto& [count, what] : findings) {
+    if (count > 0) out += fmt::format("  bus: {} {}\n", count, what);
+  }
+  return out;
+}
+
 }  // namespace voltlap::plant

@@ -22,4 +22,7 @@ struct ReferenceRow {
 [[nodiscard]] std::string summary_table(const RunDescription& run, const EnduranceResult& result,
                                         const std::optional<ReferenceRow>& reference);
 
+/// What is worth knowing of the CAN interface, one or two lines.
+[[nodiscard]] std::string bus_lines(const BusFacts& bus, double simulated_s, double wall_s);
+
 }  // namespace voltlap::plant

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// voltlap log: the frames of a run on a CAN interface as a candump file; in lockstep a member that loses none.
+#pragma once
+#include <string>
+
+#include "apps/bus_options.hpp"
+
+namespace voltlap::plant {
+
+class LogCommand {
+ public:
+  explicit LogCommand(CLI::App& app);
+  /// Runs it and returns the exit code.
+  int run();
+  [[nodiscard]] bool chosen() const { return command_->parsed(); }
+
+ private:
+  [[nodiscard]] int log_in_lockstep() const;
+  [[nodiscard]] int log_in_real_time() const;
+
+  CLI::App* command_;
+  BusOptions bus_;
+  std::string file_;
+};
+
+}  // namespace voltlap::plant

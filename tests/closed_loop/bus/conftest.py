@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs of several processes on vcan0, and what a test asks of them."""
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAM = Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
+BUS = "vcan0"
+FIRST_LOCKSTEP_ID = 0x7E0
+
+
+class Bus:
+    """A plain CAN socket: what a listener hears, in the order of the bus."""
+
+    def __init__(self, ids=None, buffer_bytes=1 << 26):
+        self.socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_bytes)
+        if ids is not None:
+            filters = b"".join(struct.pack("=II", i, 0x7FF) for i in ids)
+            self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, filters)
+        self.socket.bind((BUS,))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def send(self, identifier, data):
+        self.socket.send(struct.pack("=IB3x8s", identifier, len(data), data))
+
+    def receive(self, timeout_s=0.0):
+        """(identifier, data), or None."""
+        self.socket.settimeout(max(timeout_s, 1e-4))
+        try:
+            identifier, length, data = struct.unpack("=IB3x8s", self.socket.recv(16))
+        except (TimeoutError, BlockingIOError):
+            return None
+        return identifier, data[:length]
+
+    def drain(self):
+        out = []
+        while (frame := self.receive()) is not None:
+            out.append(frame)
+        return out
+
+
+def start(*arguments, **options):
+    return subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def run(*arguments, timeout_s=120):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=timeout_s, check=False)
+
+
+def children(pid):
+    """name of the command -> process, of every child of `pid`."""
+    out = {}
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (entry / "stat").read_text().rsplit(")", 1)[1].split()
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if int(fields[1]) == pid and fields[0] != "Z" and len(words) > 2:
+            role = words[2] if words[1] == b"ecu" else words[1]
+            out[role.decode()] = int(entry.name)
+    return out
+
+
+def wait_for(condition, timeout_s=20.0):
+    end = time.monotonic() + timeout_s
+    while time.monotonic() < end:
+        if value := condition():
+            return value
+        time.sleep(0.02)
+    raise AssertionError("waited in vain")
+
+
+def kill_at(run_, role, tick, number=signal.SIGKILL):
+    """Kills a process of the run when the plant has begun that tick."""
+    with Bus([FIRST_LOCKSTEP_ID]) as bus:
+        while True:
+            frame = bus.receive(20.0)
+            assert frame is not None, "no SYNC"
+            if struct.unpack_from("<I", frame[1])[0] >= tick:
+                break
+    pid = children(run_.pid)[role]
+    os.kill(pid, number)
+    return pid
+
+
+def is_gone(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+def result(path):
+    return json.loads(Path(path).read_text())
+
+
+@pytest.fixture(autouse=True)
+def quiet_bus():
+    """Nobody of an earlier test is left, before and after."""
+    with Bus() as bus:
+        yield
+        time.sleep(0.05)
+        bus.drain()
+        time.sleep(0.25)
+        assert bus.drain() == [], "somebody still sends"

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One lap as three processes on vcan0 is the lap of one process, frame by frame."""
+import struct
+
+import cantools
+import pytest
+from conftest import BUS, FIRST_LOCKSTEP_ID, ROOT, Bus, result, run, start
+
+HASHES = ("trace_hash", "hash_plant", "hash_bms", "hash_master")
+
+
+@pytest.fixture(scope="module")
+def laps(tmp_path_factory):
+    """The same lap in one process and on the bus; noise makes every frame depend on the seed."""
+    folder = tmp_path_factory.mktemp("laps")
+    flags = ["endurance", "--laps", 1, "--seed", 7, "--set", "sensors.noise=true"]
+    out = {}
+    for where, more in {"inside": [], "bus": ["--bus", BUS]}.items():
+        done = run(*flags, *more, "--json", folder / f"{where}.json", "--candump", folder / f"{where}.log")
+        assert done.returncode == 0, done.stderr
+        out[where] = {"result": result(folder / f"{where}.json"), "log": folder / f"{where}.log", "printed": done.stdout}
+    return out
+
+
+def test_hashes_over_what_was_read_back_equal_those_of_one_process(laps):
+    for name in HASHES:
+        assert laps["inside"]["result"][name] == laps["bus"]["result"][name], name
+    assert laps["inside"]["result"]["frames"] == laps["bus"]["result"]["frames"] > 100_000
+
+
+def test_another_seed_has_other_hashes(laps, tmp_path):
+    done = run("endurance", "--laps", 1, "--seed", 8, "--set", "sensors.noise=true", "--bus", BUS, "--json", tmp_path / "o.json")
+    assert done.returncode == 0, done.stderr
+    other = result(tmp_path / "o.json")
+    for name in HASHES[:3]:
+        assert other[name] != laps["bus"]["result"][name], name
+
+
+def test_summary_is_the_same_but_for_the_bus_and_the_clock(laps):
+    def lines(where):
+        return [line for line in laps[where]["printed"].splitlines() if "bus:" not in line and "computed in" not in line]
+    assert lines("inside") == lines("bus")
+    assert "bus: vcan0, lockstep" in laps["bus"]["printed"]
+
+
+def test_nothing_is_foreign_missing_or_dropped(laps):
+    bus = laps["bus"]["result"]["bus"]
+    assert bus["interface"] == BUS and bus["pacing"] == "lockstep"
+    assert not any(bus[name] for name in ("foreign_frames", "missing_frames", "dropped_frames", "error_frames"))
+    assert laps["bus"]["result"]["lost_nodes"] == []
+
+
+def test_log_equals_that_of_one_process_line_for_line(laps):
+    assert laps["inside"]["log"].read_bytes() == laps["bus"]["log"].read_bytes()
+
+
+def test_log_decodes_without_one_error(laps):
+    database = cantools.database.Database()
+    for name in ("car.dbc", "orion.dbc"):
+        database.add_dbc_file(str(ROOT / "can_dbc" / name))
+    decoded = 0
+    for line in laps["bus"]["log"].read_text().splitlines():
+        identifier, data = line.split()[2].split("#")
+        database.decode_message(int(identifier, 16), bytes.fromhex(data))
+        decoded += 1
+    assert decoded == laps["bus"]["result"]["frames"]
+
+
+def test_listener_gets_every_frame_lockstep_included(tmp_path):
+    """At twice real time, with a large buffer; counted against what was sent."""
+    with Bus() as listener:
+        done = start("endurance", "--bus", BUS, "--drive", short_drive(tmp_path), "--pace", 2, "--json", tmp_path / "r.json")
+        heard = []
+        while done.poll() is None:
+            frame = listener.receive(0.1)
+            if frame is not None:
+                heard.append(frame)
+        heard += listener.drain()
+        assert done.returncode == 0, done.stderr.read()
+    syncs = [data for identifier, data in heard if identifier == FIRST_LOCKSTEP_ID]
+    ticks = [struct.unpack_from("<I", data)[0] for data in syncs if data[6] == 0]
+    assert ticks == list(range(len(ticks))) and len(ticks) > 400
+    assert sum(identifier < FIRST_LOCKSTEP_ID for identifier, _ in heard) == result(tmp_path / "r.json")["frames"]
+    for done_id in (0x7E9, 0x7EA):
+        assert sum(identifier == done_id for identifier, _ in heard) == len(ticks)
+
+
+def short_drive(folder):
+    (folder / "drive.csv").write_text("time_s,speed_mps\n0,0\n2,4\n4,4\n")
+    return folder / "drive.csv"
+
+
+def test_pace_bounds_the_run(tmp_path):
+    drive = short_drive(tmp_path)
+    fast = run("endurance", "--bus", BUS, "--drive", drive, "--json", tmp_path / "fast.json")
+    slow = run("endurance", "--bus", BUS, "--drive", drive, "--pace", 4, "--json", tmp_path / "slow.json")
+    assert fast.returncode == slow.returncode == 0, slow.stderr
+    a, b = result(tmp_path / "fast.json"), result(tmp_path / "slow.json")
+    assert a["trace_hash"] == b["trace_hash"]
+    # Start-up (about 5 s) and 4 s of drive, at most 4 times as fast as the wall's clock.
+    assert b["wall_s"] > 8.0 / 4.0
+    assert a["wall_s"] < b["wall_s"]
