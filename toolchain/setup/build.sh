@@ -86,10 +86,16 @@ show_progress() {
   return 0
 }
 
+# By what was printed; or, where not even that could be written, by what is free.
+disk_is_full() {
+  grep -q -i 'no space left on device\|not enough free space' "$1" 2>/dev/null ||
+    [ "$(df -Pk "$project/build" 2>/dev/null | sed -n '2s/ *[^ ]* *[^ ]* *[^ ]* *\([0-9]*\).*/\1/p')" -lt 1000 ] 2>/dev/null
+}
+
 build_failed() {
   grep -E -A5 'error|Error|FAILED' "$build_log" | head -n 40 >&2 || tail -n 30 "$build_log" >&2
   say "the build failed (whole log: $build_log)."
-  if grep -q 'No space left on device' "$build_log"; then
+  if disk_is_full "$build_log"; then
     say "The disk is full. Make room and start again; what is built so far is kept."
   elif grep -q -E 'Killed|out of memory' "$build_log"; then
     say "The compiler ran out of memory. Close other programs and start again; what is built so far is kept."

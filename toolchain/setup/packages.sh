@@ -134,6 +134,8 @@ ask_for_consent() {
   exit $exit_missing
 }
 
+likely_cause() { if disk_is_full "$1"; then echo 'The disk is full.'; else echo 'Is the network there?'; fi; }
+
 apt_get() { "${as[@]}" env DEBIAN_FRONTEND=noninteractive apt-get "$@" -q -o DPkg::Lock::Timeout=300 >>"$log" 2>&1; }
 
 update_and_install() {
@@ -148,7 +150,7 @@ install_packages() {
   : >"$log"
   if ! update_and_install; then
     tail -n 15 "$log" >&2
-    say "the packages could not be installed (whole log: $log). Is the network there? This line does it by hand:"
+    say "the packages could not be installed (whole log: $log). $(likely_cause "$log") This line does it by hand:"
     printf '  %s\n' "$(apt_line "${as[*]:+sudo}")"
     exit $exit_missing
   fi
@@ -163,8 +165,8 @@ make_venv() {
   if ! { "$(base_python)" -m venv --clear "$venv" &&
          "$venv/bin/python" -m pip install --disable-pip-version-check -q "${files[@]}"; } >"$log" 2>&1; then
     tail -n 15 "$log" >&2
-    say "the Python packages could not be installed (whole log: $log)."
-    say "Is the network there? Without it, give codecs generated ahead: cmake --preset default -DVOLTLAP_CODECS=DIR."
+    say "the Python packages could not be installed (whole log: $log). $(likely_cause "$log")"
+    say "Without them, give codecs generated ahead: cmake --preset default -DVOLTLAP_CODECS=DIR."
     exit $exit_missing
   fi
   printf '%s\n' "$recipe" >"$venv_record"
