@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The short form of toolchain/bare_root_test.sh: it passes, it fails on planted errors, and it cleans up."""
+import os
 import signal
 import subprocess
 import time
@@ -63,17 +64,18 @@ def test_planted_error_is_found(folder, tmp_path, file, old, new, not_shown):
     assert "NOT SHOWN" in run.stdout and not_shown in run.stdout
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("delay_s", [0, 0.2])
-def test_interruption_leaves_nothing_behind(folder, how, delay_s):
+@pytest.mark.parametrize("how, to", [(signal.SIGINT, os.killpg), (signal.SIGTERM, os.kill)])
+def test_interruption_leaves_nothing_behind(folder, how, to, delay_s):
     start(folder)  # skips where it cannot be done
+    log = folder.parent / LOG
+    log.unlink()
     run = subprocess.Popen(command(folder, PROJECT), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                           preexec_fn=hear_interruptions)
-    end = time.monotonic() + 30
-    while not list(folder.iterdir()) and time.monotonic() < end:
+                           start_new_session=True, preexec_fn=hear_interruptions)
+    while not log.exists():  # written first thing inside
         time.sleep(0.01)
     time.sleep(delay_s)
-    run.send_signal(how)
+    to(run.pid, how)
     assert run.wait(timeout=30) == 130
     assert not list(folder.iterdir())
 
