@@ -270,6 +270,8 @@ def tables(bus: model.Bus, sources: str) -> str:
                   "[[nodiscard]] constexpr std::int32_t cell_cycle_ms(std::size_t cells) {",
                   f"  return cells <= kFastCells ? {cells[0].cycle_ms} : {cells[0].cycle_many_cells_ms};", "}"]
     lines += table("kMessages", bus.messages)
+    lines += ["", "/// In the order of kMessages; for the host.", "inline constexpr const char* kMessageNames[] = {",
+              *(f'    "{m.name}",' for m in bus.messages), "};"]
     for node in ("Bms", "Master", "Plant"):
         lines += table(f"k{node}Rx", [m for m in bus.messages if node.upper() in m.receivers])
         lines += table(f"k{node}Tx", [m for m in bus.messages if m.sender == node.upper()])
