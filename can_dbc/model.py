@@ -98,6 +98,7 @@ class Bus:
     messages: list[Message] = field(default_factory=list)
     bit_rate: int = 500_000
     fast_cells: int = 48
+    comment: str = ""
 
     def sent_with(self, cells: int) -> list[tuple[Message, int]]:
         """(message, cycle in ms) of a pack with `cells` cells; groups beyond the last cell are not sent."""
@@ -152,6 +153,7 @@ def load(paths) -> Bus:
             raise SystemExit(f"can_dbc: {path}: {error}") from None
         bus.bit_rate = _attribute(database, "VL_BitRate", bus.bit_rate)
         bus.fast_cells = _attribute(database, "VL_FastCells", bus.fast_cells)
+        bus.comment = " ".join(b.comment for b in database.buses if b.comment)
         for m in database.messages:
             cycle = _attribute(m, "GenMsgCycleTime", 0)
             bus.messages.append(Message(
