@@ -16,6 +16,7 @@
 #include "apps/supervisor.hpp"
 #include "can_dbc/tables.hpp"
 #include "core/errors.hpp"
+#include "report/bus_load_table.hpp"
 #include "report/summary_table.hpp"
 
 namespace voltlap::plant {
@@ -53,6 +54,7 @@ EnduranceRun::EnduranceRun(CLI::App& command) {
       ->needs(csv)
       ->check(positive_number())
       ->capture_default_str();
+  command.add_flag("--bus-load", bus_load_, "Count every bit on the bus and print how full it was, by message; by identifier in --json. Always so on an interface");
   add_output_file(command, "--candump", candump_, "Write every frame as a candump log, with simulated time");
 }
 
@@ -102,6 +104,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   std::optional<AtomicFile> json;
   if (!json_.empty()) json.emplace(json_);
   if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
+  if (bus_load_ || socket != nullptr) recorder.load.emplace(can::kTickMs, static_cast<std::uint32_t>(can::kBitRate));
   if (!candump_.empty()) recorder.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
 
   const auto begin = std::chrono::steady_clock::now();
@@ -115,8 +118,10 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
 
   recorder.commit();
   const auto facts = socket != nullptr ? std::optional(socket->facts()) : std::nullopt;
+  const auto load = recorder.load ? std::optional(recorder.load->result()) : std::nullopt;
   if (json) {
-    json->write(run_result_json(run, chosen.vehicle, result, recorder.hash.finish(), wall_s, facts ? &*facts : nullptr));
+    json->write(run_result_json(run, chosen.vehicle, result, recorder.hash.finish(), wall_s, facts ? &*facts : nullptr,
+                                load ? &*load : nullptr));
     json->commit();
   }
   const std::string reference_file = data.path("reference/endurance.csv");
@@ -130,6 +135,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
                "  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n");
   }
   if (facts) fmt::print(summary, "{}", bus_lines(*facts, result.ticks * can::kTickMs * 1e-3, wall_s));
+  if (load) fmt::print(summary, "{}", bus_load_table(*load));
   fmt::print(summary, "  computed in {:.1f} s, seed {}\n", wall_s, run.seed);
   const bool whole = result.lost_nodes.empty() || chosen.keep_going || chosen.driver != DriverKind::kLaps;
   return result.finished && whole ? kExitOk : kExitFailedRun;

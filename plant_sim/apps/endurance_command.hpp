@@ -30,6 +30,7 @@ class EnduranceRun {
   std::optional<int> laps_;
   std::uint64_t seed_ = 1;
   double rate_hz_ = 10.0;
+  bool bus_load_ = false;
 };
 
 class EnduranceCommand {

@@ -44,6 +44,7 @@ bool interrupted() { return interrupt_signal.load() != 0; }
 void RunRecorder::on_frame(std::uint32_t tick, Sender sender, const Frame& frame) {
   hash.on_frame(tick, sender, frame);
   if (candump) candump->on_frame(tick, sender, frame);
+  if (load) load->on_frame(tick, sender, frame);
 }
 
 void RunRecorder::on_sample(const TimeSample& sample) {

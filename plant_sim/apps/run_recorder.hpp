@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "bus/bus_load.hpp"
 #include "report/candump_file.hpp"
 #include "report/time_series_file.hpp"
 #include "report/trace_hash.hpp"
@@ -22,6 +23,7 @@ class RunRecorder : public EnduranceObserver {
  public:
   std::optional<TimeSeriesFile> series;
   std::optional<CandumpFile> candump;
+  std::optional<BusLoad> load;
   TraceHash hash;
 
   void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override;

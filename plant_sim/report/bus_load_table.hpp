@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bus load of a run as text for the terminal, by identifier; the largest share first.
+// The bus load of a run as text for the terminal, the largest share first. Messages that are numbered parts of one,
+// CellVoltages_00 and the following, are one row.
 #pragma once
 #include <string>
 

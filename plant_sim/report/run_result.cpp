@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/parameter_table.hpp"
+#include "report/bus_load_table.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -59,6 +60,18 @@ Json bus_facts(const BusFacts* bus) {
           {"late_worst_s", bus->late_worst_s}};
 }
 
+Json bus_load(const BusLoadResult* load) {
+  if (load == nullptr) return nullptr;
+  Json ids = Json::array();
+  for (const BusLoadRow& row : load->rows) {
+    ids.push_back({{"id", id_text(row.id)}, {"message", message_name(row.id)}, {"frames", row.frames},
+                   {"frames_per_s", load->frames_per_s(row)}, {"bits_mean", row.bits_mean()}, {"bits_worst", row.bits_worst},
+                   {"load_pct", load->load_pct(row)}, {"share_pct", load->share_pct(row)}});
+  }
+  return {{"bitrate", load->bit_rate}, {"total_pct", load->total_pct}, {"peak_100ms_pct", load->peak_100ms_pct},
+          {"ids", ids}};
+}
+
 /// A TOML number, list, switch or plain word is JSON as it stands.
 Json parameters(const VehicleParameters& car) {
   Json out = Json::object();
@@ -72,7 +85,8 @@ Json parameters(const VehicleParameters& car) {
 }  // namespace
 
 std::string run_result_json(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& result,
-                            const TraceHash::Result& hash, double wall_s, const BusFacts* bus) {
+                            const TraceHash::Result& hash, double wall_s, const BusFacts* bus,
+                            const BusLoadResult* load) {
   const Json json = {
       {"status", result.finished ? "finished" : "failed"},
       {"failure", failure(result)},
@@ -105,6 +119,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"hash_master", hash.master},
       {"lost_nodes", lost_nodes(result)},
       {"bus", bus_facts(bus)},
+      {"bus_load", bus_load(load)},
       {"limit_active_s", limits(result)},
       {"lap_rows", lap_rows(result)},
       {"energy_ledger_kwh", ledger(result)},

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bus/bus_facts.hpp"
+#include "bus/bus_load.hpp"
 #include "report/trace_hash.hpp"
 #include "study/endurance.hpp"
 
@@ -21,9 +22,10 @@ struct RunDescription {
   int laps = 0;
 };
 
-/// JSON text with a final newline. `wall_s` is the real time that the run took, `bus` what the interface was like.
+/// JSON text with a final newline. `wall_s` is the real time that the run took, `bus` what the interface was like, `load`
+/// how full it was when that was counted.
 [[nodiscard]] std::string run_result_json(const RunDescription& run, const VehicleParameters& car,
                                           const EnduranceResult& result, const TraceHash::Result& hash, double wall_s,
-                                          const BusFacts* bus = nullptr);
+                                          const BusFacts* bus = nullptr, const BusLoadResult* load = nullptr);
 
 }  // namespace voltlap::plant

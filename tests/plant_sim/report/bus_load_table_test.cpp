@@ -23,6 +23,17 @@ TEST(BusLoadTable, IdentifiersShowHowLongTheyAre) {
   STRCMP_EQUAL("0x00000036", id_text(0x80000036).c_str());
 }
 
+TEST(BusLoadTable, PartsOfOneMessageAreOneRow) {
+  for (const std::uint32_t id : {0x200U, 0x201U, 0x202U, 0x240U}) {
+    Frame f;
+    f.id = id;
+    load.on_frame(0, Sender::kPlant, f);
+  }
+  const std::string text = bus_load_table(load.result());
+  CHECK(text.find("0x200..202  CellVoltages              3 ") != std::string::npos);
+  CHECK(text.find("0x240       Temperatures_00           1 ") != std::string::npos);
+}
+
 TEST(BusLoadTable, RowsBeginWithTheLargestShare) {
   Frame limits, broadcast;
   limits.id = 0x0C0;
