@@ -27,9 +27,9 @@ missing_packages() {
     [ "$status" = installed ] && there+="$name "
   done < <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${@%\?}" 2>/dev/null)
   [ ! -f "$unavailable" ] || there+="$(tr '\n' ' ' <"$unavailable")"
-  local missing=()
-  for name in "$@"; do [[ "$there" == *" ${name%\?} "* ]] || missing+=("$name"); done
-  echo "${missing[*]}"
+  local lacking=()
+  for name in "$@"; do [[ "$there" == *" ${name%\?} "* ]] || lacking+=("$name"); done
+  echo "${lacking[*]}"
 }
 
 # Takes out of `missing` the optional packages that the distribution does not have, and keeps them in mind. What there
