@@ -147,6 +147,24 @@ def test_needed_package_that_the_distribution_lacks_is_an_error(machine):
     assert machine.start("lap", "--yes").returncode == 4
 
 
+def test_seconds_count_up_on_a_terminal_while_one_waits(machine):
+    machine.makes_environments(pip="sleep 1.5")
+    ours, terminal = pty.openpty()
+    run = subprocess.run([machine.project / "voltlap", "lap", "--yes"], env=machine.environment(),
+                         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=terminal, text=True, timeout=30)
+    os.close(terminal)
+    shown = b""
+    try:
+        while part := os.read(ours, 4096):
+            shown += part
+    except OSError:  # nobody writes any more
+        pass
+    os.close(ours)
+    assert run.stdout == "program: lap\n"
+    assert b"setting up Python packages in build/venv (0 s)" in shown and b"build/venv (1 s)" in shown
+    assert b"Terminated" not in shown
+
+
 def test_failed_installation_says_how_to_do_it_by_hand(machine):
     machine.knows_packages(but=["libtomlplusplus-dev"])
     machine.stand_in("apt-get", 'echo "E: no network"; [ "$1" = update ]')

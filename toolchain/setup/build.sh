@@ -48,8 +48,10 @@ configure() {
     flags=$(missing_options)
     [ -n "$flags" ] || return 0
   fi
-  (cd "$project" && cmake --preset default $flags) 9>&- >"$build_log" 2>&1 || build_failed
+  with_ticker configuring run_cmake $flags || build_failed
 }
+
+run_cmake() { (cd "$project" && cmake --preset default "$@") 9>&- >"$build_log" 2>&1; }
 
 build_target() {
   [ -n "$row_target" ] || return 0

@@ -5,6 +5,31 @@ readonly exit_usage=2 exit_missing=4 exit_build=5 exit_interrupted=130
 
 say() { printf 'voltlap: %s\n' "$*" >&2; }
 
+# with_ticker TEXT COMMAND...: says what is done; on a terminal seconds count up beside it.
+ticker=''
+with_ticker() {
+  local text=$1 begin=$SECONDS code
+  shift
+  if [ -t 2 ]; then
+    while kill -0 $$ && printf '\rvoltlap: %s (%d s) ' "$text" $((SECONDS - begin)); do sleep 1; done 9>&- >&2 &
+    ticker=$!
+  else
+    say "$text"
+  fi
+  "$@"
+  code=$?
+  stop_ticker
+  return $code
+}
+
+stop_ticker() {
+  [ -n "$ticker" ] || return 0
+  kill "$ticker"
+  wait "$ticker" 2>/dev/null
+  ticker=''
+  echo >&2
+}
+
 # row NAME RUNS PACKAGES PYTHON OPTIONS TARGET ARGUMENTS WHAT: one row. What is done with it depends on row_action.
 row() { "$row_action" "$@"; }
 
@@ -149,7 +174,7 @@ voltlap_main() {
     say "\"$row_name\" takes no argument \"${arguments[0]}\"; see ./voltlap $row_name --help"
     exit $exit_usage
   fi
-  trap 'say "interrupted; the next start goes on from here"; exit $exit_interrupted' INT TERM
+  trap 'stop_ticker; say "interrupted; the next start goes on from here"; exit $exit_interrupted' INT TERM
   prepare
   build_target
   run_command "${arguments[@]}"

@@ -146,9 +146,10 @@ update_and_install() {
 
 install_packages() {
   local log="$project/build/apt.log"
-  say "installing packages; this can take some minutes"
   : >"$log"
-  if ! update_and_install; then
+  # The question for the password comes before the seconds count.
+  if [ "${as[*]}" = sudo ]; then sudo -v; fi
+  if ! with_ticker "installing packages; this can take some minutes" update_and_install; then
     tail -n 15 "$log" >&2
     say "the packages could not be installed (whole log: $log). $(likely_cause "$log") This line does it by hand:"
     printf '  %s\n' "$(apt_line "${as[*]:+sudo}")"
@@ -156,14 +157,19 @@ install_packages() {
   fi
 }
 
+fill_venv() {
+  local log=$1
+  shift
+  { "$(base_python)" -m venv --clear "$venv" &&
+    "$venv/bin/python" -m pip install --disable-pip-version-check -q "$@"; } >"$log" 2>&1
+}
+
 make_venv() {
   local log="$project/build/venv.log" set files=()
   for set in $(venv_sets); do files+=(-r "$project/toolchain/requirements/$set.txt"); done
   local recipe
   recipe=$(venv_recipe $(venv_sets))
-  say "setting up Python packages in build/venv"
-  if ! { "$(base_python)" -m venv --clear "$venv" &&
-         "$venv/bin/python" -m pip install --disable-pip-version-check -q "${files[@]}"; } >"$log" 2>&1; then
+  if ! with_ticker "setting up Python packages in build/venv" fill_venv "$log" "${files[@]}"; then
     tail -n 15 "$log" >&2
     say "the Python packages could not be installed (whole log: $log). $(likely_cause "$log")"
     say "Without them, give codecs generated ahead: cmake --preset default -DVOLTLAP_CODECS=DIR."
