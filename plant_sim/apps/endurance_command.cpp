@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <set>
 
 #include "apps/exit_code.hpp"
 #include "apps/firmware_loop.hpp"
@@ -56,6 +57,8 @@ EnduranceRun::EnduranceRun(CLI::App& command) {
       ->capture_default_str();
   command.add_flag("--bus-load", bus_load_, "Count every bit on the bus and print how full it was, by message; by identifier in --json. Always so on an interface");
   add_output_file(command, "--candump", candump_, "Write every frame as a candump log, with simulated time");
+  add_output_file(command, "--report", report_,
+                  "Write a report as one HTML file for any browser, offline, also when the run fails");
 }
 
 EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
@@ -90,9 +93,12 @@ RunDescription EnduranceRun::description(const EnduranceOptions& options) const 
 }
 
 void EnduranceRun::refuse_shared_files() const {
-  const bool shared = (!json_.empty() && (json_ == csv_ || json_ == candump_)) || (!csv_.empty() && csv_ == candump_);
+  std::multiset<std::string> names{json_, csv_, candump_, report_};
+  names.erase("");
+  const bool shared = std::any_of(names.begin(), names.end(), [&](const std::string& name) { return names.count(name) > 1; });
   if (shared) {
-    throw InputError("--json, --csv, --candump", "one file for two of them", "a file for each", "Give different names");
+    throw InputError("--json, --csv, --candump, --report", "one file for two of them", "a file for each",
+                     "Give different names");
   }
 }
 
@@ -105,6 +111,11 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   if (!json_.empty()) json.emplace(json_);
   if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
   if (bus_load_ || socket != nullptr) recorder.load.emplace(can::kTickMs, static_cast<std::uint32_t>(can::kBitRate));
+  std::optional<LoadedVehicle> car;  // once more, with the places that its numbers come from
+  if (!report_.empty()) {
+    car = car_.load_car(data);
+    recorder.report.emplace(report_);
+  }
   if (!candump_.empty()) recorder.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
 
   const auto begin = std::chrono::steady_clock::now();
@@ -117,16 +128,25 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   }
 
   recorder.commit();
+  const TraceHash::Result hash = recorder.hash.finish();
   const auto facts = socket != nullptr ? std::optional(socket->facts()) : std::nullopt;
   const auto load = recorder.load ? std::optional(recorder.load->result()) : std::nullopt;
   if (json) {
-    json->write(run_result_json(run, chosen.vehicle, result, recorder.hash.finish(), wall_s, facts ? &*facts : nullptr,
+    json->write(run_result_json(run, chosen.vehicle, result, hash, wall_s, facts ? &*facts : nullptr,
                                 load ? &*load : nullptr));
     json->commit();
   }
+  if (recorder.report) {
+    recorder.report->finish({.run = run,
+                             .car = *car,
+                             .track = chosen.drive ? std::nullopt : std::optional(chosen.track),
+                             .result = result,
+                             .hash = hash,
+                             .wall_s = wall_s});
+  }
   const std::string reference_file = data.path("reference/endurance.csv");
   const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
-  std::FILE* summary = summary_stream({json_, csv_, candump_});
+  std::FILE* summary = summary_stream({json_, csv_, candump_, report_});
   fmt::print(summary, "{}", summary_table(run, result, reference));
   RunDescription standing = run;
   standing.lap_start = "standing";

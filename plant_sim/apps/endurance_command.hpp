@@ -26,7 +26,7 @@ class EnduranceRun {
   void refuse_shared_files() const;
 
   CarOptions car_;
-  std::string drive_, cells_ = "all", json_, csv_, candump_;
+  std::string drive_, cells_ = "all", json_, csv_, candump_, report_;
   std::optional<int> laps_;
   std::uint64_t seed_ = 1;
   double rate_hz_ = 10.0;

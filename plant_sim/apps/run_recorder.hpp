@@ -7,6 +7,7 @@
 
 #include "bus/bus_load.hpp"
 #include "report/candump_file.hpp"
+#include "report/html_report.hpp"
 #include "report/time_series_file.hpp"
 #include "report/trace_hash.hpp"
 #include "study/endurance.hpp"
@@ -24,6 +25,7 @@ class RunRecorder : public EnduranceObserver {
   std::optional<TimeSeriesFile> series;
   std::optional<CandumpFile> candump;
   std::optional<BusLoad> load;
+  std::optional<HtmlReport> report;
   TraceHash hash;
 
   void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override;

@@ -259,11 +259,16 @@ void store_cell_variations(const Assignments& given, VehicleParameters& into) {
 }
 
 /// battery.<field> and cell.<field> are one number: the one of higher rank holds, on a tie the battery's.
-void unify(const Assignments& given, const std::string& field, double& battery, double& cell) {
+void unify(Assignments& given, const std::string& field, double& battery, double& cell) {
   const auto of_battery = given.find("battery." + field), of_cell = given.find("cell." + field);
   const bool battery_holds =
       of_battery != given.end() && (of_cell == given.end() || of_battery->second.rank >= of_cell->second.rank);
   (battery_holds ? cell : battery) = battery_holds ? battery : cell;
+  if (battery_holds) {
+    given.insert_or_assign("cell." + field, of_battery->second);
+  } else if (of_cell != given.end()) {
+    given.insert_or_assign("battery." + field, of_cell->second);
+  }
 }
 
 void require_all(const Assignments& given, const std::string& vehicle, const std::string& cell) {

@@ -24,6 +24,12 @@ Json limits(const EnduranceResult& result) {
   return out;
 }
 
+Json extreme_times(const ExtremeTimes& at) {
+  return {{"max_battery_current_a", at.battery_current_s}, {"max_speed_mps", at.speed_s},
+          {"min_pack_voltage_v", at.pack_voltage_s}, {"min_cell_voltage_v", at.cell_voltage_s},
+          {"max_battery_temp_c", at.battery_temp_s}, {"max_motor_temp_c", at.motor_temp_s}};
+}
+
 Json lap_rows(const EnduranceResult& result) {
   Json out = Json::array();
   for (const LapRow& row : result.lap_rows) {
@@ -105,6 +111,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"min_cell", result.min_cell},
       {"max_speed_mps", result.max_speed_mps},
       {"max_motor_temp_c", result.max_motor_temp_c},
+      {"extreme_times_s", extreme_times(result.extreme_times)},
       {"distance_m", result.distance_m},
       {"laps", result.laps},
       {"energy_out_kwh", result.energy_out_kwh},

@@ -5,9 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/csv.hpp"
+#include "report/run_text.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -39,20 +39,6 @@ std::string text(const Line& line) {
   }
   while (!out.empty() && out.back() == ' ') out.pop_back();
   return out + '\n';
-}
-
-std::string duration_text(double seconds) {
-  const long long whole = std::llround(seconds);
-  return fmt::format("{}:{:02} min", whole / 60, whole % 60);
-}
-
-std::string limits_text(const EnduranceResult& result) {
-  std::string out;
-  for (std::size_t i = 1; i < kLimitReasons; ++i) {
-    if (result.limit_active_s[i] <= 0.0) continue;
-    out += fmt::format("{}{} {:.1f} s", out.empty() ? "" : ", ", limit_reason_name(i), result.limit_active_s[i]);
-  }
-  return out.empty() ? "none" : out;
 }
 
 }  // namespace

@@ -37,6 +37,13 @@ std::size_t binding_reason(const CommandReceiver& ecus) {
   return 0;
 }
 
+/// Keeps the largest value and when it first came.
+void keep_largest(double& largest, double value, double& at_s, double time_s) {
+  if (value <= largest) return;
+  largest = value;
+  at_s = time_s;
+}
+
 /// One run: owns everything that moves and writes down what the result asks for.
 class Run {
  public:
@@ -71,6 +78,8 @@ class Run {
  private:
   [[nodiscard]] bool by_position() const { return !options_.drive && options_.lap_start == LapStart::kFlying; }
   [[nodiscard]] double drive_time() const { return static_cast<double>(tick_ - ready_tick_) * kTick_s; }
+  /// The drive may end inside a tick.
+  [[nodiscard]] double race_time() const { return end_of_drive_s_ >= 0.0 ? end_of_drive_s_ : drive_time(); }
 
   TargetCursor make_target() const {
     if (options_.drive) return TargetCursor::recorded(*options_.drive, options_.vehicle.driver);
@@ -148,7 +157,7 @@ class Run {
       override_pedals(asked_->driver, pedals_);
       car_.step(pedals_.brake);
       target_mps_ = target.speed_mps;
-      note_extremes();
+      note_extremes(tick_start + (i + 1) * step_s_);
       if (end_of_drive_s_ < 0.0 && reached_end(tick_start + (i + 1) * step_s_)) {
         end_of_drive_s_ = tick_start + (i + 1) * step_s_;
       }
@@ -160,14 +169,19 @@ class Run {
     return time_s >= end_time_s_ - 0.5 * step_s_;
   }
 
-  void note_extremes() {
+  void note_extremes(double time_s) {
     const Pack& pack = car_.pack();
-    result_.max_battery_current_a = std::max(result_.max_battery_current_a, car_.pack_current_a());
-    result_.max_speed_mps = std::max(result_.max_speed_mps, car_.vehicle().speed_mps());
-    result_.min_pack_voltage_v = std::min(result_.min_pack_voltage_v, pack.voltage());
+    ExtremeTimes& at = result_.extreme_times;
+    keep_largest(result_.max_battery_current_a, car_.pack_current_a(), at.battery_current_s, time_s);
+    keep_largest(result_.max_speed_mps, car_.vehicle().speed_mps(), at.speed_s, time_s);
+    if (pack.voltage() < result_.min_pack_voltage_v) {
+      result_.min_pack_voltage_v = pack.voltage();
+      at.pack_voltage_s = time_s;
+    }
     if (pack.cell_voltage_min() < result_.min_cell_voltage_v) {
       result_.min_cell_voltage_v = pack.cell_voltage_min();
       result_.min_cell = static_cast<int>(pack.weakest_cell()) + 1;
+      at.cell_voltage_s = time_s;
     }
   }
 
@@ -182,8 +196,8 @@ class Run {
 
   /// What a tick of driving leaves in the books, and whether the drive ends here.
   void account() {
-    result_.max_battery_temp_c = std::max(result_.max_battery_temp_c, car_.pack().temperature_max_c());
-    result_.max_motor_temp_c = std::max(result_.max_motor_temp_c, car_.motor_thermal().copper_c());
+    keep_largest(result_.max_battery_temp_c, car_.pack().temperature_max_c(), result_.extreme_times.battery_temp_s, race_time());
+    keep_largest(result_.max_motor_temp_c, car_.motor_thermal().copper_c(), result_.extreme_times.motor_temp_s, race_time());
     const std::size_t reason = binding_reason(commands_);
     if (reason != 0) result_.limit_active_s[reason] += kTick_s;
     if (commands_.bms().soc_ok) {
@@ -228,7 +242,7 @@ class Run {
   void close_laps() {
     const int done = end_of_drive_s_ >= 0.0 ? (options_.drive ? 1 : options_.laps) : laps_passed();
     if (done <= result_.laps) return;
-    const double now = end_of_drive_s_ >= 0.0 ? end_of_drive_s_ : drive_time();
+    const double now = race_time();
     const EnergyLedger lap = car_.ledger().since(lap_ledger_);
     result_.lap_rows.push_back({done, now - lap_start_s_, (car_.energy_out_j() - lap_energy_j_) / kJoulesPerKwh,
                                 100.0 * car_.pack().soc_mean(), lap.error_pct()});

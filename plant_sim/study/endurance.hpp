@@ -70,6 +70,12 @@ struct LapRow {
   double time_s, energy_kwh, end_soc_pct, ledger_error_pct;
 };
 
+/// When each extreme of the result was first reached [s of the race].
+struct ExtremeTimes {
+  double battery_current_s = 0.0, speed_s = 0.0, pack_voltage_s = 0.0, cell_voltage_s = 0.0;
+  double battery_temp_s = 0.0, motor_temp_s = 0.0;
+};
+
 struct EnduranceResult {
   bool finished = false;
   bool stopped = false;  ///< it was interrupted
@@ -85,6 +91,7 @@ struct EnduranceResult {
   double charge_balance_error_pct = 0.0;  ///< current integrated against SOC times capacity
   double bms_soc_error_pct = 0.0;  ///< largest difference of the firmware's SOC from the plant's
   double max_motor_temp_c = 0.0;
+  ExtremeTimes extreme_times;
   std::array<double, kLimitReasons> limit_active_s{};
   std::vector<LapRow> lap_rows;
   std::vector<LostNodeRow> lost_nodes;

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/html_page.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+/// A "<" only stands inside strings of JSON text; escaped, no string can end the script element around it.
+std::string json_in_html(std::string_view json) {
+  std::string out;
+  out.reserve(json.size());
+  for (const char c : json) {
+    if (c == '<')
+      out += "\\u003c";
+    else
+      out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string html_text(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+std::string fill_template(std::string_view pattern, const std::map<std::string_view, std::string_view>& values) {
+  std::string out;
+  while (true) {
+    const std::size_t open = pattern.find("{{");
+    out += pattern.substr(0, open);
+    if (open == std::string_view::npos) return out;
+    const std::size_t close = pattern.find("}}", open);
+    out += values.at(pattern.substr(open + 2, close - open - 2));
+    pattern.remove_prefix(close + 2);
+  }
+}
+
+std::string html_page(const HtmlPage& page) {
+  std::string scripts;
+  for (const std::string_view name : page.scripts) scripts += html_asset(name);
+  return fill_template(html_asset("page.html"), {{"title", html_text(page.title)},
+                                                 {"description", html_text(page.description)},
+                                                 {"style", html_asset("page.css")},
+                                                 {"body", page.body},
+                                                 {"data", json_in_html(page.data)},
+                                                 {"library", html_asset("echarts.min.js")},
+                                                 {"shared", html_asset("page.js")},
+                                                 {"scripts", scripts}});
+}
+
+}  // namespace voltlap::plant

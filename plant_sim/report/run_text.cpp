@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/run_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace voltlap::plant {
+namespace {
+
+std::string laps_text(int laps) {
+  return fmt::format("{} {}", laps, laps == 1 ? "lap" : "laps");
+}
+
+std::string weakest_cell_text(const RunDescription& run, const VehicleParameters& car,
+                              const EnduranceResult& result) {
+  const std::string cell =
+      cells_alike(run, car) ? "its cells, all alike," : fmt::format("its weakest cell, no. {},", result.min_cell);
+  return fmt::format("{} sagged to {:.3f} V", cell, result.min_cell_voltage_v);
+}
+
+std::string failure_text(const RunDescription& run, const EnduranceResult& result) {
+  if (result.distance_m <= 0.0) return fmt::format("it did not start: {}", result.failure_cause);
+  const std::string where =
+      run.lap_start == "drive" ? "" : fmt::format(", in lap {} of {}", result.laps + 1, run.laps);
+  return fmt::format("after {}{}, {}", duration_text(result.failure_time_s), where, result.failure_cause);
+}
+
+}  // namespace
+
+bool cells_alike(const RunDescription& run, const VehicleParameters& car) {
+  return run.cells == "representative" || car.battery.cells.empty();
+}
+
+std::string duration_text(double seconds) {
+  const long long whole = std::llround(seconds);
+  return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+}
+
+std::string limits_text(const EnduranceResult& result) {
+  std::string out;
+  for (std::size_t i = 1; i < kLimitReasons; ++i) {
+    if (result.limit_active_s[i] <= 0.0) continue;
+    out += fmt::format("{}{} {:.1f} s", out.empty() ? "" : ", ", limit_reason_name(i), result.limit_active_s[i]);
+  }
+  return out.empty() ? "none" : out;
+}
+
+std::string headline(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& result) {
+  const std::string course =
+      run.lap_start == "drive" ? "the recorded drive " + run.course : laps_text(run.laps) + " of " + run.course;
+  std::string out =
+      result.finished ? fmt::format("{} finished {} in {}", run.vehicle, course, duration_text(result.total_time_s))
+                      : fmt::format("{} did not finish {}: {}", run.vehicle, course, failure_text(run, result));
+  if (result.distance_m <= 0.0) return out + ".";
+  return out + fmt::format("{} {:.1f} % charge left. Its battery reached {:.1f} °C, and {}.",
+                           result.finished ? " with" : ". It stopped with", result.end_soc_pct,
+                           result.max_battery_temp_c, weakest_cell_text(run, car, result));
+}
+
+}  // namespace voltlap::plant
