@@ -39,7 +39,7 @@ std::string best_lap(const EnduranceResult& result) {
 std::string tiles(const ReportedRun& reported) {
   const EnduranceResult& r = reported.result;
   const ExtremeTimes& at = r.extreme_times;
-  const bool drove = r.distance_m > 0.0, drive = reported.run.lap_start == "drive";
+  const bool drove = was_ready(r), drive = reported.run.lap_start == "drive";
   std::string out;
   out += tile(r.finished ? "Total time" : "Failed after", fmt::format("{:.1f}", r.total_time_s), "s",
               duration_text(r.total_time_s));

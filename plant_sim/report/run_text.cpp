@@ -20,13 +20,15 @@ std::string weakest_cell_text(const RunDescription& run, const VehicleParameters
 }
 
 std::string failure_text(const RunDescription& run, const EnduranceResult& result) {
-  if (result.distance_m <= 0.0) return fmt::format("it did not start: {}", result.failure_cause);
+  if (!was_ready(result)) return fmt::format("it did not start: {}", result.failure_cause);
   const std::string where =
       run.lap_start == "drive" ? "" : fmt::format(", in lap {} of {}", result.laps + 1, run.laps);
   return fmt::format("after {}{}, {}", duration_text(result.failure_time_s), where, result.failure_cause);
 }
 
 }  // namespace
+
+bool was_ready(const EnduranceResult& result) { return result.extreme_times.battery_temp_s > 0.0; }
 
 bool cells_alike(const RunDescription& run, const VehicleParameters& car) {
   return run.cells == "representative" || car.battery.cells.empty();
@@ -47,12 +49,17 @@ std::string limits_text(const EnduranceResult& result) {
 }
 
 std::string headline(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& result) {
-  const std::string course =
-      run.lap_start == "drive" ? "the recorded drive " + run.course : laps_text(run.laps) + " of " + run.course;
-  std::string out =
-      result.finished ? fmt::format("{} finished {} in {}", run.vehicle, course, duration_text(result.total_time_s))
-                      : fmt::format("{} did not finish {}: {}", run.vehicle, course, failure_text(run, result));
-  if (result.distance_m <= 0.0) return out + ".";
+  const bool drive = run.lap_start == "drive", stood = result.finished && !drive && result.laps == 0;
+  const std::string course = drive ? "the recorded drive " + run.course : laps_text(run.laps) + " of " + run.course;
+  std::string out = run.vehicle;
+  if (stood) {
+    out += fmt::format(" stood for {}", duration_text(result.total_time_s));
+  } else if (result.finished) {
+    out += fmt::format(" finished {} in {}", course, duration_text(result.total_time_s));
+  } else {
+    out += fmt::format(" did not finish {}: {}", course, failure_text(run, result));
+  }
+  if (!was_ready(result)) return out + ".";
   return out + fmt::format("{} {:.1f} % charge left. Its battery reached {:.1f} °C, and {}.",
                            result.finished ? " with" : ". It stopped with", result.end_soc_pct,
                            result.max_battery_temp_c, weakest_cell_text(run, car, result));

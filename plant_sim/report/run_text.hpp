@@ -16,6 +16,9 @@ namespace voltlap::plant {
 /// Whether no cell can be weaker than another: they were simulated alike.
 [[nodiscard]] bool cells_alike(const RunDescription& run, const VehicleParameters& car);
 
+/// Whether the car got as far as being ready to drive; before that there is nothing to tell of it.
+[[nodiscard]] bool was_ready(const EnduranceResult& result);
+
 /// One sentence or two: finished or not and why, time, charge left, hottest battery, weakest cell.
 [[nodiscard]] std::string headline(const RunDescription& run, const VehicleParameters& car,
                                    const EnduranceResult& result);

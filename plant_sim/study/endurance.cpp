@@ -61,6 +61,7 @@ class Run {
     cell_voltage_.resize(car_.pack().cells());
     cell_temperature_.resize(car_.pack().cells());
     result_.min_pack_voltage_v = result_.min_cell_voltage_v = 1e9;
+    result_.max_battery_temp_c = result_.max_motor_temp_c = -1e9;
     initial_soc_ = car_.pack().cell_soc(0);
     end_time_s_ = options.drive ? options.drive->duration_s() : options.laps * profile_.lap_time_s();
   }
@@ -131,7 +132,7 @@ class Run {
     override_pedals(asked_->driver, pedals_);
     for (int i = 0; i < options_.steps_per_tick; ++i) {
       car_.step(pedals_.brake);
-      if (ready_) note_extremes();
+      if (ready_) note_extremes(drive_time() + (i + 1) * step_s_);
     }
   }
 
@@ -353,6 +354,8 @@ class Run {
       result_.min_pack_voltage_v = pack.voltage();
       result_.min_cell_voltage_v = pack.cell_voltage_min();
       result_.min_cell = static_cast<int>(pack.weakest_cell()) + 1;
+      result_.max_battery_temp_c = pack.temperature_max_c();
+      result_.max_motor_temp_c = car_.motor_thermal().copper_c();
     }
     result_.ticks = tick_;
     result_.frames = bus_.frames_sent();

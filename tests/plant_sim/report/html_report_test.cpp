@@ -24,7 +24,7 @@ TEST_GROUP(HtmlReport) {
 
   void setup() override {
     reported.result.finished = true;
-    reported.result.distance_m = 200.0;
+    reported.result.extreme_times.battery_temp_s = 20.0;
     reported.result.total_time_s = 20.0;
     reported.result.lap_rows = {{1, 11.0, 0.1, 99.0, 0.0}, {2, 9.0, 0.1, 98.0, 0.0}};
     reported.result.laps = 2;

@@ -17,7 +17,8 @@ TEST_GROUP(RunText) {
     result.max_battery_temp_c = 39.81;
     result.min_cell_voltage_v = 3.5152;
     result.min_cell = 7;
-    result.distance_m = 21980.0;
+    result.laps = 27;
+    result.extreme_times.battery_temp_s = 2021.5;
   }
   std::string said() {
     return headline(run, car, result);
@@ -54,10 +55,15 @@ TEST(RunText, HeadlineOfAFailureSaysWhenWhereAndWhy) {
       said().c_str());
 }
 
-TEST(RunText, ACarThatNeverMovedHasOnlyACause) {
+TEST(RunText, ACarThatNeverGotReadyHasOnlyACause) {
   result = {};
   result.failure_cause = "no answer";
   STRCMP_EQUAL("car did not finish 27 laps of ring: it did not start: no answer.", said().c_str());
+}
+
+TEST(RunText, ACarThatOnlyStoodHasFinishedNoLap) {
+  result.laps = 0;
+  STRCMP_CONTAINS("car stood for 33:42 min with 26.0 % charge left.", said().c_str());
 }
 
 TEST(RunText, ARecordedDriveHasNoLaps) {
