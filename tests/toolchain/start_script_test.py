@@ -140,6 +140,13 @@ def test_optional_package_that_the_distribution_lacks_is_done_without(machine, i
     assert machine.start("lap").stderr == "" and not machine.called("apt-cache")
 
 
+def test_optional_package_that_the_distribution_has_is_installed(machine):
+    machine.knows_packages(but=["libtomlplusplus-dev"])
+    machine.distributes()
+    assert machine.start("lap", "--yes").returncode == 0
+    assert any("libtomlplusplus-dev" in call for call in machine.called("apt-get"))
+
+
 def test_needed_package_that_the_distribution_lacks_is_an_error(machine):
     machine.knows_packages(but=["g++"])
     machine.distributes(but=["g++"])

@@ -95,7 +95,11 @@ disk_is_full() {
 }
 
 build_failed() {
-  grep -E -A5 'error|Error|FAILED' "$build_log" | head -n 40 >&2 || tail -n 30 "$build_log" >&2
+  if grep -q -E 'error|Error|FAILED' "$build_log"; then
+    grep -E -A5 'error|Error|FAILED' "$build_log" | head -n 40 >&2
+  else
+    tail -n 30 "$build_log" >&2
+  fi
   say "the build failed (whole log: $build_log)."
   if disk_is_full "$build_log"; then
     say "The disk is full. Make room and start again; what is built so far is kept."

@@ -32,13 +32,19 @@ missing_packages() {
   echo "${lacking[*]}"
 }
 
+apt_has() {
+  local policy
+  policy=$(LC_ALL=C apt-cache policy "$1")
+  [[ "$policy" == *'Candidate: '[!\(]* ]]
+}
+
 # Takes out of `missing` the optional packages that the distribution does not have, and keeps them in mind. What there
 # is, apt knows only after an update.
 drop_unavailable() {
   [[ "$missing" == *\?* ]] && compgen -G '/var/lib/apt/lists/*_Packages*' >/dev/null || return 0
   local name kept=()
   for name in $missing; do
-    if [[ "$name" == *\? ]] && ! apt-cache policy "${name%\?}" | grep -q 'Candidate: [^(]'; then
+    if [[ "$name" == *\? ]] && ! apt_has "${name%\?}"; then
       say "this distribution has no ${name%\?}; done without"
       echo "${name%\?}" >>"$unavailable"
     else
