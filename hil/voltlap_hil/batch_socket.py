@@ -19,6 +19,7 @@ from .frame import ERROR, Frame
 
 _FRAME = struct.Struct("=IB3x8s")
 _STAMP = struct.Struct("@16xqq")  # struct cmsghdr, struct timespec
+_LOST = struct.Struct("@16xI")  # struct cmsghdr, u32
 _CAPACITY = 256
 _CONTROL_SIZE = 64
 _RECEIVE_BUFFER = 16 << 20
@@ -64,13 +65,15 @@ class _Block:
 class BatchSocket:
     """Reads and writes batches on a bound CAN_RAW socket; owns its buffers, not the socket."""
 
-    def __init__(self, raw: socket.socket, channel: str) -> None:
+    def __init__(self, raw: socket.socket, channel: str, lossy: bool = False) -> None:
         self._socket, self._channel = raw, channel
         self._readable, self._writable = select.poll(), select.poll()
         self._readable.register(raw, select.POLLIN)
         self._writable.register(raw, select.POLLOUT)
         self._in, self._out = _Block(control=True), _Block(control=False)
         self.error_frames = 0
+        self.lost = 0
+        self._lossy = lossy
         try:
             raw.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, _RECEIVE_BUFFER)
         except PermissionError:
@@ -124,7 +127,10 @@ class BatchSocket:
 
     def _check_nothing_lost(self, count: int) -> None:
         # The kernel adds the count of lost frames behind the time stamp, once it has lost one.
-        if self._in.messages[count - 1].header.control_length > _STAMP.size:
+        if self._in.messages[count - 1].header.control_length <= _STAMP.size:
+            return
+        self.lost = _LOST.unpack_from(self._in.control, _CONTROL_SIZE * (count - 1) + _STAMP.size)[0]
+        if not self._lossy:
             raise HilError(f"{self._channel}: the receive buffer overflowed and frames are lost; what was measured is "
                            "worthless. Allow a larger buffer (sysctl net.core.rmem_max) or load the machine less.")
 

@@ -27,13 +27,14 @@ class Bus:
     """
 
     def __init__(self, channel: str, interface: str = "socketcan", dbc: Dbc | None = None,
-                 ids: Iterable[int] | None = None) -> None:
+                 ids: Iterable[int] | None = None, lossy: bool = False) -> None:
+        """`lossy`: frames that come faster than they are read are counted, not an error."""
         self.channel = channel
         self.dbc = dbc if dbc is not None else Dbc.of_project()
         self.signals = Signals(self.dbc)
         self._bus = _open(channel, interface, ids)
         raw = getattr(self._bus, "socket", None) if interface == "socketcan" else None
-        self._batch = BatchSocket(raw, channel) if raw is not None else None
+        self._batch = BatchSocket(raw, channel, lossy) if raw is not None else None
         self._first_ms: float | None = None
 
     def __enter__(self) -> Bus:
@@ -54,6 +55,11 @@ class Bus:
     @property
     def error_frames(self) -> int:
         return self._batch.error_frames if self._batch else 0
+
+    @property
+    def lost_here(self) -> int:
+        """Frames that came faster than they were read, on a lossy channel."""
+        return self._batch.lost if self._batch else 0
 
     def listen_to(self, ids: Iterable[int] | None) -> None:
         """Only these identifiers from now on, by the kernel's filter; None: all."""

@@ -23,13 +23,19 @@ LOCKSTEP_FILE = "lockstep.dbc"
 FILES = ("car.dbc", "orion.dbc", LOCKSTEP_FILE)
 
 
+def _crc8_of_byte(byte: int) -> int:
+    for _ in range(8):
+        byte = (byte << 1) ^ 0x1D if byte & 0x80 else byte << 1
+    return byte & 0xFF
+
+
+_CRC8 = [_crc8_of_byte(byte) for byte in range(256)]
+
+
 def crc8_j1850(data: Iterable[int]) -> int:
     crc = 0xFF
     for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc << 1) ^ 0x1D if crc & 0x80 else crc << 1
-        crc &= 0xFF
+        crc = _CRC8[crc ^ byte]
     return crc ^ 0xFF
 
 

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Takes frames from a channel or a log into the picture of the bus, and shows it: once, or again and again."""
+from __future__ import annotations
+
+import json
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import can
+from rich.console import Console
+from rich.live import Live
+
+from .bus import Bus
+from .dbc import Dbc
+from .errors import HilError, InputError
+from .frame import EXTENDED, Frame
+from .monitor_view import view
+from .picture import Picture
+
+_REFRESH_S = 0.2
+_READ_S = 0.05
+_WIDTH = 120  # of a text that goes into a file
+
+
+def show(options: Namespace) -> None:
+    """What the monitor's command line asks for."""
+    dbc = Dbc.of_project()
+    if options.log:
+        picture = Picture(dbc)
+        for frame in _frames_of(options.log, options.at):
+            picture.update([frame])
+        if not picture.frames:
+            raise InputError(f"{options.log}: found no frame{' before --at' if options.at else ''}")
+        _print(picture.snapshot(), str(options.log), options.json)
+        return
+    with Bus(options.bus, dbc=dbc, lossy=True) as bus:
+        if options.once:
+            _once(bus, options)
+        else:
+            _live(bus)
+
+
+def _frames_of(path: Path, until_s: float | None) -> Iterator[Frame]:
+    try:
+        first = None
+        for m in can.LogReader(path):
+            first = m.timestamp if first is None else first
+            time_s = m.timestamp - first
+            if until_s is not None and time_s > until_s:
+                return
+            if not m.is_error_frame and not m.is_remote_frame:
+                yield Frame(m.arbitration_id | (EXTENDED if m.is_extended_id else 0), bytes(m.data), round(time_s * 1e3, 3))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    except (ValueError, IndexError, can.CanError) as error:
+        raise InputError(f"{path}: not a log that can be read ({error}); expected candump -l, .asc or .blf") from None
+
+
+def _listen(bus: Bus, picture: Picture, for_s: float) -> None:
+    end = time.monotonic() + for_s
+    while (left := end - time.monotonic()) > 0.0:
+        begin = time.monotonic()
+        frames = bus.read(min(left, _READ_S))
+        if frames:
+            picture.update(frames)
+        elif picture.frames:
+            picture.pass_time(picture.now_ms + (time.monotonic() - begin) * 1e3)
+
+
+def _once(bus: Bus, options: Namespace) -> None:
+    picture = Picture(bus.dbc)
+    _listen(bus, picture, options.wait)
+    if not picture.frames:
+        raise HilError(f"{options.bus}: no frame within {options.wait:g} s. Does anything run there? For instance "
+                       f"`./voltlap endurance --bus {options.bus} --pace 1`; or wait longer with --wait.")
+    _print({**picture.snapshot(), "lost_here": bus.lost_here}, options.bus, options.json)
+
+
+def _print(snapshot: dict[str, Any], channel: str, as_json: bool) -> None:
+    if as_json:
+        json.dump({"channel": channel, **snapshot}, sys.stdout, indent=2)
+        print()
+    else:
+        console = Console(width=None if sys.stdout.isatty() else _WIDTH, highlight=False)
+        console.print(view(snapshot, channel))
+
+
+def _live(bus: Bus) -> None:
+    picture = Picture(bus.dbc)
+    with Live(screen=sys.stdout.isatty(), auto_refresh=False) as live:
+        while True:
+            _listen(bus, picture, _REFRESH_S)
+            if picture.frames:
+                live.update(view(picture.snapshot(), bus.channel), refresh=True)
+            else:
+                live.update(f"{bus.channel}: no frame yet; Ctrl-C ends", refresh=True)
