@@ -13,7 +13,7 @@ HASHES = ("trace_hash", "hash_plant", "hash_bms", "hash_master")
 def laps(tmp_path_factory):
     """The same lap in one process and on the bus; noise makes every frame depend on the seed."""
     folder = tmp_path_factory.mktemp("laps")
-    flags = ["endurance", "--laps", 1, "--seed", 7, "--set", "sensors.noise=true"]
+    flags = ["endurance", "--laps", 1, "--seed", 7, "--set", "sensors.noise=true", "--bus-load"]
     out = {}
     for where, more in {"inside": [], "bus": ["--bus", BUS]}.items():
         done = run(*flags, *more, "--json", folder / f"{where}.json", "--candump", folder / f"{where}.log")
