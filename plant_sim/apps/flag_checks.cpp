@@ -142,7 +142,7 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error) {
   const std::string said = error.what();
   const std::string help =
       &command == app ? "`voltlap --help`" : fmt::format("`voltlap {} --help`", command.get_name());
-  const bool none_chosen = app->get_subcommands().empty();
+  const bool none_chosen = app->get_subcommands().empty() && !app->get_subcommands(nullptr).empty();
   std::string text;
   if (none_chosen) {
     text = unknown_command(*app);

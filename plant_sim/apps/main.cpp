@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command line `voltlap`.
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <cstdio>
-#include <exception>
-#include <new>
 
 #include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/guarded_main.hpp"
 #include "apps/lap_command.hpp"
 #include "apps/list_command.hpp"
 #include "apps/log_command.hpp"
@@ -46,43 +44,18 @@ int run(int argc, char** argv) {
   return list.run(data);
 }
 
-int complain(const char* text, int code) {
-  std::fprintf(stderr, "voltlap: %s\n", text);
-  return code;
-}
-
-/// The exit code, once what was printed has arrived; a full disk or a reader that went away is an error as well.
-int with_output_flushed(int code) {
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  return complain(
-      "standard output: found that it does not take what is printed; expected a reader, or a disk with room. "
-      "Make room, or send it elsewhere.",
-      kExitInput);
+/// The bus has errors of its own: an interface that is not there is an input, one that goes down fails the run.
+int run_with_bus(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const voltlap::port::BusSetupError& error) {
+    throw InputError(error.what());
+  } catch (const voltlap::port::BusDownError& error) {
+    std::fprintf(stderr, "voltlap: %s\n", error.what());
+    return kExitFailedRun;
+  }
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  // A full disk, a file limit or a reader that went away is then an error with a message, not a sudden end.
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);
-  try {
-    return with_output_flushed(run(argc, argv));
-  } catch (const InputError& error) {
-    return complain(error.what(), kExitInput);
-  } catch (const OutputError& error) {
-    return complain(error.what(), kExitInput);
-  } catch (const voltlap::port::BusSetupError& error) {
-    return complain(error.what(), kExitInput);
-  } catch (const voltlap::port::BusDownError& error) {
-    return complain(error.what(), kExitFailedRun);
-  } catch (const std::bad_alloc&) {
-    return complain("found that the memory ran out; expected an input that fits into it. Use a smaller one.",
-                    kExitFault);
-  } catch (const std::exception& error) {
-    if (std::ferror(stdout) != 0) return with_output_flushed(kExitInput);  // what the print function threw
-    std::fprintf(stderr, "voltlap: found a defect of the program (%s). Please report it with the command line.\n",
-                 error.what());
-    return kExitFault;
-  }
-}
+int main(int argc, char** argv) { return guarded_main(run_with_bus, argc, argv); }

@@ -83,7 +83,8 @@ show_help() {
     python\ *) help_of_python "$project/$program" ;;
     bash\ *) bash "$project/$program" --help ;;
     wrap\ *) "$(base_python)" "$project/$program" --help ;;
-    cli) help_of_cli ;;
+    cli) help_of_program voltlap "$row_name" ;;
+    program\ *) help_of_program "$program" ;;
   esac || exit
   help_footer
 }
@@ -98,14 +99,16 @@ help_of_python() {
   "$python" "$1" --help
 }
 
-help_of_cli() {
-  local text
+# help_of_program PROGRAM [ARGUMENT]: of a program in bin/ of the build folder.
+help_of_program() {
+  local text program="$build/bin/$1"
+  shift
   # A program older than the command does not know it; then it is built after all.
-  if ! text=$("$build/bin/voltlap" "$row_name" --help 2>/dev/null); then
+  if ! text=$("$program" "$@" --help 2>/dev/null); then
     say "the flags of \"$row_name\" are printed by the program, which is built first"
     prepare
     build_target
-    text=$("$build/bin/voltlap" "$row_name" --help) || return
+    text=$("$program" "$@" --help) || return
   fi
   printf '%s\n' "$text"
 }
@@ -120,6 +123,7 @@ run_command() {
     bash\ *) exec bash "$project/$program" "$@" ;;
     wrap\ *) exec "$(base_python)" "$project/$program" "$@" ;;
     cli) exec "$build/bin/voltlap" "$row_name" "$@" ;;
+    program\ *) exec "$build/bin/$program" "$@" ;;
   esac
 }
 
