@@ -20,7 +20,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kOutlineStep_m = 2.0;
-constexpr double kJoulesPerKwh = 3.6e6;
 
 /// Of html/, in the order in which they need each other.
 constexpr std::array<std::string_view, 7> kScripts = {"series.js",         "time_charts.js", "time_chart.js",
@@ -153,7 +152,8 @@ std::string HtmlReport::data(const ReportedRun& reported) const {
       {"course", course(reported.track)},
       {"energy_kwh", ledger(result.ledger)},
   };
-  return json.dump();
+  // As in run_result_json: a file name need not be UTF-8, JSON must.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 void HtmlReport::finish(const ReportedRun& reported) {

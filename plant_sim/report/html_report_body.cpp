@@ -14,8 +14,6 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr double kJoulesPerKwh = 3.6e6;
-
 std::string tile(const std::string& label, const std::string& value, const std::string& unit,
                  const std::string& note = {}) {
   return fmt::format("<div class=\"tile\"><dt>{}</dt><dd><b>{}</b>{}{}</dd></div>\n", html_text(label),
@@ -103,10 +101,14 @@ std::string ledger_rows(const EnergyLedger& ledger) {
                    sum_j / kJoulesPerKwh, share(sum_j), source_j / kJoulesPerKwh, share(source_j));
 }
 
+/// What was changed for this run comes first.
 std::string parameter_table_rows(const LoadedVehicle& car) {
+  const auto is_set = [](const ParameterSource& p) { return p.place == "--set"; };
+  std::vector<ParameterSource> sources = parameter_sources(car);
+  std::stable_partition(sources.begin(), sources.end(), is_set);
   std::string out;
-  for (const ParameterSource& p : parameter_sources(car)) {
-    const bool set = p.place == "--set";
+  for (const ParameterSource& p : sources) {
+    const bool set = is_set(p);
     const std::string source = p.source.empty()
                                    ? html_text(p.place)
                                    : fmt::format("{} <small>{}</small>", html_text(p.source), html_text(p.place));

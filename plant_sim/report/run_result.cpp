@@ -11,8 +11,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kJoulesPerKwh = 3.6e6;
-
 Json failure(const EnduranceResult& result) {
   if (result.failure_cause.empty()) return nullptr;
   return {{"time_s", result.failure_time_s}, {"cause", result.failure_cause}};

@@ -19,6 +19,14 @@ std::string weakest_cell_text(const RunDescription& run, const VehicleParameters
   return fmt::format("{} sagged to {:.3f} V", cell, result.min_cell_voltage_v);
 }
 
+std::string lost_nodes_text(const EnduranceResult& result) {
+  std::string out;
+  for (const LostNodeRow& row : result.lost_nodes) {
+    out += fmt::format(" Node {} was lost {} after power-on.", row.node, duration_text(row.time_s));
+  }
+  return out;
+}
+
 std::string failure_text(const RunDescription& run, const EnduranceResult& result) {
   if (!was_ready(result)) return fmt::format("it did not start: {}", result.failure_cause);
   const std::string where =
@@ -59,10 +67,10 @@ std::string headline(const RunDescription& run, const VehicleParameters& car, co
   } else {
     out += fmt::format(" did not finish {}: {}", course, failure_text(run, result));
   }
-  if (!was_ready(result)) return out + ".";
-  return out + fmt::format("{} {:.1f} % charge left. Its battery reached {:.1f} °C, and {}.",
+  if (!was_ready(result)) return out + "." + lost_nodes_text(result);
+  return out + fmt::format("{} {:.1f} % charge left. Its battery reached {:.1f} °C, and {}.{}",
                            result.finished ? " with" : ". It stopped with", result.end_soc_pct,
-                           result.max_battery_temp_c, weakest_cell_text(run, car, result));
+                           result.max_battery_temp_c, weakest_cell_text(run, car, result), lost_nodes_text(result));
 }
 
 }  // namespace voltlap::plant

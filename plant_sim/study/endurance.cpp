@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kTick_s = can::kTickMs * 1e-3;
 constexpr std::uint32_t kTicksPerSample = 10;
-constexpr double kJoulesPerKwh = 3.6e6;
 constexpr double kTsButton_s = 0.5;        // after power-on: every ECU has heard every sensor
 constexpr double kReadyButton_s = 2.0;      // after the contactors closed: the limits have risen
 constexpr double kReadyTimeout_s = 20.0;   // longest start-up before the run counts as failed
@@ -170,7 +169,9 @@ class Run {
     return time_s >= end_time_s_ - 0.5 * step_s_;
   }
 
-  void note_extremes(double time_s) {
+  /// The steps behind the finish line, in its tick, count as the finish.
+  void note_extremes(double step_end_s) {
+    const double time_s = end_of_drive_s_ >= 0.0 ? end_of_drive_s_ : step_end_s;
     const Pack& pack = car_.pack();
     ExtremeTimes& at = result_.extreme_times;
     keep_largest(result_.max_battery_current_a, car_.pack_current_a(), at.battery_current_s, time_s);

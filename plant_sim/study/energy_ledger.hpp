@@ -8,6 +8,8 @@
 
 namespace voltlap::plant {
 
+inline constexpr double kJoulesPerKwh = 3.6e6;
+
 enum class EnergyTerm : std::size_t {
   kBatteryChemical,  ///< the one source: current times open-circuit voltage
   kBatteryR0Heat, kBatteryRcHeat, kBatteryRcStored,

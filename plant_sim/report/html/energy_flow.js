@@ -120,7 +120,7 @@ voltlap.EnergyFlow = class {
           {
             type: "sankey",
             left: 8,
-            right: narrow ? 116 : 236,
+            right: narrow ? 116 : 252,
             top: 42,
             bottom: 8,
             nodeWidth: 10,

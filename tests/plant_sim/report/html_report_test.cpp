@@ -79,6 +79,11 @@ TEST(HtmlReport, DataHoldLapsCourseAndTrueExtremes) {
   CHECK(data_of(page(0))["samples"] == 0);
 }
 
+TEST(HtmlReport, ANameThatIsNoUtf8StopsNothing) {
+  reported.run.course = "ring\xff";
+  CHECK(data_of(page(1))["course_name"].get<std::string>().starts_with("ring"));
+}
+
 TEST(HtmlReport, RecordedDriveHasNoCourse) {
   reported.track.reset();
   CHECK(data_of(page(1))["course"].is_null());

@@ -314,6 +314,8 @@ def test_a_phone_shows_it_without_sideways_scroll(browser, endurance, width):
     assert page.run("document.documentElement.scrollWidth") <= width
     widths = [ask(page, f"box('{name}')")[2] for name in [*TIME_CHARTS, "chart-energy", "chart-track"]]
     assert min(widths) > 0.8 * width
+    parts = "[...document.querySelectorAll('.tiles, .tile, .card, .toolbar')]"
+    assert page.run(parts + ".filter(part => part.scrollWidth > part.clientWidth + 1).map(part => part.innerText)") == []
     page.run("document.body.append(Object.assign(document.createElement('div'), {style: 'width: 900px; height: 1px'}))")
     assert page.run("document.documentElement.scrollWidth") > width  # a part that is too wide is seen
 
@@ -348,6 +350,8 @@ def test_limits_that_bind_are_coloured_by_reason(browser, tmp_path):
     page = opened(browser.page(url))
     bands = ask(page, "chart('chart-current').getOption().series.find(one => one.name === 'bands').data")
     assert {band[2] for band in bands} == {1}
+    first = page.run("document.querySelector('#parameters tbody tr').innerText")
+    assert "bms.discharge_current_max_a" in first and "--set" in first  # what was changed stands first
     held_s = result["limit_active_s"]["config_maximum"]
     assert sum(band[1] - band[0] for band in bands) == pytest.approx(held_s, rel=0.05)
     assert f"config maximum, {held_s:.1f} s" in page.run("document.body.innerText")

@@ -66,6 +66,11 @@ TEST(RunText, ACarThatOnlyStoodHasFinishedNoLap) {
   STRCMP_CONTAINS("car stood for 33:42 min with 26.0 % charge left.", said().c_str());
 }
 
+TEST(RunText, ALostNodeIsTold) {
+  result.lost_nodes = {{.node = "bms", .time_s = 72.0, .torque_zero_s = {}, .contactors_open_s = {}}};
+  STRCMP_CONTAINS("sagged to 3.515 V. Node bms was lost 1:12 min after power-on.", said().c_str());
+}
+
 TEST(RunText, ARecordedDriveHasNoLaps) {
   run.lap_start = "drive";
   STRCMP_CONTAINS("car finished the recorded drive ring in 33:42 min", said().c_str());
