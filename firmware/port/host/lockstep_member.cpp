@@ -73,18 +73,22 @@ Wake LockstepMember::wait() {
   const auto frame = turn_.wait();
   if (!frame) return Wake::kNone;
   can::Alive alive;
-  if (decode(*frame, alive)) return alive.stop ? Wake::kStop : Wake::kAlive;
+  // The end of a run that it never joined is nothing to a node that waits for its own.
+  const auto stop = [&] { return started_ ? Wake::kStop : Wake::kAlive; };
+  if (decode(*frame, alive)) return alive.stop ? stop() : Wake::kAlive;
   can::Sync sync;
   can::DoneBms done;
   std::uint32_t tick = 0;
   if (decode(*frame, sync)) {
-    if (sync.stop) return Wake::kStop;
+    if (sync.stop) return stop();
     tick = sync.tick;
   } else if (done_of(*frame, done) != can::Member::kNone) {
     tick = done.tick;
   } else {
     return Wake::kAlive;
   }
+  // A run is joined at its beginning or not at all.
+  if (!started_ && tick != 0) return Wake::kAlive;
   // One step a tick: a repeated call counts as a sign of life.
   if (started_ && static_cast<std::int32_t>(tick - tick_) <= 0) return Wake::kAlive;
   started_ = true;

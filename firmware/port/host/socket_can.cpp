@@ -32,7 +32,7 @@ std::string quoted(const std::string& interface) { return "CAN interface \"" + i
 
 std::string how_to_get_one(const std::string& interface) {
   return "As root: ip link add dev " + interface + " type vcan && ip link set " + interface +
-         " up. Without root or without the kernel's module: ./voltlap with-vcan COMMAND";
+         " up. Without root or without the kernel's module: ./voltlap with-vcan COMMAND.";
 }
 
 bool is_gone(int error) { return error == ENETDOWN || error == ENODEV || error == ENXIO; }
@@ -41,18 +41,20 @@ bool is_gone(int error) { return error == ENETDOWN || error == ENODEV || error =
 void check_interface(int socket, const std::string& interface) {
   ifreq request{};
   if (interface.empty() || interface.size() >= sizeof request.ifr_name) {
-    throw BusSetupError(quoted(interface) + ": a name has 1 to 15 characters");
+    throw BusSetupError(quoted(interface) + ": found a name of " + std::to_string(interface.size()) +
+                        " characters; expected 1 to 15 characters. Give the name of an interface, such as vcan0.");
   }
   std::copy(interface.begin(), interface.end(), request.ifr_name);
   if (::ioctl(socket, SIOCGIFHWADDR, &request) != 0) {
-    throw BusSetupError("there is no " + quoted(interface) + ". " + how_to_get_one(interface));
+    throw BusSetupError(quoted(interface) + ": found no such interface; expected one that exists. " + how_to_get_one(interface));
   }
   if (request.ifr_hwaddr.sa_family != ARPHRD_CAN) {
-    throw BusSetupError("the network interface \"" + interface + "\" is no CAN interface; give one that is, such as vcan0");
+    throw BusSetupError(quoted(interface) + ": found a network interface that is no CAN interface; expected one that is. "
+                        "Give another, such as vcan0.");
   }
   if (::ioctl(socket, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) == 0) {
-    throw BusSetupError(quoted(interface) + " is down. As root: ip link set " + interface + " up" +
-                        " (a real one needs its bit rate first: ip link set " + interface + " type can bitrate 500000)");
+    throw BusSetupError(quoted(interface) + ": found that it is down; expected it up. As root: ip link set " + interface +
+                        " up (a real one needs its bit rate first: ip link set " + interface + " type can bitrate 500000).");
   }
 }
 
@@ -60,11 +62,12 @@ int open_socket(const std::string& interface) {
   const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
   if (socket >= 0) return socket;
   if (errno == EPERM || errno == EACCES) {
-    throw BusSetupError("no permission to open a CAN socket on \"" + interface + "\": " + std::strerror(errno) +
-                        ". A container or sandbox may forbid it; ask who runs it, or: ./voltlap with-vcan COMMAND");
+    throw BusSetupError(quoted(interface) + ": found that CAN sockets are not permitted here (" + std::strerror(errno) +
+                        "); expected leave to open one. Ask who runs this container or sandbox, or run: ./voltlap with-vcan "
+                        "COMMAND.");
   }
-  throw BusSetupError("this kernel has no CAN sockets (" + std::string(std::strerror(errno)) +
-                      "). Run the command in one that has: ./voltlap with-vcan COMMAND");
+  throw BusSetupError(quoted(interface) + ": found a kernel without CAN sockets (" + std::strerror(errno) +
+                      "); expected one that has them. Run the command in such a one: ./voltlap with-vcan COMMAND.");
 }
 
 }  // namespace
@@ -113,7 +116,8 @@ SocketCan::SocketCan(std::string interface, const SocketOptions& options)
     address.can_family = AF_CAN;
     address.can_ifindex = static_cast<int>(::if_nametoindex(interface_.c_str()));
     if (::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      throw BusSetupError(quoted(interface_) + " cannot be used: " + std::strerror(errno));
+      throw BusSetupError(quoted(interface_) + ": found that it cannot be used (" + std::strerror(errno) +
+                          "); expected a CAN interface that is up. ip -details link show " + interface_ + " says more.");
     }
   } catch (...) {
     ::close(socket_);
@@ -129,7 +133,8 @@ void SocketCan::filter(const std::vector<CanFilter>& filters) {
   for (const CanFilter& f : filters) kernel.push_back({f.id, f.mask});
   if (::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, kernel.data(),
                    static_cast<socklen_t>(kernel.size() * sizeof(can_filter))) != 0) {
-    throw BusSetupError(quoted(interface_) + ": the kernel refuses the filters: " + std::strerror(errno));
+    throw BusSetupError(quoted(interface_) + ": found that the kernel refuses " + std::to_string(filters.size()) + " filters (" +
+                        std::strerror(errno) + "); expected room for them. Use another kernel: ./voltlap with-vcan COMMAND.");
   }
 }
 
