@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "bus/company.hpp"
 #include "can_dbc/tables.hpp"
 #include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
@@ -27,13 +28,8 @@ Frame framed(const Message& message) {
   return frame;
 }
 
-/// READY is no disturbance: nodes may wait for their plant. All other frames belong to a run.
-bool disturbs(const Frame& frame) { return frame.id < can::ReadyBms::kId || frame.id > can::ReadyHil::kId; }
-
-std::vector<port::CanFilter> control_filters() {
-  return {port::only(can::MemberLost::kId), port::only(can::StopRequest::kId), port::only(can::DriverOverride::kId),
-          port::only(can::PlantFault::kId)};
-}
+/// What must reach a plant that waits for somebody.
+std::vector<port::CanFilter> urgent_filters() { return {port::only(can::MemberLost::kId), port::only(can::StopRequest::kId)}; }
 
 /// Takes what is due out of `waiting`, in order of arrival.
 template <class Message, class Apply>
@@ -50,9 +46,9 @@ void take_due(std::vector<Message>& waiting, std::uint32_t tick, const Apply& ap
 LockstepBus::LockstepBus(LockstepOptions options)
     : SocketBus(options.interface),
       options_(std::move(options)),
-      turn_(options_.interface, {.filters = control_filters()}) {
+      turn_(options_.interface, {.filters = urgent_filters()}) {
   for (const Member m : options_.members) present_[static_cast<std::size_t>(m)] = true;
-  auto filters = control_filters();
+  auto filters = urgent_filters();
   for (const Member m : kAll) filters.push_back(port::only(port::ready_frame(m).id));
   turn_.filter(filters);
 }
@@ -66,7 +62,7 @@ LockstepBus::~LockstepBus() {
 }
 
 bool LockstepBus::gather() {
-  refuse_company(disturbs);
+  refuse_company(data_, Pacing::kLockstep, arrivals_);
   const auto begin = Clock::now();
   const auto missing = [&] {
     std::vector<std::string> names;
@@ -81,11 +77,15 @@ bool LockstepBus::gather() {
     if (stop_ == StopAsked::kInterrupted) return false;
     if (duration<double>(Clock::now() - begin).count() > options_.ready_within_s) {
       throw port::BusSetupError(fmt::format(
-          "not READY on \"{}\" within {:g} s: {}. Start each (voltlap ecu bms|master --bus {}, voltlap log), or leave it out of "
-          "--members", options_.interface, options_.ready_within_s, fmt::join(missing(), ", "), options_.interface));
+          "CAN interface \"{0}\": found that {1} did not become READY within {2:g} s; expected READY of every member. Start "
+          "each (voltlap ecu bms|master --bus {0}, voltlap log), or leave it out of --members.",
+          options_.interface, fmt::join(missing(), ", "), options_.ready_within_s));
     }
   }
   wait_for_the_last();
+  read();
+  take_requests();
+  arrivals_.clear();
   if (options_.pace > 0.0) pacer_.emplace(static_cast<std::int64_t>(kTick_us / options_.pace), port::Lag::kForget);
   running_ = true;
   return true;
@@ -96,7 +96,7 @@ bool LockstepBus::gather() {
 void LockstepBus::wait_for_the_last() {
   const bool side = takes_part(Member::kLogger) || takes_part(Member::kHil);
   const bool whole = takes_part(Member::kBms) && takes_part(Member::kMaster);
-  auto filters = control_filters();
+  auto filters = urgent_filters();
   for (const Member m : kAll) {
     const bool last = side ? m == Member::kLogger || m == Member::kHil : m == Member::kMaster;
     if (takes_part(m) && (last || !whole)) filters.push_back(port::only(port::done_frame(m, 0, 0, false).id));
@@ -137,7 +137,7 @@ FrameView LockstepBus::exchange(const TxQueue& plant) {
     begin_barrier(plant);
     await_barrier();
     read();
-    count_announced();
+    take_requests();
     return hand_out(tick_);
   } catch (const port::BusDownError& error) {
     running_ = false;
@@ -197,18 +197,12 @@ void LockstepBus::take(const Frame& frame) {
   can::DoneBms done;
   can::MemberLost lost;
   can::StopRequest stop;
-  can::DriverOverride driver;
-  can::PlantFault fault;
   if (const Member m = port::done_of(frame, done); m != Member::kNone) {
     take_done(m, done);
   } else if (decode(frame, lost)) {
     lose(lost.member);
   } else if (decode(frame, stop)) {
     stop_ = stop.reason == can::StopReason::kFinished ? StopAsked::kFinished : StopAsked::kInterrupted;
-  } else if (decode(frame, driver)) {
-    overrides_.push_back(driver);
-  } else if (decode(frame, fault)) {
-    faults_.push_back(fault);
   } else if (frame.id >= can::ReadyBms::kId && frame.id <= can::ReadyHil::kId) {
     ready_[frame.id - can::ReadyBms::kId + 1] = true;
   }
@@ -243,7 +237,9 @@ void LockstepBus::send_stand_ins() {
 
 void LockstepBus::lose(Member member) {
   if (member == Member::kNone || !takes_part(member)) return;
-  if (!running_) throw port::BusSetupError(fmt::format("node {} ended before it was READY", port::member_name(member)));
+  if (!running_) throw port::BusSetupError(fmt::format(
+      "CAN interface \"{}\": found that node {} ended before it was READY; expected it to wait for the first tick. What it "
+      "said above tells why.", options_.interface, port::member_name(member)));
   present_[static_cast<std::size_t>(member)] = false;
   lost_.push_back({port::member_name(member), member == Member::kBms || member == Member::kMaster});
   if (!running_) return;
@@ -260,11 +256,20 @@ void LockstepBus::look_back() {
   }
 }
 
-void LockstepBus::count_announced() {
+/// What came beside the car's frames in this tick: requests of a harness, and how much the control units say they sent.
+void LockstepBus::take_requests() {
   for (const port::Arrival& a : arrivals_) {
+    if (!port::is_lockstep(a.frame.id)) continue;
     can::DoneBms done;
-    const Member m = port::done_of(a.frame, done);
-    if ((m == Member::kBms || m == Member::kMaster) && !done.in_place) announced_ += done.frames_sent;
+    can::DriverOverride driver;
+    can::PlantFault fault;
+    if (const Member m = port::done_of(a.frame, done); m == Member::kBms || m == Member::kMaster) {
+      if (!done.in_place) announced_ += done.frames_sent;
+    } else if (decode(a.frame, driver)) {
+      overrides_.push_back(driver);
+    } else if (decode(a.frame, fault)) {
+      faults_.push_back(fault);
+    }
   }
 }
 

@@ -60,7 +60,7 @@ class LockstepBus final : public SocketBus {
   void lose(can::Member member);
   [[nodiscard]] bool was_lost(can::Member member) const;
   void look_back();
-  void count_announced();
+  void take_requests();
   void show_life();
 
   LockstepOptions options_;

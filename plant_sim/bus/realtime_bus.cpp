@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bus/realtime_bus.hpp"
 
+#include "bus/company.hpp"
 #include "port/host/bus_error.hpp"
 
 namespace voltlap::plant {
-namespace {
-
-/// Control units may be awake already; a second plant may not.
-bool disturbs(const Frame& frame) { return can::sender_of(frame.id) == can::Node::kPlant; }
-
-}  // namespace
-
 RealtimeBus::RealtimeBus(const std::string& interface) : SocketBus(interface) {
-  refuse_company(disturbs);
+  refuse_company(data_, Pacing::kRealTime, arrivals_);
+  arrivals_.clear();
   pacer_ = port::Pacer(can::kTickMs * 1000, port::Lag::kCatchUp);
 }
 

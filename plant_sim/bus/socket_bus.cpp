@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bus/socket_bus.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <chrono>
 #include <optional>
-#include <thread>
 
 #include "can_dbc/tables.hpp"
-#include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
 
 namespace voltlap::plant {
 namespace {
-
-constexpr std::chrono::milliseconds kListen{200};  // twenty ticks of a bus that lives
 
 /// Nothing for a frame that belongs to nobody on this bus, or that says it is the plant's and is not.
 std::optional<Sender> sender_of(const port::Arrival& arrival) {
@@ -31,18 +24,6 @@ std::optional<Sender> sender_of(const port::Arrival& arrival) {
 
 SocketBus::SocketBus(const std::string& interface)
     : data_(interface, {.filters = {port::kEveryFrame}, .own_frames = true, .error_frames = true}) {}
-
-void SocketBus::refuse_company(bool (*disturbs)(const Frame& frame)) {
-  std::this_thread::sleep_for(kListen);
-  read();
-  const auto found = std::find_if(arrivals_.begin(), arrivals_.end(), [&](const port::Arrival& a) { return disturbs(a.frame); });
-  if (found != arrivals_.end()) {
-    throw port::BusSetupError(fmt::format(
-        "somebody already drives on \"{0}\": frame {1:03X} was seen before the start. End the other plant or the nodes of "
-        "an earlier run (candump {0} shows them), or use another interface", data_.interface(), found->frame.id));
-  }
-  arrivals_.clear();
-}
 
 FrameView SocketBus::hand_out(std::uint32_t tick) {
   commands_.clear();

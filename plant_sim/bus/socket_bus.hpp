@@ -24,8 +24,6 @@ class SocketBus : public Exchange {
   /// Throws port::BusSetupError.
   explicit SocketBus(const std::string& interface);
 
-  /// Throws port::BusSetupError when anybody is on the bus already whose frame `disturbs`, within 0.2 s.
-  void refuse_company(bool (*disturbs)(const Frame& frame));
   void read() { data_.drain(arrivals_); }
   /// Hands everything that was read to the sinks; the frames of the control units.
   FrameView hand_out(std::uint32_t tick);
