@@ -85,8 +85,9 @@ int LogCommand::log_in_real_time() const {
   port::SocketCan socket(bus_.interface, {.filters = {port::kEveryFrame}, .error_frames = true, .time_stamps = true});
   port::Pacer pacer(can::kTickMs * 1000, port::Lag::kForget);
   std::vector<port::Arrival> arrivals;
-  while (!interrupted()) {
-    pacer.wait();
+  for (bool last = false; !last;) {
+    last = interrupted();
+    if (!last) pacer.wait();
     arrivals.clear();
     socket.drain(arrivals);
     for (const port::Arrival& a : arrivals) {

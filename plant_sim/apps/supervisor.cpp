@@ -14,6 +14,7 @@
 
 #include "apps/child_process.hpp"
 #include "apps/exit_code.hpp"
+#include "bus/company.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/lockstep.hpp"
 #include "can_dbc/tables.hpp"
@@ -27,14 +28,15 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kLook{100};       // at the bus; a dead child is seen at once
 constexpr milliseconds kSafeWithin{4500};  // 2 s of silence, and what the firmware needs then
+constexpr int kBySignal = 128;           // as shells count
 constexpr milliseconds kGrace{3000};     // for a process to end by itself, and again after it was asked
 
-/// SIGINT, SIGTERM and SIGCHLD as something to wait for, from here on.
+/// Whatever asks for an end, and the death of a child, as something to wait for, from here on.
 class Signals {
  public:
   Signals() {
     ::sigemptyset(&set_);
-    for (const int number : {SIGINT, SIGTERM, SIGCHLD}) ::sigaddset(&set_, number);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) ::sigaddset(&set_, number);
     ::sigprocmask(SIG_BLOCK, &set_, &before_);
     file_ = ::signalfd(-1, &set_, SFD_NONBLOCK | SFD_CLOEXEC);
   }
@@ -45,13 +47,13 @@ class Signals {
   Signals(const Signals&) = delete;
   Signals& operator=(const Signals&) = delete;
 
-  /// Waits for any of them; true when somebody wants the run to end.
-  [[nodiscard]] bool wait(milliseconds longest) const {
+  /// Waits for any of them; the number of one with which somebody wants the run to end, else 0.
+  [[nodiscard]] int wait(milliseconds longest) const {
     pollfd poll{file_, POLLIN, 0};
     ::poll(&poll, 1, static_cast<int>(longest.count()));
-    bool end = false;
+    int end = 0;
     for (signalfd_siginfo info{}; ::read(file_, &info, sizeof info) == sizeof info;) {
-      end = end || info.ssi_signo == SIGINT || info.ssi_signo == SIGTERM;
+      if (info.ssi_signo != SIGCHLD) end = static_cast<int>(info.ssi_signo);
     }
     return end;
   }
@@ -82,12 +84,13 @@ struct Node {
 class Supervisor {
  public:
   Supervisor(const CLI::App& command, const BusOptions& bus, const std::string& candump)
-      : bus_(bus), watch_(bus.interface, {.filters = {port::only(can::Sync::kId)}}) {
+      : bus_(bus), watch_(bus.interface, {.filters = {port::kEveryFrame}}) {
+    refuse_company(watch_, bus.realtime ? Pacing::kRealTime : Pacing::kLockstep, arrivals_);
+    watch_.filter({port::only(can::Sync::kId)});
     auto plant = given_flags(command, {"candump"}, false);
     plant.insert(plant.begin(), "plant");
     if (!bus.realtime) plant.push_back(candump.empty() ? "--members=bms,master" : "--members=bms,master,logger");
     auto car = given_flags(command, {"vehicle", "set", "bus", "realtime"}, true);
-    start(can::Member::kNone, "plant", plant);
     for (const can::Member m : {can::Member::kBms, can::Member::kMaster}) {
       std::vector<std::string> ecu = {"ecu", port::member_name(m)};
       ecu.insert(ecu.end(), car.begin(), car.end());
@@ -99,32 +102,34 @@ class Supervisor {
       log.insert(log.end(), where.begin(), where.end());
       start(can::Member::kLogger, "logger", log);
     }
+    start(can::Member::kNone, "plant", plant);  // last: who listens shall hear it from its first frame
   }
 
   int run() {
     while (plant().runs()) {
-      if (signals_.wait(kLook)) interrupt();
+      if (const int number = signals_.wait(kLook); number != 0) interrupt(number);
       note_tick();
       for (Node& node : nodes_) note_end(node);
     }
     const auto code = plant().exit_code();
-    if (!code) watch_safe_state();
+    if (!code && interrupted_ == 0) watch_safe_state();
     end_all();
+    if (interrupted_ != 0) return kBySignal + interrupted_;
     return worst(code.value_or(kExitFailedRun));
   }
 
  private:
-  [[nodiscard]] ChildProcess& plant() { return *nodes_.front().process; }
+  [[nodiscard]] ChildProcess& plant() { return *nodes_.back().process; }
 
   void start(can::Member member, const std::string& name, const std::vector<std::string>& arguments) {
     nodes_.push_back({member, std::make_unique<ChildProcess>(name, arguments)});
   }
 
   /// The logger first, so that it does not take the end for a good one; the others follow the plant.
-  void interrupt() {
-    interrupted_ = true;
-    for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
-      if (node->member == can::Member::kLogger || node->member == can::Member::kNone) node->process->signal(SIGTERM);
+  void interrupt(int number) {
+    interrupted_ = number;
+    for (const Node& node : nodes_) {
+      if (node.member == can::Member::kLogger || node.member == can::Member::kNone) node.process->signal(number);
     }
   }
 
@@ -142,8 +147,9 @@ class Supervisor {
   void note_end(Node& node) {
     if (!node.process->has_just_ended()) return;
     note_tick();
-    const bool expected = node.process->exit_code() == kExitOk || interrupted_ || over_;
-    if (node.member == can::Member::kNone ? node.process->exit_code().has_value() : expected) return;
+    const bool expected = node.process->exit_code() == kExitOk || interrupted_ != 0 || over_;
+    if (node.member == can::Member::kNone && node.process->exit_code()) return;
+    if (expected) return;
     tell(fmt::format("node {} (process {}) {}{}", node.process->name(), node.process->pid(), node.process->end_text(), when()));
     lost_ = true;
     if (node.member == can::Member::kNone || bus_.realtime) return;
@@ -164,7 +170,7 @@ class Supervisor {
     const auto begin = Clock::now();
     std::optional<bool> contactors_open, torque_zero;
     while (Clock::now() - begin < kSafeWithin && (contactors_open != true || torque_zero != true)) {
-      if (signals_.wait(kLook)) break;
+      if (signals_.wait(kLook) != 0) break;
       arrivals_.clear();
       watch_.drain(arrivals_);
       for (const port::Arrival& a : arrivals_) {
@@ -184,7 +190,7 @@ class Supervisor {
 
   /// They end with the run; who does not is asked to, and then made to.
   void end_all() {
-    const bool patient = plant().exit_code().has_value() && !bus_.realtime;
+    const bool patient = plant().exit_code().has_value() && !bus_.realtime && interrupted_ == 0;
     if (patient) await_ends(kGrace);
     for (Node& node : nodes_) node.process->signal(SIGTERM);
     await_ends(kGrace);
@@ -224,7 +230,8 @@ class Supervisor {
   std::vector<Node> nodes_;
   std::vector<port::Arrival> arrivals_;
   std::optional<std::uint32_t> tick_;
-  bool over_ = false, interrupted_ = false, lost_ = false;
+  int interrupted_ = 0;  ///< the number of the signal
+  bool over_ = false, lost_ = false;
 };
 
 }  // namespace
