@@ -20,13 +20,13 @@ FIRST_LOCKSTEP_ID = 0x7E0
 class Bus:
     """A plain CAN socket: what a listener hears, in the order of the bus."""
 
-    def __init__(self, ids=None, buffer_bytes=1 << 26):
+    def __init__(self, ids=None, interface=BUS, buffer_bytes=1 << 26):
         self.socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_bytes)
         if ids is not None:
             filters = b"".join(struct.pack("=II", i, 0x7FF) for i in ids)
             self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, filters)
-        self.socket.bind((BUS,))
+        self.socket.bind((interface,))
 
     def __enter__(self):
         return self
@@ -37,20 +37,26 @@ class Bus:
     def send(self, identifier, data):
         self.socket.send(struct.pack("=IB3x8s", identifier, len(data), data))
 
-    def receive(self, timeout_s=0.0):
+    def receive(self, timeout_s):
         """(identifier, data), or None."""
-        self.socket.settimeout(max(timeout_s, 1e-4))
+        self.socket.settimeout(timeout_s)
         try:
-            identifier, length, data = struct.unpack("=IB3x8s", self.socket.recv(16))
-        except (TimeoutError, BlockingIOError):
+            return self._unpack(self.socket.recv(16))
+        except TimeoutError:
             return None
-        return identifier, data[:length]
 
     def drain(self):
         out = []
-        while (frame := self.receive()) is not None:
-            out.append(frame)
-        return out
+        while True:
+            try:
+                out.append(self._unpack(self.socket.recv(16, socket.MSG_DONTWAIT)))
+            except BlockingIOError:
+                return out
+
+    @staticmethod
+    def _unpack(raw):
+        identifier, length, data = struct.unpack("=IB3x8s", raw)
+        return identifier, data[:length]
 
 
 def start(*arguments, **options):
@@ -85,14 +91,19 @@ def wait_for(condition, timeout_s=20.0):
     raise AssertionError("waited in vain")
 
 
-def kill_at(run_, role, tick, number=signal.SIGKILL):
-    """Kills a process of the run when the plant has begun that tick."""
-    with Bus([FIRST_LOCKSTEP_ID]) as bus:
+def wait_for_tick(tick, interface=BUS):
+    """Until the plant has begun that tick."""
+    with Bus([FIRST_LOCKSTEP_ID], interface) as bus:
         while True:
-            frame = bus.receive(20.0)
+            frame = bus.receive(30.0)
             assert frame is not None, "no SYNC"
             if struct.unpack_from("<I", frame[1])[0] >= tick:
-                break
+                return
+
+
+def kill_at(run_, role, tick, number=signal.SIGKILL):
+    """Kills a process of the run when the plant has begun that tick."""
+    wait_for_tick(tick)
     pid = children(run_.pid)[role]
     os.kill(pid, number)
     return pid
@@ -111,10 +122,8 @@ def result(path):
 
 @pytest.fixture(autouse=True)
 def quiet_bus():
-    """Nobody of an earlier test is left, before and after."""
+    """Nobody of a test is left on the bus when it ends."""
+    yield
     with Bus() as bus:
-        yield
-        time.sleep(0.05)
-        bus.drain()
         time.sleep(0.25)
         assert bus.drain() == [], "somebody still sends"
