@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """CAN interfaces of this machine: those that exist, and virtual ones made where its kernel has them."""
+import ctypes
 import os
 import shutil
 import signal
@@ -7,6 +8,11 @@ import subprocess
 
 SYSTEM_PATH = "/usr/local/sbin:/usr/sbin:/sbin:/usr/local/bin:/usr/bin:/bin"
 UP = 1  # IFF_UP
+CLONE_NEWNS, CLONE_NEWUSER, CLONE_NEWNET = 0x20000, 0x10000000, 0x40000000
+MS_REC, MS_SLAVE = 0x4000, 0x80000
+WATCHED = {signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP, signal.SIGCHLD}
+SI_KERNEL = 0x80  # si_code of a signal that the kernel sent, as for a key of the terminal
+libc = ctypes.CDLL(None, use_errno=True)
 
 
 def exists(name):
@@ -71,6 +77,9 @@ class Interfaces:
                     return False
         return True
 
+    def enter(self):
+        """The command is where the interfaces are."""
+
     def remove(self):
         for name in self.made:
             quiet([*self.root, "ip", "link", "del", name])
@@ -79,38 +88,90 @@ class Interfaces:
         self.made, self.raised = [], []
 
 
-def run(argv, interfaces):
-    """Exit code of the command, or None when this machine cannot have the interfaces."""
-    links = Interfaces(interfaces)
-    stopping = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM,
-                                                                signal.SIGHUP)}
-    child = None
+class Namespace:
+    """Interfaces that nobody else sees, in namespaces of the command's own; the kernel removes all of it with the command.
 
-    def pass_on(number, _):
-        if child is not None:
-            child.send_signal(number)
+    An ordinary user is root in a first user namespace, to make the interfaces, and himself again in a second.
+    """
 
+    def __init__(self, names):
+        self.names = names
+
+    def ready(self):
+        """Tried out: an empty command in such a namespace."""
+        quiet(["modprobe", "vcan"])
+        try:
+            return subprocess.run(["true"], preexec_fn=self.enter, check=False).returncode == 0
+        except (subprocess.SubprocessError, OSError):
+            return False
+
+    def enter(self):
+        user, group = os.getuid(), os.getgid()
+        if user != 0:
+            unshare(CLONE_NEWUSER)
+            write_maps(f"0 {user} 1", f"0 {group} 1")
+        unshare(CLONE_NEWNET | CLONE_NEWNS)
+        mount("none", "/", None, MS_SLAVE | MS_REC)  # nothing that is mounted here reaches the host
+        mount("sysfs", "/sys", "sysfs", 0)  # that of this namespace: /sys/class/net
+        commands = [["link", "set", "lo", "up"]]
+        for name in self.names:
+            commands += [["link", "add", "dev", name, "type", "vcan"], ["link", "set", name, "up"]]
+        if not all(quiet(["ip", *words]) for words in commands):
+            raise OSError("the kernel makes no such interface")
+        if user != 0:
+            unshare(CLONE_NEWUSER)
+            write_maps(f"{user} 0 1", f"{group} 0 1")
+
+    def remove(self):
+        """The kernel does."""
+
+
+def unshare(flags):
+    if libc.unshare(flags) != 0:
+        raise OSError(ctypes.get_errno(), "unshare")
+
+
+def mount(source, target, kind, flags):
+    if libc.mount(source.encode(), target.encode(), kind.encode() if kind else None, flags, None) != 0:
+        raise OSError(ctypes.get_errno(), f"mount {target}")
+
+
+def write_maps(users, groups):
+    for name, text in (("setgroups", "deny"), ("uid_map", users), ("gid_map", groups)):
+        with open(f"/proc/self/{name}", "w", encoding="ascii") as file:
+            file.write(text)
+
+
+def run(argv, links):
+    """Exit code of the command beside `links`, or None when this machine cannot have them."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, WATCHED)
     try:
-        # A terminal sends the first two to the command itself.
-        for number in stopping:
-            signal.signal(number, signal.SIG_IGN if number in (signal.SIGINT, signal.SIGQUIT) else pass_on)
         if not links.ready():
             return None
         try:
-            child = subprocess.Popen(argv, preexec_fn=lambda: restore(stopping))
+            child = subprocess.Popen(argv, preexec_fn=lambda: prepare(links, before))
         except OSError as error:
             print_error(argv[0], error)
             return 127 if isinstance(error, FileNotFoundError) else 126
-        code = child.wait()
+        code = watch(child)
         return code if code >= 0 else 128 - code
     finally:
         links.remove()
-        restore(stopping)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def restore(handlers):
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
+def prepare(links, mask):
+    links.enter()
+    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def watch(child):
+    """Passes signals on until the command has ended. What the terminal sends, the command has from the terminal."""
+    while child.poll() is None:
+        found = signal.sigwaitinfo(WATCHED)
+        if found.si_signo != signal.SIGCHLD and found.si_code != SI_KERNEL:
+            child.send_signal(found.si_signo)
+    return child.returncode
 
 
 def print_error(name, error):

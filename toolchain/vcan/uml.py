@@ -4,7 +4,6 @@
 The guest is one process tree of the caller's own user. It sees the same files, gets the same environment, folder,
 arguments and user, and its standard streams are relayed as they come. Nothing is left when it has ended.
 """
-import contextlib
 import fcntl
 import json
 import os
@@ -22,13 +21,13 @@ import time
 import tty
 from pathlib import Path
 
+import guard
 import link
 
 KERNEL = "linux.uml"
 PACKAGES = ("user-mode-linux", "iproute2")
 BOOT_LIMIT_S = 60.0
 END_LIMIT_S = 10.0
-GRACE_S = 3.0
 PREFIX = "voltlap-vcan-"
 HERE = Path(__file__).resolve().parent
 ST_NOEXEC = 8
@@ -44,8 +43,12 @@ class CannotRun(Exception):
         self.code = code
 
 
+def installed():
+    return shutil.which(KERNEL, path=os.environ.get("PATH", "") + ":/usr/bin:/usr/local/bin")
+
+
 def find_kernel():
-    path = shutil.which(KERNEL, path=os.environ.get("PATH", "") + ":/usr/bin:/usr/local/bin")
+    path = installed()
     ip = shutil.which("ip", path="/usr/local/sbin:/usr/sbin:/sbin:/usr/bin:/bin")
     if path is None or ip is None:
         raise CannotRun(f"there is no CAN interface here, and {KERNEL if path is None else 'ip'} is not installed to make "
@@ -86,59 +89,6 @@ def guest_python():
     return "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else os.path.realpath(sys.executable)
 
 
-def members(group):
-    """Processes of a group that are not dead yet."""
-    found = []
-    for name in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            with open(f"/proc/{name}/stat", encoding="ascii", errors="replace") as file:
-                state, _, its_group = file.read().rpartition(")")[2].split()[:3]
-        except OSError:
-            continue
-        if int(its_group) == group and state not in "ZX":
-            found.append(int(name))
-    return found
-
-
-def end_group(group):
-    limit = time.monotonic() + GRACE_S
-    while members(group) and time.monotonic() < limit:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(group, signal.SIGKILL)
-        time.sleep(0.005)
-
-
-class Guard:
-    """A process that clears up when the runner itself is killed; asleep until then."""
-
-    def __init__(self, group, folder):
-        watched, self._held = os.pipe()
-        self._process = os.fork()
-        if self._process == 0:
-            try:
-                os.setsid()
-                os.closerange(0, watched)
-                os.closerange(watched + 1, os.sysconf("SC_OPEN_MAX"))
-                if not os.read(watched, 1):
-                    self._clear_up(group, folder)
-            finally:
-                os._exit(0)
-        os.close(watched)
-
-    @staticmethod
-    def _clear_up(group, folder):
-        limit = time.monotonic() + GRACE_S  # most guests notice and switch themselves off
-        while time.monotonic() < limit and members(group):
-            time.sleep(0.05)
-        end_group(group)
-        shutil.rmtree(folder, ignore_errors=True)
-
-    def dismiss(self):
-        os.write(self._held, b"!")
-        os.waitpid(self._process, 0)
-        os.close(self._held)
-
-
 class Guest:
     """The machine: started, and surely ended."""
 
@@ -159,7 +109,7 @@ class Guest:
                                             stderr=subprocess.STDOUT, pass_fds=[far_end.fileno()],
                                             env={"TMPDIR": memory, "PATH": os.environ.get("PATH", os.defpath)},
                                             cwd="/", start_new_session=True)
-        self.guard = Guard(self.process.pid, self.folder)
+        self.guard = guard.Guard(self.process.pid, self.folder)
 
     def last_words(self):
         self._console.seek(0)
@@ -177,7 +127,7 @@ class Guest:
         if not self._ends_within(patience_s):
             self.process.terminate()
             self._ends_within(END_LIMIT_S)
-        end_group(self.process.pid)
+        guard.end_group(self.process.pid)
         self.process.wait()
         self.line.close()
         self._console.close()

@@ -75,8 +75,7 @@ def test_listeners_may_have_a_large_buffer():
     assert run(PYTHON, "-c", text, text=True).stdout == "128\n"  # the kernel doubles it
 
 
-@pytest.mark.parametrize("command, code", [("exit 0", 0), ("exit 7", 7), ("exit 255", 255), ("kill -9 $$", 137),
-                                           ("kill -SEGV $$", 139)])
+@pytest.mark.parametrize("command, code", [("exit 0", 0), ("exit 255", 255), ("kill -9 $$", 137)])
 def test_exit_code_is_the_commands(command, code):
     assert run("sh", "-c", command).returncode == code
 
