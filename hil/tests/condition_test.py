@@ -24,7 +24,8 @@ def test_a_clause_compares_with_the_unit_of_its_signal(dbc, text, value, expecte
     assert condition.holds({condition.signals[0].name: value}) is expected
 
 
-@pytest.mark.parametrize("text", ["PackSensor.PackCurrent != 0 A", "BmsStatus.State != Fault", "BmsStatus.Faults lacks MasterLost"])
+@pytest.mark.parametrize("text", ["PackSensor.PackCurrent != 0 A", "BmsStatus.State != Fault",
+                                  "BmsStatus.Faults lacks MasterLost"])
 def test_what_is_not_known_fulfils_nothing(dbc, text):
     condition = Condition.parse(text, dbc)
     assert not condition.holds({condition.signals[0].name: None})

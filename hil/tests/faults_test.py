@@ -24,7 +24,8 @@ def drive(dbc, frame):
         for tick in range(begin, begin + ticks):
             inputs = [(frame("Pedals", tick * 10, tick % 16, Apps1=tick * 0.1), 0), (lockstep("Sync", tick), 0),
                       (frame("BmsStatus", tick * 10, tick % 16, Soc=tick), 1), (lockstep("DoneBms", tick), 1),
-                      (frame("InverterCommand", tick * 10, tick % 16, PhaseCurrent=tick), 1), (lockstep("DoneMaster", tick), 1)]
+                      (frame("InverterCommand", tick * 10, tick % 16, PhaseCurrent=tick), 1),
+                      (lockstep("DoneMaster", tick), 1)]
             for one, side in inputs:
                 for left in gateway.forward(one, side):
                     out.setdefault(left.id, []).append((tick, left))

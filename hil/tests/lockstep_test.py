@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The harness in the barrier, against a plant that is a thread on python-can's virtual bus; and the clock without one."""
+"""The harness in the barrier, against a plant that is a thread on a virtual bus; and the clock without a barrier."""
 import threading
 
 import pytest

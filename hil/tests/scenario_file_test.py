@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scenario file is read whole before anything runs, and every mistake is told with file, line, field and what fits."""
+"""A scenario file is read whole before anything runs, and a mistake is told with file, line, field and what fits."""
+import pathlib
+
 import pytest
 
 from voltlap_hil.errors import InputError
@@ -56,16 +58,18 @@ def test_a_page_becomes_steps_and_checks(read):
     assert [len(part) for part in (s.given, s.when, s.meanwhile, s.then, s.always)] == [3, 1, 1, 2, 1]
     assert s.needs_gateway
     assert s.then[1].lasts_ms == 50  # the bound of MST-001
-    assert {"Pedals.BrakeFront", "InverterStatus.PhaseCurrent", "MasterStatus.Faults", "BmsStatus.State"} <= set(s.watch)
+    needed = {"Pedals.BrakeFront", "InverterStatus.PhaseCurrent", "MasterStatus.Faults", "BmsStatus.State"}
+    assert needed <= set(s.watch)
 
 
 def test_it_observes_until_every_bound_has_passed(read):
-    assert read(GOOD).observe_ms == (100 + 100) + (250 + 100)
+    assert read(GOOD).observe_ms == (250 + 100) + 500
     assert read(GOOD + "observe: 2 s\n").observe_ms == 2000
 
 
 @pytest.mark.parametrize("step, call", [
-    ("driver: {brake: 50 %, ts_on: pressed, shutdown: open}", ("driver", (), {"brake": 50.0, "ts_on": "On", "shutdown": "Off"})),
+    ("driver: {brake: 50 %, ts_on: pressed, shutdown: open}",
+     ("driver", (), {"brake": 50.0, "ts_on": "On", "shutdown": "Off"})),
     ("plant: {fault: CellOffset, index: 3, value: 700 mV}", ("plant", ("CellOffset", 3, 700), {})),
     ("plant: {fault: ThermistorOffset, value: 40 degC}", ("plant", ("ThermistorOffset", 0, 400), {})),
     ("plant: {fault: CellResistanceScale, index: 1, value: 3}", ("plant", ("CellResistanceScale", 1, 300), {})),
@@ -77,7 +81,8 @@ def test_it_observes_until_every_bound_has_passed(read):
     ("send: {message: BmsLimits, signals: {DischargeLimit: 10 A, DischargeReason: Fault}}",
      ("send", ("BmsLimits",), {"DischargeLimit": 10.0, "DischargeReason": "Fault"})),
     ("gateway: {silence: BMS}", ("gateway", ("silence", ["BMS"], None), {})),
-    ("gateway: {drop: [Pedals, VehicleIo], every: 2, for: 1 s}", ("gateway", ("drop", ["Pedals", "VehicleIo"], 1000.0), {"every": 2})),
+    ("gateway: {drop: [Pedals, VehicleIo], every: 2, for: 1 s}",
+     ("gateway", ("drop", ["Pedals", "VehicleIo"], 1000.0), {"every": 2})),
     ("gateway: {delay: Pedals, by: 30 ms}", ("gateway", ("delay", ["Pedals"], None), {"ticks": 3})),
     ("gateway: {duplicate: Pedals}", ("gateway", ("duplicate", ["Pedals"], None), {"copies": 1})),
     ("gateway: {corrupt: Pedals}", ("gateway", ("corrupt", ["Pedals"], None), {"bit": None})),
@@ -112,10 +117,12 @@ MISTAKES = [
     ("100 %", "120 %", 5, "expected 0 % to 100 %"),
     ("shutdown: closed", "shutdown: pressed", 5, "expected one of closed, open, automatic"),
     ("shutdown: closed", "clutch: closed", 5, "found 'clutch', expected one of accelerator"),
-    ("InverterStatus.PhaseCurrent", "InverterStatus.Current", 6, "given[2].wait.for: InverterStatus has no signal 'Current'"),
+    ("InverterStatus.PhaseCurrent", "InverterStatus.Current", 6,
+     "given[2].wait.for: InverterStatus has no signal 'Current'"),
     ("within: 1 s", "within: 1 hour", 6, "given[2].wait.within: found '1 hour', expected a time"),
     (", within: 1 s", "", 6, "given[2].wait: 'within' is missing"),
-    ("delay: Pedals", "delay: Pedal", 8, "when[0].gateway.delay: 'Pedal' is no message, group of messages or node. Did you mean Pedals"),
+    ("delay: Pedals", "delay: Pedal", 8,
+     "when[0].gateway.delay: 'Pedal' is no message, group of messages or node. Did you mean Pedals"),
     ("by: 60 ms", "by: 65 ms", 8, "multiple of 10 ms"),
     ("by: 60 ms", "copies: 2", 8, "delay has no 'copies'; it has for, by"),
     ("by: 60 ms, ", "", 8, "'by' is missing"),
@@ -124,7 +131,8 @@ MISTAKES = [
     ("run: 100 ms", "run: [100 ms]", 10, "meanwhile[0].run: found a list, expected text or a number"),
     ("torque_zero_within: 100 ms", "torque_zero_within: MST-020", 12, "MST-020 states no time"),
     ("torque_zero_within", "torque_zero", 12, "found 'torque_zero', expected one of torque_zero_within"),
-    ("has PedalsLost", "has PedalLost", 13, "then[1].reached.condition: MasterStatus.Faults has no bit 'PedalLost'. Did you mean PedalsLost"),
+    ("has PedalsLost", "has PedalLost", 13,
+     "then[1].reached.condition: MasterStatus.Faults has no bit 'PedalLost'. Did you mean PedalsLost"),
     ("{within: 250 ms, ", "{", 15, "always[0].contactors_open_within: 'within' is missing"),
     ("given:\n", "given: {\n", 4, "this is no YAML"),
     ("proves:", "scenario:", 2, "'scenario' stands here twice"),
@@ -159,3 +167,17 @@ def test_a_file_that_is_no_scenario_is_told(read, text, complaint):
 def test_a_file_that_is_not_there_is_told(dbc):
     with pytest.raises(InputError, match="none.yaml: No such file"):
         load("none.yaml", dbc)
+
+
+SHIPPED = sorted((pathlib.Path(__file__).resolve().parents[1] / "scenarios").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_every_scenario_of_the_project_is_right(path, dbc):
+    scenario = load(path, dbc)
+    assert scenario.when and scenario.then and scenario.title
+
+
+def test_there_are_scenarios_and_each_has_a_title_of_its_own(dbc):
+    titles = [load(path, dbc).title for path in SHIPPED]
+    assert len(titles) >= 25 and len(set(titles)) == len(titles)

@@ -65,9 +65,22 @@ def test_without_lockstep_a_delay_is_of_the_wall_clock(dbc, sides):
         assert 0.15 < time.monotonic() - begin < 1.0
 
 
-def test_it_ends_with_its_owner(dbc, sides):
+def test_a_closed_gateway_forwards_nothing_and_its_process_serves_the_next(dbc, sides):
+    plant, ecus = sides
+    with GatewayProcess("vcan0", "vcan1", dbc) as first:
+        first.install(Rule("drop", frozenset([PEDALS])))
+    plant.send([Frame(PEDALS, bytes(8))])
+    assert drained(ecus) == []
+    with GatewayProcess("vcan0", "vcan1", dbc) as second:
+        assert second._worker is first._worker
+        plant.send([Frame(PEDALS, bytes(8))])
+        assert drained(ecus) == [Frame(PEDALS, bytes(8))]
+
+
+def test_a_gateway_that_dies_is_told(dbc, sides):
     gateway = GatewayProcess("vcan0", "vcan1", dbc)
+    gateway._worker.process.kill()
+    gateway._worker.process.join()
+    with pytest.raises(HilError, match="gateway: it has died"):
+        gateway.check_alive()
     gateway.close()
-    assert not gateway._process.is_alive()
-    sides[0].send([Frame(PEDALS, bytes(8))])
-    assert drained(sides[1]) == []

@@ -52,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     runs.add_argument("--report", type=Path, metavar="FILE", action="append", default=[],
                       help="results as .xml (JUnit), .md or .html; may be given several times")
     runs.add_argument("--check-only", action="store_true", help="read the files and say whether they are right")
+    parser.epilog = "\n" + runs.format_help()  # the help of all is the help of its one command
     return parser
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sentences about signals: `BmsStatus.State = Fault`, `PackSensor.PackCurrent > 100 A and MasterStatus.Faults has PedalsLost`.
+"""Sentences about signals: `BmsStatus.State = Fault`, `PackSensor.PackCurrent > 9 A and BmsStatus.Faults has MasterLost`.
 
 A clause is SIGNAL OP VALUE with OP one of = != < <= > >=, or SIGNAL has BIT, or SIGNAL lacks BIT; clauses are joined by
 `and`. A number carries the unit of its signal. A signal that was not heard or says "no measurement" fulfils nothing.
@@ -63,7 +63,8 @@ def _clause(text: str, dbc: Dbc) -> Clause:
         return Clause(signal, operation, float(1 << signal.bit(operand)))
     if signal.states:
         if operation not in ("=", "!=") or operand not in signal.states.values():
-            raise InputError(f"{signal.name} cannot be {operation} {operand!r}.{did_you_mean(operand, signal.states.values())} "
+            near = did_you_mean(operand, signal.states.values())
+            raise InputError(f"{signal.name} cannot be {operation} {operand!r}.{near} "
                              f"Expected = or != and one of {', '.join(signal.states.values())}")
         return Clause(signal, operation, operand)
     try:

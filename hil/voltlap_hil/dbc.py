@@ -112,7 +112,7 @@ class Message:
         return {name: signal.read(data) for name, signal in self.signals.items()}
 
     def encode(self, values: Mapping[str, Value | None], base: bytes | None = None) -> bytes:
-        """Payload with `values` in their units over `base`; None is "no measurement". Counter and CRC are left to seal."""
+        """Payload with `values` in their units over `base`; None is "no measurement". Counter and CRC: see seal."""
         content: dict[str, Any] = dict.fromkeys(self.signals, 0)
         if base is not None:
             content = {name: signal.raw(base) for name, signal in self.signals.items()}
@@ -236,7 +236,8 @@ class Dbc:
             some = [m for m in self.messages.values()
                     if m.file != LOCKSTEP_FILE and (name in (m.name, m.sender) or group.fullmatch(m.name))]
             if not some:
-                raise InputError(f"{name!r} is no message, group of messages or node.{did_you_mean(name, self.messages)} "
+                near = did_you_mean(name, self.messages)
+                raise InputError(f"{name!r} is no message, group of messages or node.{near} "
                                  f"Nodes: {', '.join(self.nodes)}")
             found.update((m.name, m) for m in some)
         return list(found.values())

@@ -99,7 +99,8 @@ class LockstepClock:
             if self._take_turn(_READY_EVERY_S):
                 return
             self._watch()
-        raise HilError(f"no tick within {self._patience_s:g} s: plant or a member of its barrier is missing on this bus")
+        raise HilError(f"no tick within {self._patience_s:g} s: plant or a member of its barrier is missing "
+                       "on this bus")
 
     def _await_turn(self) -> None:
         give_up = time.monotonic() + self._patience_s

@@ -54,10 +54,18 @@ class Nodes:
         text = self._output[name].read_text(errors="replace").strip()
         return text[-2000:] or "it wrote nothing"
 
-    def close(self) -> None:
-        """Waits for their own end, then ends what still runs."""
-        give_up = time.monotonic() + _END_S
+    def stop(self) -> None:
+        """Asks every process to end now."""
         for process in self._running.values():
+            process.terminate()
+        self.close()
+
+    def close(self) -> None:
+        """Waits for the plant's own end and then for that of the others; what still runs is ended here."""
+        plant = self._running.get("plant")
+        alone = plant is None or plant.poll() is not None
+        give_up = time.monotonic() + (0.0 if alone else _END_S)
+        for process in sorted(self._running.values(), key=lambda p: p is not plant):
             try:
                 process.wait(max(0.1, give_up - time.monotonic()))
             except subprocess.TimeoutExpired:

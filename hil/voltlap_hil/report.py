@@ -38,7 +38,8 @@ def _summary(outcomes: Sequence[Outcome]) -> str:
 
 
 def markdown(outcomes: Sequence[Outcome]) -> str:
-    lines = ["# Scenarios", "", _summary(outcomes), "", "| " + " | ".join(_COLUMNS) + " |", "|---" * len(_COLUMNS) + "|"]
+    head = ["| " + " | ".join(_COLUMNS) + " |", "|---" * len(_COLUMNS) + "|"]
+    lines = ["# Scenarios", "", _summary(outcomes), "", *head]
     lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in _rows(outcomes)]
     return "\n".join(lines) + "\n"
 
@@ -63,7 +64,8 @@ def junit(outcomes: Sequence[Outcome]) -> str:
                                 failures=str(sum(not o.good and not o.error for o in outcomes)),
                                 errors=str(sum(bool(o.error) for o in outcomes)))
     for outcome in outcomes:
-        case = ElementTree.SubElement(suite, "testcase", classname="voltlap_hil.scenarios", time=f"{outcome.wall_s:.3f}",
+        case = ElementTree.SubElement(suite, "testcase", classname="voltlap_hil.scenarios",
+                                      time=f"{outcome.wall_s:.3f}",
                                       name=outcome.scenario.title + ("" if outcome.with_event else " (without event)"))
         if outcome.error:
             ElementTree.SubElement(case, "error", message=outcome.error)

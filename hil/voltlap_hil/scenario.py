@@ -31,6 +31,7 @@ from .trace import Trace
 STAGES = ("low_voltage", "tractive_system", "ready_to_drive")
 SWITCHES = {"ts_on": "TsOn", "ready_to_drive": "ReadyToDrive", "reset": "Reset", "shutdown": "Shutdown"}
 _ALL_HEARD_MS = 300.0  # after power-on: every sensor has been heard
+_LOST_AFTER_S = "60"  # wall time that a busy machine may take over a tick
 
 
 class Rig:
@@ -71,7 +72,7 @@ class Rig:
         ids = None if watch is None or record else self._ids_of(watch)
         self._lockstep: LockstepClock | None = None
         if start:
-            self._lockstep = LockstepClock(channel, self.dbc, ids, watch_processes=self.nodes.check_alive)
+            self._lockstep = LockstepClock(channel, self.dbc, ids, watch_processes=self._check_processes)
             self._start_nodes(channel, far, behind, arguments)
         self.clock: Clock = self._lockstep or (
             BusClock(channel, self.dbc, ids, interface, operator) if operator
@@ -83,7 +84,13 @@ class Rig:
         for ecu in ECUS:
             at = far if far and ecu in behind else channel
             self.nodes.start(ecu, ["ecu", ecu, "--bus", at, *arguments])
-        self.nodes.start("plant", ["plant", "--bus", channel, "--members", "bms,master,hil", *arguments])
+        self.nodes.start("plant", ["plant", "--bus", channel, "--members", "bms,master,hil", "--driver", "none",
+                                   "--lost-after", _LOST_AFTER_S, *arguments])
+
+    def _check_processes(self) -> None:
+        if self._gateway:
+            self._gateway.check_alive()
+        self.nodes.check_alive()
 
     def _ids_of(self, watch: Iterable[str]) -> list[int]:
         return sorted({self.dbc.message(name.partition(".")[0]).id for name in watch})

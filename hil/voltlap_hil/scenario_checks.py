@@ -14,8 +14,8 @@ from .yaml_node import Node
 
 _SIMPLE = {"torque_zero_within": checks.torque_zero_within, "contactors_open_within": checks.contactors_open_within,
            "contactors_commanded_open_within": checks.contactors_commanded_open_within,
-           "limit_obeyed_within": checks.limit_obeyed,
-           "no_torque_above_limit_within": checks.no_torque_above_limit}
+           "limit_obeyed_within": checks.limit_obeyed_within,
+           "no_torque_above_limit_within": checks.no_torque_above_limit_within}
 
 
 def read_check(node: Node, dbc: Dbc) -> checks.Check:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scenario as a page of YAML: given, when, meanwhile, then, always. Every mistake is told with file, line and field."""
+"""A scenario as a page of YAML: given, when, meanwhile, then, always. Every mistake is told with its place."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -44,6 +44,7 @@ class Scenario:
         return sorted({name for part in (self.steps, self.then, self.always) for one in part for name in one.needs})
 
 
+_AFTER_MS = 500.0
 TOP = ["scenario", "proves", "behind_gateway", "arguments", "given", "when", "meanwhile", "then", "always", "observe"]
 
 
@@ -71,7 +72,5 @@ def load(path: str | Path, dbc: Dbc) -> Scenario:
 
 
 def _long_enough(scenario: Scenario) -> float:
-    """Every bound and what must last beyond it; what starts with `after` starts when the others are done."""
-    every = [*scenario.then, *scenario.always]
-    first = max((c.lasts_ms for c in every if c.after is None), default=0.0)
-    return first + max((c.lasts_ms for c in every if c.after is not None), default=0.0)
+    """Every bound and what must last beyond it. What starts with `after` is given half a second to start."""
+    return max(c.lasts_ms + (_AFTER_MS if c.after else 0.0) for c in [*scenario.then, *scenario.always])

@@ -98,7 +98,8 @@ def _send(node: Node, dbc: Dbc) -> Step:
 
 # What each fault of the bus may say besides its messages and `for`.
 _GATEWAY_WORDS = {"drop": ["every"], "silence": [], "delay": ["by"], "duplicate": ["copies"], "corrupt": ["bit"],
-                  "replay": ["frames"], "stuck_counter": [], "babble": ["frames"], "second_sender": ["signals", "counter_ahead"]}
+                  "replay": ["frames"], "stuck_counter": [], "babble": ["frames"],
+                  "second_sender": ["signals", "counter_ahead"]}
 
 
 def _gateway(node: Node, dbc: Dbc) -> Step:
