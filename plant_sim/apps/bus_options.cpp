@@ -13,7 +13,8 @@ constexpr double kLostAfterMin_s = 0.2, kLostAfterMax_s = 3600.0;
 
 CLI::Option* BusOptions::add_interface(CLI::App& command) {
   return command.add_option("--bus", interface, "CAN interface, such as vcan0 (none here: ./voltlap with-vcan COMMAND)")
-      ->type_name("IF");
+      ->type_name("IF")
+      ->check(some_name("the name of a CAN interface"));
 }
 
 CLI::Option* BusOptions::add_realtime(CLI::App& command) {

@@ -127,14 +127,14 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
     return exit_code_of_interrupt();
   }
 
-  recorder.commit();
+  recorder.complete();
   const TraceHash::Result hash = recorder.hash.finish();
   const auto facts = socket != nullptr ? std::optional(socket->facts()) : std::nullopt;
   const auto load = recorder.load ? std::optional(recorder.load->result()) : std::nullopt;
   if (json) {
     json->write(run_result_json(run, chosen.vehicle, result, hash, wall_s, facts ? &*facts : nullptr,
                                 load ? &*load : nullptr));
-    json->commit();
+    json->complete();
   }
   if (recorder.report) {
     recorder.report->finish({.run = run,
@@ -144,6 +144,8 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
                              .hash = hash,
                              .wall_s = wall_s});
   }
+  recorder.commit();
+  if (json) json->commit();
   const std::string reference_file = data.path("reference/endurance.csv");
   const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
   std::FILE* summary = summary_stream({json_, csv_, candump_, report_});
@@ -167,6 +169,7 @@ EnduranceCommand::EnduranceCommand(CLI::App& app)
   CLI::Option* bus = bus_.add_interface(*command_);
   CLI::Option* realtime = bus_.add_realtime(*command_)->needs(bus);
   bus_.add_lockstep(*command_, realtime);
+  for (const char* flag : {"--pace", "--lost-after"}) command_->get_option(flag)->needs(bus);
   command_->footer("A FILE named - is standard output; the summary then goes to standard error.\n"
                    "Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
                    "With --bus, plant, BMS and master controller are processes of their own on the interface, in lockstep: the\n"

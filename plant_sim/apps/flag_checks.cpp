@@ -120,15 +120,17 @@ CLI::Validator number_between(double low, double high) {
           "", "number_between"};
 }
 
+CLI::Validator some_name(std::string expected) {
+  return {[expected](const std::string& name) {
+            return name.empty() ? refusal("an empty name", expected, "Give one, or leave the flag out") : std::string();
+          },
+          "", "some_name"};
+}
+
 CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::string& file, const std::string& help) {
   return command.add_option(flag, file, help)
       ->type_name("FILE")
-      ->check(CLI::Validator(
-          [](const std::string& name) {
-            return name.empty() ? refusal("an empty name", "a path, or - for standard output", "Name a file")
-                                : std::string();
-          },
-          "", "output_file"));
+      ->check(some_name("a path, or - for standard output"));
 }
 
 std::FILE* summary_stream(std::initializer_list<std::string> result_files) {

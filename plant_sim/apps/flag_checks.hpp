@@ -16,6 +16,9 @@ namespace voltlap::plant {
 /// Any number, both ends included.
 [[nodiscard]] CLI::Validator number_between(double low, double high);
 
+/// A name that is not empty; `expected` in words.
+[[nodiscard]] CLI::Validator some_name(std::string expected);
+
 /// Adds a flag that names a result file; `-` is standard output.
 CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::string& file, const std::string& help);
 

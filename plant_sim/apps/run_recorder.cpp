@@ -70,9 +70,15 @@ void RunRecorder::end_progress() {
   line_open_ = false;
 }
 
+void RunRecorder::complete() {
+  if (series) series->complete();
+  if (candump) candump->complete();
+}
+
 void RunRecorder::commit() {
   if (series) series->commit();
   if (candump) candump->commit();
+  if (report) report->commit();
 }
 
 }  // namespace voltlap::plant

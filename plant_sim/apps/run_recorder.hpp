@@ -35,7 +35,8 @@ class RunRecorder : public EnduranceObserver {
 
   /// Clears the progress line.
   void end_progress();
-  /// Puts the result files in place.
+  /// Everything that was recorded is on the disk; then `commit` puts the files in place.
+  void complete();
   void commit();
 
  private:

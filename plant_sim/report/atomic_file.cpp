@@ -78,12 +78,18 @@ void AtomicFile::flush() {
   buffer_.clear();
 }
 
-void AtomicFile::commit() {
+void AtomicFile::complete() {
+  if (gzip_ == nullptr && file_ == nullptr) return;
   flush();
   errno = 0;
   const bool closed = gzip_ != nullptr ? gzclose(std::exchange(gzip_, nullptr)) == Z_OK
                                        : std::fclose(std::exchange(file_, nullptr)) == 0;
   if (!closed) fail("finish");
+}
+
+void AtomicFile::commit() {
+  complete();
+  errno = 0;
   if (!direct_ && std::rename(written_path_.c_str(), path_.c_str()) != 0) fail("put in place");
   written_path_.clear();
 }

@@ -25,6 +25,9 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   void write(std::string_view text);
+  /// Everything is on the disk, though not yet under its name: of several files none is put in place before all are
+  /// complete.
+  void complete();
   void commit();
 
  private:

@@ -18,6 +18,7 @@ class CandumpFile : public FrameSink {
  public:
   CandumpFile(const std::string& path, std::uint32_t tick_ms) : file_(path), tick_ms_(tick_ms) {}
   void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override;
+  void complete() { file_.complete(); }
   void commit() { file_.commit(); }
 
  private:

@@ -163,7 +163,7 @@ void HtmlReport::finish(const ReportedRun& reported) {
                          .body = html_report_body(reported),
                          .scripts = {kScripts.begin(), kScripts.end()},
                          .data = data(reported)}));
-  file_.commit();
+  file_.complete();
 }
 
 }  // namespace voltlap::plant

@@ -32,8 +32,9 @@ class HtmlReport {
   explicit HtmlReport(const std::string& path);
 
   void add(const TimeSample& sample);
-  /// Writes the page and puts the file in place.
+  /// Writes the whole page, not yet under its name.
   void finish(const ReportedRun& reported);
+  void commit() { file_.commit(); }
 
  private:
   [[nodiscard]] std::string data(const ReportedRun& reported) const;

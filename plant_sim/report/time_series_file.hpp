@@ -15,6 +15,7 @@ class TimeSeriesFile {
   /// Writes the head. `rate_hz` is kSamplesPerSecond or an even part of it; throws InputError otherwise.
   TimeSeriesFile(const std::string& path, double rate_hz, const RunDescription& run, const VehicleParameters& car);
   void add(const TimeSample& sample);
+  void complete() { file_.complete(); }
   void commit() { file_.commit(); }
 
  private:

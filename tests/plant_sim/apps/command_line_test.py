@@ -149,7 +149,8 @@ def test_result_on_standard_output_leaves_the_summary_to_standard_error():
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_interrupted_run_says_so_and_leaves_the_files_as_they_were(tmp_path, number, code):
     (tmp_path / "a.json").write_text("earlier")
-    arguments = [BINARY, "endurance", "--laps", "5000", "--json", "a.json", "--csv", "a.csv", "--candump", "a.log"]
+    arguments = [BINARY, "endurance", "--laps", "5000", "--json", "a.json", "--csv", "a.csv", "--candump", "a.log",
+                 "--report", "a.html"]
     run = subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 10
     while not list(tmp_path.glob("a.log.part-*")) and time.monotonic() < deadline:

@@ -13,7 +13,8 @@ import subprocess
 import pytest
 
 BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
-OUTPUTS = {"--json": "../out/run.json", "--csv": "../out/run.csv.gz", "--candump": "../out/run.log"}
+OUTPUTS = {"--json": "../out/run.json", "--csv": "../out/run.csv.gz", "--candump": "../out/run.log",
+           "--report": "../out/run.html"}
 
 CORNERS = "straight_m,corner_radius_m,corner_angle_rad\n"
 SECTIONS = "type,section_length_m,corner_radius_m\n"
@@ -188,6 +189,13 @@ ERRORS = {
         "one of the two", "Leave one out"),
     "rate without csv": Error("--rate 5", "--rate", "without --csv", "both", "Add --csv, or leave --rate out",
         outputs={}),
+    "pace without a bus": Error("--pace 2", "--pace", "without --bus", "both", "Add --bus, or leave --pace out"),
+    "real time without a bus": Error("--realtime", "--realtime", "without --bus", "both", "Add --bus"),
+    "bus without a name": Error("--bus ''", "--bus", "an empty name", "the name of a CAN interface", "Give one"),
+    "pace of nothing": Error("--bus vcan0 --pace 0", "--pace", "0", "a number from 0.01 to 1000", "Correct the number"),
+    "unknown member": Error("--bus vcan0 --members bms,mastr", "--members", '"mastr"', "bms, master, logger, hil",
+        "Did you mean master?", command="plant", outputs={}),
+    "no interface named": Error("bms", "--bus", "no value", "one behind it", "Add it", command="ecu", outputs={}),
     "rate between samples": Error("--rate 3", "--rate", "3 Hz", "10 Hz or an even part", "Choose one of these"),
     "rate of nothing": Error("--rate 0", "--rate", "0", "a number above 0", "Correct the number"),
     # outputs
@@ -197,6 +205,10 @@ ERRORS = {
         outputs={**OUTPUTS, "--csv": "gone/x.csv"}),
     "missing folder for the log": Error("", "gone/x.log", "No such file or directory", WRITABLE, MAKE_ROOM,
         outputs={**OUTPUTS, "--candump": "gone/x.log"}),
+    "missing folder for the report": Error("", "gone/x.html", "No such file or directory", WRITABLE, MAKE_ROOM,
+        outputs={**OUTPUTS, "--report": "gone/x.html"}),
+    "folder for the report": Error("", "../out", "Is a directory", WRITABLE, MAKE_ROOM,
+        outputs={**OUTPUTS, "--report": "../out"}),
     "missing folder for a lap": Error("", "gone/x.json", "No such file or directory", WRITABLE, MAKE_ROOM,
         command="lap", outputs={"--json": "gone/x.json"}),
     "file for a folder": Error("", "t.csv/x.json", "Not a directory", WRITABLE, MAKE_ROOM, files={"t.csv": ""},
@@ -204,7 +216,7 @@ ERRORS = {
     "folder for a file": Error("", "../out", "Is a directory", WRITABLE, MAKE_ROOM, outputs={**OUTPUTS,
         "--json": "../out"}),
     "file without a name": Error("--json ''", "--json", "an empty name", "a path, or - for standard output",
-        "Name a file", outputs={}),
+        "Give one", outputs={}),
     "one file for two": Error("", "--json, --csv, --candump", "one file for two", "a file for each",
         "Give different names", outputs={"--json": "x", "--csv": "x"}),
     "full device": Error("--laps 1", "/dev/full", "No space left on device", WRITABLE, MAKE_ROOM, outputs={**OUTPUTS,
@@ -213,6 +225,10 @@ ERRORS = {
         disk_bytes=100_000),
     "full disk while the series is written": Error("--laps 1", "run.csv.gz", "File too large", WRITABLE, MAKE_ROOM,
         disk_bytes=30_000, outputs={name: OUTPUTS[name] for name in ("--json", "--csv")}),
+    "full disk for the report": Error("--laps 1", "run.html", "File too large", WRITABLE, MAKE_ROOM, disk_bytes=50_000,
+        outputs={name: OUTPUTS[name] for name in ("--json", "--report")}),
+    "full device for the report, written last": Error("--laps 1", "/dev/full", "No space left on device", WRITABLE,
+        MAKE_ROOM, outputs={**OUTPUTS, "--report": "/dev/full"}),
     "full disk for the result": Error("--laps 1", "run.json", "File too large", WRITABLE, MAKE_ROOM, disk_bytes=1000,
         outputs={"--json": OUTPUTS["--json"]}),
     "full disk for a lap": Error("", "run.json", "File too large", WRITABLE, MAKE_ROOM, disk_bytes=10, command="lap",
@@ -263,7 +279,8 @@ def test_table_of_errors_has_a_limit_that_a_good_run_does_not_meet(folders):
     inputs, outputs = folders
     flags = [word for pair in OUTPUTS.items() for word in pair]
     assert voltlap(inputs, ["endurance", "--laps", "1", *flags], disk_bytes=10**9).returncode == 0
-    assert all(content != b"earlier" for content in contents(outputs).values()) and len(contents(outputs)) == 3
+    written = contents(outputs)
+    assert len(written) == len(OUTPUTS) and b"earlier" not in written.values()
 
 
 @pytest.mark.parametrize("arguments", ["lap", "list keys", "endurance --laps 1 --csv -"])

@@ -39,6 +39,26 @@ TEST(AtomicFile, LeavesNothingBehindWithoutCommit) {
   LONGS_EQUAL(0, scratch.files());
 }
 
+TEST(AtomicFile, CompleteFileHasItsNameOnlyAfterCommit) {
+  scratch.write("result", "earlier");
+  AtomicFile file(scratch.file("result"));
+  file.write("new");
+  file.complete();
+  STRCMP_EQUAL("earlier", content(scratch.file("result")).c_str());
+  file.commit();
+  STRCMP_EQUAL("new", content(scratch.file("result")).c_str());
+  LONGS_EQUAL(1, scratch.files());
+}
+
+TEST(AtomicFile, CompleteFileThatIsNotCommittedLeavesNothing) {
+  {
+    AtomicFile file(scratch.file("result"));
+    file.write("new");
+    file.complete();
+  }
+  LONGS_EQUAL(0, scratch.files());
+}
+
 TEST(AtomicFile, KeepsTheEarlierFileWhenTheNewOneIsNotCommitted) {
   scratch.write("result", "earlier");
   { AtomicFile(scratch.file("result")).write("half"); }

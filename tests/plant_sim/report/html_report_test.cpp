@@ -39,6 +39,7 @@ TEST_GROUP(HtmlReport) {
       report.add(sample);
     }
     report.finish(reported);
+    report.commit();
     std::ostringstream text;
     text << std::ifstream(scratch.file("report.html")).rdbuf();
     return text.str();
