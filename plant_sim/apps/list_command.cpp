@@ -30,10 +30,11 @@ void print_keys(const VehicleParameters& car) {
 }  // namespace
 
 ListCommand::ListCommand(CLI::App& app)
-    : command_(app.add_subcommand("list", "Names of vehicles, tracks and cells; keys of --set with unit, range, value")) {
-  command_->add_option("what", what_, "vehicles, tracks, cells or keys")
+    : command_(app.add_subcommand(
+          "list", "Names of vehicles, tracks, cells and bench plans; keys of --set with unit, range, value")) {
+  command_->add_option("what", what_, "vehicles, tracks, cells, bench or keys")
       ->required()
-      ->check(one_of({"vehicles", "tracks", "cells", "keys"}));
+      ->check(one_of({"vehicles", "tracks", "cells", "bench", "keys"}));
   car_.add_vehicle(*command_);
   command_->footer("--vehicle and --set choose the car whose values `list keys` shows.");
 }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "apps/bench_test_command.hpp"
 #include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
 #include "apps/exit_code.hpp"
@@ -24,6 +25,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "voltlap " VOLTLAP_VERSION);
   app.require_subcommand(1);
   app.failure_message(usage_message);
+  BenchTestCommand bench_test(app);
   EnduranceCommand endurance(app);
   LapCommand lap(app);
   ListCommand list(app);
@@ -36,6 +38,7 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitOk : kExitInput;
   }
   const DataFolder data(VOLTLAP_DATA_FOLDER);
+  if (bench_test.chosen()) return bench_test.run(data);
   if (endurance.chosen()) return endurance.run(data);
   if (lap.chosen()) return lap.run(data);
   if (plant.chosen()) return plant.run(data);

@@ -16,6 +16,11 @@ namespace fs = std::filesystem;
 
 const char* extension_of(const std::string& kind) { return kind == "tracks" ? ".csv" : ".toml"; }
 
+/// A member of the folder, in words.
+std::string word_for(const std::string& kind) {
+  return kind == "bench" ? "bench plan" : kind.substr(0, kind.size() - 1);
+}
+
 bool is_file(const fs::path& path) {
   std::error_code ignored;
   return fs::exists(path, ignored) && !fs::is_directory(path, ignored);
@@ -46,7 +51,7 @@ std::string DataFolder::find(const std::string& kind, const std::string& name, c
   if (!beside.empty() && is_file(fs::path(beside) / name)) return (fs::path(beside) / name).string();
   if (is_file(name)) return name;
   const std::vector<std::string> known = names(kind);
-  const std::string one = kind.substr(0, kind.size() - 1), nearest = nearest_of(name, known, name.size() / 2);
+  const std::string one = word_for(kind), nearest = nearest_of(name, known, name.size() / 2);
   std::error_code ignored;
   throw InputError(
       fmt::format("{}: found \"{}\", {}; expected a {} ({}) or the path of a {} file. {}Correct the name or the path.",

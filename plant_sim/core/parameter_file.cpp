@@ -2,17 +2,16 @@
 #include "core/parameter_file.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
-#include <sstream>
 
 #include "core/errors.hpp"
 #include "core/parameter_check.hpp"
 #include "core/parameter_table.hpp"
+#include "core/toml_text.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -32,22 +31,6 @@ using Assignments = std::map<std::string, Assignment>;
 constexpr std::string_view kCellsPrefix = "battery.cells.";
 
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
-
-/// The path as a person at the prompt would write it.
-std::string shown(const std::string& path) {
-  std::error_code ignored;
-  const std::string near = fs::proximate(path, ignored).string();
-  return near.empty() || near.size() > path.size() ? path : near;
-}
-
-std::string found_text(const toml::node& node) {
-  if (node.is_floating_point()) return fmt::format("{}", **node.as_floating_point());  // as short as it was written
-  std::ostringstream out;
-  node.visit([&](const auto& value) { out << value; });
-  std::string text = out.str();
-  constexpr std::size_t kShown = 60;
-  return text.size() > kShown ? text.substr(0, kShown) + " ..." : text;
-}
 
 /// Where a value came from and which key it is for; a --set names its key already.
 std::string place_of(const Assignment& assignment, std::string_view key) {
@@ -92,86 +75,42 @@ void flatten(const toml::table& table, const std::string& prefix, const std::str
     if (const toml::table* section = node.as_table()) {
       flatten(*section, key + ".", file, rank, into);
     } else {
-      std::shared_ptr<toml::node> value;
-      node.visit([&](const auto& v) { value = std::make_shared<std::decay_t<decltype(v)>>(v); });
-      put(into, key, {value, fmt::format("{}:{}", file, node.source().begin.line), rank});
+      put(into, key, {copy_of(node), fmt::format("{}:{}", file, node.source().begin.line), rank});
     }
   }
-}
-
-toml::table parse_file(const std::string& path) {
-  try {
-    return toml::parse_file(path);
-  } catch (const toml::parse_error& error) {
-    const auto line = error.source().begin.line;
-    throw InputError(line != 0 ? fmt::format("{}:{}", shown(path), line) : shown(path),
-                     fmt::format("no valid TOML ({})", error.description()),
-                     "lines of the form key = value under [section] headings, each key once", "Correct this line");
-  }
-}
-
-/// The file's own words, which are no keys of the parameter table.
-std::string take_word(toml::table& table, const std::string& name, const std::string& file) {
-  const toml::node* node = table.get(name);
-  if (node == nullptr) return {};
-  const auto word = node->value<std::string>();
-  if (!word) {
-    throw InputError(fmt::format("{}:{}, {}", file, node->source().begin.line, name), found_text(*node),
-                     "a word in quotes", "Put it in quotes");
-  }
-  table.erase(name);
-  return *word;
 }
 
 /// `chain`: the files that are built on this one, by `base`, up to the car that was asked for.
 void read_vehicle(const DataFolder& data, const std::string& path, std::vector<std::string> chain, Assignments& into,
                   std::string& name) {
-  toml::table table = parse_file(path);
+  toml::table table = parse_toml_file(path);
   const toml::node* base_line = table.get("base");
   const std::string place =
-      base_line == nullptr ? "" : fmt::format("{}:{}, base", shown(path), base_line->source().begin.line);
-  const std::string base = take_word(table, "base", shown(path));
+      base_line == nullptr ? "" : fmt::format("{}:{}, base", shown_path(path), base_line->source().begin.line);
+  const std::string base = take_word(table, "base", shown_path(path));
   chain.push_back(fs::weakly_canonical(path).string());
   if (!base.empty()) {
     const std::string base_path = data.find("vehicles", base, place, folder_of(path));
     if (std::find(chain.begin(), chain.end(), fs::weakly_canonical(base_path).string()) != chain.end()) {
-      throw InputError(place, fmt::format("a circle: {} is built on this file", shown(base_path)),
+      throw InputError(place, fmt::format("a circle: {} is built on this file", shown_path(base_path)),
                        "a chain of vehicles that ends in one without base", "Remove one of the base lines");
     }
     read_vehicle(data, base_path, chain, into, name);
   }
-  name = take_word(table, "name", shown(path));
+  name = take_word(table, "name", shown_path(path));
   if (name.empty()) name = fs::path(path).stem().string();
-  flatten(table, "", shown(path), Rank::kVehicle, into);
+  flatten(table, "", shown_path(path), Rank::kVehicle, into);
 }
 
-/// `key=value`; what is not a TOML value is taken as a word, so that battery.cell=leaf needs no quotes.
-void read_setting(const std::string& setting, Assignments& into) {
-  const std::size_t equals = setting.find('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == setting.size()) {
-    throw InputError("--set " + setting, "no key=value", "for instance --set vehicle.mass_kg=219",
-                     "Write the key, an equals sign and the value, without spaces");
-  }
-  const std::string key = setting.substr(0, equals), text = setting.substr(equals + 1);
-  std::shared_ptr<toml::node> value;
-  try {
-    toml::table parsed = toml::parse("value = " + text);
-    parsed.get("value")->visit([&](auto& v) { value = std::make_shared<std::decay_t<decltype(v)>>(std::move(v)); });
-  } catch (const toml::parse_error&) {
-    value = std::make_shared<toml::value<std::string>>(text);
-  }
-  put(into, key, {value, "--set " + key, Rank::kSetting});
+void read_setting(const std::string& text, Assignments& into) {
+  Setting setting = parse_setting(text);
+  put(into, setting.key, {std::move(setting.value), "--set " + setting.key, Rank::kSetting});
 }
 
 void read_cell_file(const std::string& path, Assignments& into) {
   Assignments cell;
-  flatten(parse_file(path), "cell.", shown(path), Rank::kCellFile, cell);
+  flatten(parse_toml_file(path), "cell.", shown_path(path), Rank::kCellFile, cell);
   into.merge(cell);  // keeps what a vehicle file or --set gave already
-}
-
-std::optional<double> number_of(const toml::node& node) {
-  if (!node.is_number()) return std::nullopt;
-  return node.value<double>();
 }
 
 class Store {
@@ -296,7 +235,7 @@ LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_pa
                           folder_of(path));
     read_cell_file(cell_path, given);
   }
-  require_all(given, shown(path), shown(cell_path));
+  require_all(given, shown_path(path), shown_path(cell_path));
   for (const ParameterRow& row : parameter_rows()) {
     const auto assignment = given.find(std::string(row.key));
     if (assignment != given.end()) std::visit(Store(out, row, assignment->second), row.access);

@@ -15,8 +15,8 @@ class DataFolder {
  public:
   explicit DataFolder(std::string root) : root_(std::move(root)) {}
 
-  /// `kind` is vehicles, cells or tracks. `name` is a name of that folder or a path; a relative path is looked up
-  /// beside `beside` first when that is given. Throws InputError that begins with `place`, the flag or line that gave
+  /// `kind` is vehicles, cells, tracks or bench. `name` is a name of that folder or a path; a relative path is looked
+  /// up beside `beside` first when that is given. Throws InputError that begins with `place`, the flag or line that gave
   /// the name, and lists the names there are.
   [[nodiscard]] std::string find(const std::string& kind, const std::string& name, const std::string& place,
                                  const std::string& beside = {}) const;

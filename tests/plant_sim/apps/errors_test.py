@@ -179,7 +179,7 @@ ERRORS = {
     "stray word": Error("fast", "endurance", '"fast"', "flags and their values", "Leave it out"),
     "flag without its value": Error("--vehicle", "--vehicle", "no value", "one behind it", "Add it", outputs={}),
     "unknown choice": Error("--lap-start flyin", "--lap-start", '"flyin"', "flying, standing", "Did you mean flying?"),
-    "unknown list": Error("tracs", "what", '"tracs"', "vehicles, tracks, cells, keys", "Did you mean tracks?",
+    "unknown list": Error("tracs", "what", '"tracs"', "vehicles, tracks, cells, bench, keys", "Did you mean tracks?",
         command="list", outputs={}),
     "no list named": Error("", "what", "no value", "one behind it", "Add it", command="list", outputs={}),
     "unknown command": Error("", "command line", '"endurence"', "endurance", "Did you mean endurance?",

@@ -7,7 +7,8 @@ import pytest
 
 DATA = pathlib.Path(__file__).resolve().parents[3] / "plant_sim" / "data"
 NUMBER = re.compile(r"^(\w+)\s*=\s*(-?[\d.]|\[)")
-SOURCE = re.compile(r"reference study|calibrated|assumed|data sheet|rules|reading of|as printed|LEM|Orion|car\.dbc|is the 2p pair|follows")
+SOURCE = re.compile(r"reference study|calibrated|assumed|data sheet|rules|reading of|as printed|LEM|Orion|car\.dbc|"
+                    r"is the 2p pair|follows|FreedomCAR")
 
 
 def unexplained(text):
@@ -23,7 +24,10 @@ def unexplained(text):
     return wrong
 
 
-@pytest.mark.parametrize("path", sorted(DATA.glob("vehicles/*.toml")) + sorted(DATA.glob("cells/*.toml")), ids=lambda p: p.stem)
+PATHS = sorted(path for kind in ("vehicles", "cells", "bench") for path in DATA.glob(f"{kind}/*.toml"))
+
+
+@pytest.mark.parametrize("path", PATHS, ids=lambda p: p.stem)
 def test_every_number_has_unit_and_source(path):
     assert unexplained(path.read_text()) == []
 
