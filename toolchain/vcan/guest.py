@@ -363,7 +363,6 @@ def serve(line):
     enter_folder(order)
     send(line, link.READY)
     code = Relay(line, Command(order)).run()
-    os.sync()  # what the command wrote reaches the host before the runner says that it is done
     send(line, link.EXIT, struct.pack("<i", code))
 
 
@@ -384,7 +383,7 @@ def main():
     except BaseException as error:  # process 1 must not end: the kernel would panic, and the runner is gone or waits
         print(f"guest: {type(error).__name__}: {error}", flush=True)
     finally:
-        os.sync()
+        os.sync()  # the runner waits for the end: what the command wrote is on the host then
         libc.reboot(POWER_OFF)
 
 

@@ -260,6 +260,12 @@ def test_what_the_command_leaves_running_ends_with_it():
     assert_nothing_left(runner)
 
 
+def test_what_is_left_running_is_asked_to_end_before_it_is_made_to(tmp_path):
+    script = "sh -c 'trap \"echo asked >note; exit\" TERM; echo up; while :; do sleep 0.1; done' & sleep 1"
+    assert run("sh", "-c", script, cwd=tmp_path).stdout == b"up\n"
+    assert (tmp_path / "note").read_text() == "asked\n"
+
+
 # ---- whose, and errors ----
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can play another user")
