@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <chrono>
 #include <cstdio>
 #include <deque>
 
@@ -13,14 +12,14 @@
 #include "can_dbc/tables.hpp"
 #include "port/host/lockstep_member.hpp"
 #include "port/host/pacer.hpp"
+#include "port/host/silence.hpp"
 
 namespace voltlap::plant {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using port::Wake;
 
-constexpr std::chrono::seconds kSilence{2};   // the plant shows life every 0.5 s, however slow the run
+constexpr double kSilence_s = 2.0;            // the plant shows life every 0.5 s, however slow the run
 constexpr std::uint32_t kAlone_ticks = 500;   // 5 s: contactors open and faults stand long before
 constexpr std::size_t kFramesMax = 512;       // 5 times what 500 kbit/s can carry in a tick; more is lost, as in a controller
 constexpr std::int64_t kTick_us = can::kTickMs * 1000;
@@ -62,12 +61,12 @@ std::string names_of(const std::deque<InStep>& nodes) {
 
 /// What a node waits for until it is its turn; anything but a step ends the run.
 Wake await_turn(InStep& node) {
-  auto heard = Clock::now();
+  port::Silence silence;
   while (!interrupted()) {
     const Wake wake = node.member.wait();
     if (wake == Wake::kStep || wake == Wake::kStop) return wake;
-    if (wake == Wake::kAlive) heard = Clock::now();
-    if (Clock::now() - heard > kSilence) return Wake::kNone;
+    if (wake == Wake::kAlive) silence.end();
+    if (wake == Wake::kNone && silence.go_on() > kSilence_s) return Wake::kNone;
   }
   return Wake::kStop;
 }
@@ -86,7 +85,7 @@ Wake await_start(std::deque<InStep>& nodes) {
 int step_alone(std::deque<InStep>& nodes) {
   const std::uint32_t last = nodes.front().member.tick();
   fmt::print(stderr, "voltlap ecu: no word from the plant for {} s after tick {} ({:.2f} s): {} by the wall clock to the safe "
-             "state\n", kSilence.count(), last, last * can::kTickMs * 1e-3, names_of(nodes));
+             "state\n", kSilence_s, last, last * can::kTickMs * 1e-3, names_of(nodes));
   port::Pacer pacer(kTick_us, port::Lag::kCatchUp);
   for (std::uint32_t i = 1; i <= kAlone_ticks && !interrupted(); ++i) {
     pacer.wait();

@@ -12,13 +12,14 @@
 #include "can_dbc/tables.hpp"
 #include "port/host/lockstep_member.hpp"
 #include "port/host/pacer.hpp"
+#include "port/host/silence.hpp"
 #include "report/atomic_file.hpp"
 #include "report/candump_file.hpp"
 
 namespace voltlap::plant {
 namespace {
 
-constexpr std::chrono::seconds kSilence{2};
+constexpr double kSilence_s = 2.0;
 
 /// A frame that was lost on the way makes a log that looks whole and is not.
 void refuse_loss(const port::SocketCan& socket) {
@@ -48,17 +49,16 @@ int LogCommand::run() {
 }
 
 int LogCommand::log_in_lockstep() const {
-  using Clock = std::chrono::steady_clock;
   using port::Wake;
   CandumpFile log(file_, static_cast<std::uint32_t>(can::kTickMs));
   port::LockstepMember member(bus_.interface, can::Member::kLogger, {port::kEveryFrame});
   std::vector<port::Arrival> arrivals;
   const TxQueue nothing;
-  auto heard = Clock::now();
+  port::Silence silence;
   while (!interrupted()) {
     if (!member.started()) member.announce();
     const Wake wake = member.wait();
-    if (wake != Wake::kNone || !member.started()) heard = Clock::now();
+    if (wake != Wake::kNone || !member.started()) silence.end();
     if (wake == Wake::kStep) {
       arrivals.clear();
       member.data().drain(arrivals);
@@ -70,8 +70,8 @@ int LogCommand::log_in_lockstep() const {
       refuse_loss(member.data());
       log.commit();
       return kExitOk;
-    } else if (Clock::now() - heard > kSilence) {
-      fmt::print(stderr, "voltlap log: no word from the plant for {} s after tick {}; the log ends there\n", kSilence.count(),
+    } else if (wake == Wake::kNone && member.started() && silence.go_on() > kSilence_s) {
+      fmt::print(stderr, "voltlap log: no word from the plant for {} s after tick {}; the log ends there\n", kSilence_s,
                  member.tick());
       log.commit();
       return kExitFailedRun;

@@ -10,15 +10,15 @@
 #include "can_dbc/tables.hpp"
 #include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
+#include "port/host/silence.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 using can::Member;
-using std::chrono::duration;
 
 constexpr Member kAll[] = {Member::kBms, Member::kMaster, Member::kLogger, Member::kHil};
-constexpr std::chrono::milliseconds kLifeSign{500};
+constexpr double kLifeSign_s = 0.5;
 constexpr double kTick_us = can::kTickMs * 1000.0;
 
 template <class Message>
@@ -63,7 +63,7 @@ LockstepBus::~LockstepBus() {
 
 bool LockstepBus::gather() {
   refuse_company(data_, Pacing::kLockstep, arrivals_);
-  const auto begin = Clock::now();
+  port::Silence incomplete;
   const auto missing = [&] {
     std::vector<std::string> names;
     for (const Member m : kAll) {
@@ -75,7 +75,7 @@ bool LockstepBus::gather() {
     if (options_.interrupted()) return false;
     if (const auto frame = turn_.wait()) take(*frame);
     if (stop_ == StopAsked::kInterrupted) return false;
-    if (duration<double>(Clock::now() - begin).count() > options_.ready_within_s) {
+    if (incomplete.go_on() > options_.ready_within_s) {
       throw port::BusSetupError(fmt::format(
           "CAN interface \"{0}\": found that {1} did not become READY within {2:g} s; expected READY of every member. Start "
           "each (voltlap ecu bms|master --bus {0}, voltlap log), or leave it out of --members.",
@@ -119,8 +119,9 @@ void LockstepBus::stop() {
 
 const Interventions& LockstepBus::begin_tick(std::uint32_t tick) {
   if (pacer_) {
-    while (pacer_->ahead_us() > std::chrono::microseconds(kLifeSign).count() && !options_.interrupted()) {
-      port::WallClock().sleep_until_us(std::chrono::microseconds(kLifeSign).count());
+    constexpr auto kLifeSign_us = static_cast<std::int64_t>(kLifeSign_s * 1e6);
+    while (pacer_->ahead_us() > kLifeSign_us && !options_.interrupted()) {
+      port::WallClock().sleep_until_us(kLifeSign_us);
       show_life();
     }
     pacer_->wait();
@@ -157,25 +158,28 @@ void LockstepBus::begin_barrier(const TxQueue& plant) {
 }
 
 void LockstepBus::await_barrier() {
-  auto since = Clock::now();
-  shown_life_ = since;
+  port::Silence silence, shown;
   while (!all_done()) {
     const auto frame = turn_.wait();
     if (frame) {
       take(*frame);
       send_stand_ins();
+      silence.end();
       continue;
     }
     if (options_.interrupted()) {
       stop_ = StopAsked::kInterrupted;
       return;
     }
-    if (Clock::now() - shown_life_ > kLifeSign) show_life();
-    if (duration<double>(Clock::now() - since).count() > options_.lost_after_s) {
+    if (shown.go_on() > kLifeSign_s) {
+      show_life();
+      shown.end();
+    }
+    if (silence.go_on() > options_.lost_after_s) {
       look_back();
       lose(first_missing());
       send_stand_ins();
-      since = Clock::now();
+      silence.end();
     }
   }
 }
@@ -282,7 +286,6 @@ void LockstepBus::show_life() {
   alive.tick = tick_;
   const Frame frame = framed(alive);
   data_.send(&frame, 1);
-  shown_life_ = Clock::now();
 }
 
 BusFacts LockstepBus::facts() const {

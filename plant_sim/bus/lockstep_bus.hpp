@@ -3,7 +3,6 @@
 // done. A member that is lost gets its DONE from here, so that simulated time goes on without it.
 #pragma once
 #include <array>
-#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -41,7 +40,6 @@ class LockstepBus final : public SocketBus {
   [[nodiscard]] BusFacts facts() const override;
 
  private:
-  using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kMembers = 5;  ///< codes of can::Member
 
   [[nodiscard]] bool takes_part(can::Member m) const { return present_[static_cast<std::size_t>(m)]; }
@@ -74,7 +72,6 @@ class LockstepBus final : public SocketBus {
   std::vector<can::DriverOverride> overrides_;  ///< to come
   std::vector<can::PlantFault> faults_;         ///< to come
   StopAsked stop_ = StopAsked::kNo;
-  Clock::time_point shown_life_{};
   bool running_ = false;
 };
 

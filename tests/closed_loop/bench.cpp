@@ -5,22 +5,14 @@
 
 namespace voltlap::plant::test {
 
-template <class Fill>
-void LoopBench::send(Sender sender, const Fill& fill) {
-  tx_.clear();
-  fill(tx_);
-  bus_.send(sender, tx_);
-}
-
 void LoopBench::tick() {
   bus_.begin_tick(tick_);
   for (int i = 0; i < 10; ++i) car.step(pedals.brake);
   car.renew(0.01);
   const Instant now = Instant::from_ms(now_ms());
-  send(Sender::kPlant, [&](TxQueue& tx) { frames_.send(now, car, pedals, switches, tx); });
-  send(Sender::kBms, [&](TxQueue& tx) { loop.bms(now, bus_.receive(Sender::kBms), tx); });
-  send(Sender::kMaster, [&](TxQueue& tx) { loop.master(now, bus_.receive(Sender::kMaster), tx); });
-  commands.receive(now, bus_.receive(Sender::kPlant), car);
+  tx_.clear();
+  frames_.send(now, car, pedals, switches, tx_);
+  commands.receive(now, bus_.exchange(tx_), car);
   ++tick_;
 }
 

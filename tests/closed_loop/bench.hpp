@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Car, bus and firmware in lockstep under a given pedal, without a driver and without anybody who ends the run.
 #pragma once
-#include "bus/in_process_bus.hpp"
+#include "bus/in_process_loop.hpp"
 #include "loop.hpp"
 #include "sensors/sensor_frames.hpp"
 #include "study/car.hpp"
@@ -29,11 +29,8 @@ class LoopBench {
   Switches switches;
 
  private:
-  template <class Fill>
-  void send(Sender sender, const Fill& fill);
-
   SensorFrames frames_;
-  InProcessBus bus_;
+  InProcessLoop bus_{loop};
   TxQueue tx_;
   std::uint32_t tick_ = 0;
 };
