@@ -3,7 +3,6 @@
 // pays nothing for it.
 #pragma once
 #include <chrono>
-#include <optional>
 
 namespace voltlap::port {
 
@@ -11,16 +10,18 @@ class Silence {
  public:
   using Clock = std::chrono::steady_clock;
 
-  void end() { since_.reset(); }
+  void end() { lasts_ = false; }
   /// A wait was in vain: the time since the first one that was [s].
   double go_on() {
     const auto now = Clock::now();
-    if (!since_) since_ = now;
-    return std::chrono::duration<double>(now - *since_).count();
+    if (!lasts_) since_ = now;
+    lasts_ = true;
+    return std::chrono::duration<double>(now - since_).count();
   }
 
  private:
-  std::optional<Clock::time_point> since_;
+  Clock::time_point since_{};
+  bool lasts_ = false;
 };
 
 }  // namespace voltlap::port
