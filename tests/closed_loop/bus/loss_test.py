@@ -13,8 +13,9 @@ DRIVING_TICK = 1500  # 15 s after power-on: the car drives
 CONTACTOR_COMMAND, INVERTER_COMMAND = 0x0A0, 0x0A1
 
 
-def lap(folder, *more):
-    return start("endurance", "--laps", 1, "--bus", BUS, "--json", folder / "r.json", *more)
+def lap(folder, *more, laps=3):
+    """Longer than any of these tests needs: a listener on a loaded machine lags behind the run."""
+    return start("endurance", "--laps", laps, "--bus", BUS, "--json", folder / "r.json", *more)
 
 
 def finish(process, timeout_s=40):
@@ -48,8 +49,8 @@ def test_hanging_control_unit_is_lost_after_the_wall_time_and_the_other_stays(tm
 
 
 def test_dead_logger_does_not_end_the_race_but_the_run_is_not_whole(tmp_path):
-    run = lap(tmp_path, "--candump", tmp_path / "r.log")
-    kill_at(run, "log", DRIVING_TICK)
+    run = lap(tmp_path, "--candump", tmp_path / "r.log", laps=1)
+    kill_at(run, "log", DRIVING_TICK // 10)
     code, out, err = finish(run)
     assert code == 3 and "node logger" in err and "Finished" in out
     assert result(tmp_path / "r.json")["status"] == "finished"
