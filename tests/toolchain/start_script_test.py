@@ -68,6 +68,26 @@ def test_arguments_arrive_as_they_were_given(machine):
     assert run.stdout == "program: endurance --laps 2 --json a file.json\n"
 
 
+@pytest.fixture
+def wrapper(machine):
+    """Instead of a kernel with CAN interfaces: says that it was called, and runs nothing."""
+    (machine.project / "toolchain" / "vcan" / "with_vcan.py").write_text("print('wrapper')\n")
+
+
+def test_a_command_behind_the_wrapper_is_set_up_before_the_wrapper_starts(machine, wrapper):
+    run = machine.start("with-vcan", "--private", "./voltlap", "lap", folder=machine.project, CI="true")
+    assert run.stdout == "wrapper\n", run.stderr
+    calls = machine.calls.read_text()
+    assert 0 < calls.find("ninja") < calls.find("with_vcan.py --private ./voltlap lap")
+    assert 0 < calls.find("run.txt") < calls.find("with_vcan.py")
+
+
+def test_another_command_behind_the_wrapper_sets_up_nothing(machine, wrapper):
+    run = machine.start("with-vcan", "echo", "lap", CI="true")
+    assert run.stdout == "wrapper\n", run.stderr
+    assert not machine.called("ninja")
+
+
 # ---- packages ----
 
 def test_user_without_root_and_sudo_is_given_the_line_and_code_4(machine):

@@ -143,6 +143,17 @@ read_arguments() {
   return 0
 }
 
+# A command of this script behind a wrapper gets what it needs here, where the network is: the wrapper may have none.
+prepare_wrapped() {
+  while [ $# -gt 1 ] && [ "$(readlink -f -- "$1")" != "$project/voltlap" ]; do shift; done
+  [ $# -gt 1 ] || return 0
+  row_name=$2 row_found=0
+  command_table
+  [ $row_found = 1 ] || return 0
+  prepare
+  build_target
+}
+
 version() { sed -n 's/^project(voltlap VERSION \([0-9.]*\).*/voltlap \1/p' "$project/CMakeLists.txt"; }
 
 voltlap_main() {
@@ -181,5 +192,9 @@ voltlap_main() {
   trap 'stop_ticker; say "interrupted; the next start goes on from here"; exit $exit_interrupted' INT TERM
   prepare
   build_target
+  if [[ "$row_runs" == wrap\ * ]]; then
+    release_build_folder
+    (prepare_wrapped "${arguments[@]}") || exit
+  fi
   run_command "${arguments[@]}"
 }
