@@ -9,10 +9,12 @@
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/guarded_main.hpp"
+#include "apps/identify_command.hpp"
 #include "apps/lap_command.hpp"
 #include "apps/list_command.hpp"
 #include "apps/log_command.hpp"
 #include "apps/plant_command.hpp"
+#include "apps/validate_command.hpp"
 #include "core/errors.hpp"
 #include "port/host/bus_error.hpp"
 
@@ -27,11 +29,13 @@ int run(int argc, char** argv) {
   app.failure_message(usage_message);
   BenchTestCommand bench_test(app);
   EnduranceCommand endurance(app);
+  IdentifyCommand identification(app);
   LapCommand lap(app);
   ListCommand list(app);
   PlantCommand plant(app);
   EcuCommand ecu(app);
   LogCommand log(app);
+  ValidateCommand validation(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -40,6 +44,8 @@ int run(int argc, char** argv) {
   const DataFolder data(VOLTLAP_DATA_FOLDER);
   if (bench_test.chosen()) return bench_test.run(data);
   if (endurance.chosen()) return endurance.run(data);
+  if (identification.chosen()) return identification.run(data);
+  if (validation.chosen()) return validation.run(data);
   if (lap.chosen()) return lap.run(data);
   if (plant.chosen()) return plant.run(data);
   if (ecu.chosen()) return ecu.run(data);

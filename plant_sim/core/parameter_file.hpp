@@ -36,6 +36,9 @@ struct LoadedVehicle {
   std::map<std::string, std::vector<std::size_t>> shape;
 };
 
+/// A cell file alone, checked as it is within a vehicle.
+[[nodiscard]] CellParameters load_cell(const DataFolder& data, const std::string& name_or_path);
+
 /// Throws InputError for a missing file, bad TOML, an unknown key (with the nearest one), a wrong type, a value out of
 /// range, a missing key, and for values that contradict each other.
 [[nodiscard]] LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_path,

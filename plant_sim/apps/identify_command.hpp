@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// `voltlap identify`: recordings of a cell to its parameter tables.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "core/parameter_file.hpp"
+#include "identify/cell_tests.hpp"
+
+namespace voltlap::plant {
+
+class IdentifyCommand {
+ public:
+  explicit IdentifyCommand(CLI::App& app);
+  [[nodiscard]] bool chosen() const { return command_->parsed(); }
+  int run(const DataFolder& data);
+
+ private:
+  /// A file with the flags that stood before it.
+  struct Recording {
+    std::string path;
+    double temperature_c, window_begin_s, window_end_s;
+    bool temperature_given;
+  };
+  [[nodiscard]] std::vector<Recording> recordings() const;
+  [[nodiscard]] std::vector<CellLog> read(const DataFolder& data, std::vector<double>& temperatures_c) const;
+  void take_blocks(IdentifyOptions& options) const;
+  void take_ocv(const DataFolder& data, IdentifyOptions& options) const;
+  void print(const CellTests& tests, const CellParameters& cell) const;
+
+  CLI::App* command_;
+  std::vector<std::string> files_;
+  std::vector<double> temperatures_;
+  std::vector<std::string> windows_;
+  std::string ocv_, map_, blocks_, out_, json_;
+  int branches_ = 0, series_ = 1, parallel_ = 1;
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// An equivalent circuit whose elements are tables over SOC, and its exact response to a recorded current.
+//
+//   V = Em(s) - R0(s) I - sum_k v_k,   dv_k/dt = (R_k(s) I - v_k) / tau_k(s)          (discharge current positive)
+//
+// Over an interval dt, with u = R_k(s) I straight from u_a to u_b and tau of the interval's middle:
+//   v' = a v + g0 u_a + g1 u_b,   a = exp(-dt/tau),   x = tau/dt (1 - a),   g0 = x - a,   g1 = 1 - x
+// exact for a held current (u_a = u_b) as for a straight one. Source: reference study, 2016, Eq. 4.18; signs after
+// Thevenin.
+#pragma once
+#include <Eigen/Dense>
+#include <cstddef>
+#include <vector>
+
+namespace voltlap::plant {
+
+/// Nodes over SOC with hat functions; beyond the ends the end value holds.
+class SocGrid {
+ public:
+  explicit SocGrid(std::vector<double> at) : at_(std::move(at)) {}
+  struct Place {
+    Eigen::Index node;  ///< the value is (1 - fraction) y[node] + fraction y[node + 1]
+    double fraction;
+  };
+  [[nodiscard]] Place find(double soc) const;
+  [[nodiscard]] double value(const Eigen::Ref<const Eigen::VectorXd>& y, double soc) const;
+  [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(at_.size()); }
+  [[nodiscard]] double at(Eigen::Index node) const { return at_[static_cast<std::size_t>(node)]; }
+  [[nodiscard]] const std::vector<double>& nodes() const { return at_; }
+  /// Rows whose squares sum to the integral of the second derivative squared: what smoothness means on this grid.
+  [[nodiscard]] Eigen::MatrixXd roughness() const;
+
+ private:
+  std::vector<double> at_;
+};
+
+/// The 16 breakpoints of the reference study, 2016, Table 6.9.
+[[nodiscard]] SocGrid breakpoint_grid();
+/// Nodes for the OCV: fine at the low end, where it bends.
+[[nodiscard]] SocGrid ocv_grid();
+
+/// What an interval does to a branch.
+struct IntervalResponse {
+  double a, g0, g1;
+  /// Derivatives with respect to tau.
+  double da, dg0, dg1;
+};
+[[nodiscard]] IntervalResponse interval_response(double dt_s, double tau_s);
+
+struct CircuitModel {
+  SocGrid ocv = ocv_grid(), grid = breakpoint_grid();
+  Eigen::VectorXd em;   ///< [V] on `ocv`
+  Eigen::MatrixXd r;    ///< [ohm] on `grid`; column 0 is R0, column k the resistance of branch k
+  Eigen::MatrixXd tau;  ///< [s] on `grid`; column k - 1 is branch k
+  double capacity_ah = 0.0;
+  double reference_temperature_c = 25.0;
+  double per_kelvin = 0.0;     ///< [1/K] relative change of all resistances
+  double voltage_lag_s = 0.0;  ///< first-order lag of the recorded voltage behind the current; 0: none found
+
+  [[nodiscard]] Eigen::Index branches() const { return tau.cols(); }
+};
+
+struct TestRun;
+/// Voltage at every row of a run. Branches are at rest at its beginning and after gaps, unless `states_v` gives
+/// their voltages: for each of the run's free resets one value a branch.
+[[nodiscard]] Eigen::VectorXd simulate(const CircuitModel& model, const TestRun& run,
+                                       const Eigen::Ref<const Eigen::VectorXd>& states_v = Eigen::VectorXd());
+
+}  // namespace voltlap::plant

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// From recordings of a cell to its model: capacity, hold, smoothness and order from the data, then the full fit.
+#pragma once
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "identify/blocks.hpp"
+#include "identify/circuit_cost.hpp"
+#include "identify/uncertainty.hpp"
+#include "logs/cell_log.hpp"
+
+namespace voltlap::plant {
+
+struct IdentifyOptions {
+  int branches = 0;            ///< 1..3; 0: chosen by information criterion and held-out pulses, at most 2
+  double per_kelvin = -0.014;  ///< [1/K] of resistances within one test; reference study, 2016, Table 7.2
+  double reference_temperature_c = 25.0;       ///< at which the tables hold
+  std::vector<OcvKnowledge> ocv;               ///< from a slow test or another cell file; empty: from the rests
+  std::optional<double> capacity_ah;           ///< known from another recording of the cell; empty: from these
+  std::optional<double> capacity_fallback_ah;  ///< used when the recordings span clearly less
+  double block_s = 0.0;                        ///< > 0: fit every other block of this length, predict the rest
+  bool fit_even_blocks = true;
+  std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
+};
+
+/// What was found out about one recording before the fit.
+struct FileFinding {
+  std::string path, map;
+  std::vector<std::string> repairs;
+  CurrentHold hold = CurrentHold::kNext;
+  std::string hold_from;  ///< counter, voltage, like the first file
+  SocAnchor anchor;
+  double soc_low = 0.0, soc_high = 1.0, duration_s = 0.0;
+  double voltage_low_v = 0.0, voltage_high_v = 0.0;  ///< of the rows that the model follows
+  Eigen::Index rows = 0;
+  double rms_v = 0.0, rms_pulses_v = 0.0;  ///< of the fit: all rows; from the full charge on
+};
+
+struct OrderScore {
+  int branches;
+  double heldout_rms_v, information_criterion;
+};
+
+struct IdentifyResult {
+  CircuitModel model;
+  Uncertainty uncertainty;  ///< of the packed parameters, see CircuitCost
+  Eigen::VectorXd packed;
+  std::vector<FileFinding> files;
+  std::vector<OrderScore> orders;
+  std::vector<std::pair<double, double>> smoothness_scores;  ///< smoothness, held-out rms [V]
+  double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
+  double rms_v = 0.0;
+  std::optional<double> rms_other_blocks_v;  ///< with block_s
+  int iterations = 0;
+  double seconds = 0.0;
+  std::vector<std::string> notes;  ///< what a reader must know, in sentences
+};
+
+/// Throws InputError when the recordings cannot carry a model: no current, no change of current, no known SOC.
+[[nodiscard]] IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions& options);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a recording tells before any fit: where it is full, how much charge it spans, how its current is held.
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "identify/circuit_fit.hpp"
+#include "identify/test_run.hpp"
+
+namespace voltlap::plant {
+
+/// One recording with what is known of it.
+struct PreparedLog {
+  const CellLog* log;
+  RunOptions run;
+  std::string hold_from;  ///< counter, voltage, like the first file
+  bool anchored = false;  ///< SOC is known without a model
+};
+
+/// What is known of the cell before its recordings are read.
+struct KnownCell {
+  std::optional<double> capacity_ah;           ///< certain
+  std::optional<double> capacity_fallback_ah;  ///< used when the recordings span less than nine tenths of it
+  double reference_temperature_c = 25.0, per_kelvin = 0.0;
+};
+
+/// Capacity, anchors and holds. Throws InputError when there is no current in a recording, or it never changes.
+[[nodiscard]] std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const KnownCell& known,
+                                               std::vector<std::string>& notes);
+
+/// Gives the recordings that `prepare` could not anchor a SOC: from their first rest by the model's OCV, else the
+/// one at which the model predicts them best.
+void anchor_by_model(std::vector<PreparedLog>& prepared, const CircuitModel& model, double shortest_rest_s = 240.0);
+
+/// Runs of the recordings that are anchored, rests thinned.
+[[nodiscard]] std::vector<TestRun> runs_of(const std::vector<PreparedLog>& prepared);
+
+/// Half of what remains between slow charge and slow discharge at the same SOC when the circuit's own drop is taken
+/// off [V], by SOC: an open-circuit voltage that depends on the direction. Empty when the recordings do not tell.
+struct HysteresisPoint {
+  double soc, middle_v, half_gap_v, excess_v;
+};
+[[nodiscard]] std::vector<HysteresisPoint> hysteresis_of(const std::vector<TestRun>& runs, double capacity_ah);
+
+}  // namespace voltlap::plant

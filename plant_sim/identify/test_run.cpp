@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "identify/test_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kRestShare = 0.01;  // of the largest current
+
+double largest_current(const CellLog& log) {
+  double most = 0.0;
+  for (const double i : log.current_a) most = std::max(most, std::abs(i));
+  return most;
+}
+
+}  // namespace
+
+std::vector<bool> resting_rows(const CellLog& log) {
+  const double threshold = kRestShare * largest_current(log);
+  std::vector<bool> out(log.rows());
+  for (std::size_t row = 0; row < log.rows(); ++row) out[row] = std::abs(log.current_a[row]) <= threshold;
+  return out;
+}
+
+std::vector<std::size_t> full_charges(const CellLog& log) {
+  // A full charge is one that ends within this of the highest voltage that the cell ever shows.
+  constexpr double kFullBand = 0.03, kLeastCharge = 120.0;
+  const double most = largest_current(log);
+  const std::vector<bool> resting = resting_rows(log);
+  double high = 0.0, rest_high = 0.0;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    if (!std::isfinite(log.voltage_v[row])) continue;
+    high = std::max(high, log.voltage_v[row]);
+    if (resting[row]) rest_high = std::max(rest_high, log.voltage_v[row]);
+  }
+  std::vector<std::size_t> rows;
+  if (resting[0] && log.voltage_v[0] > rest_high - kFullBand) rows.push_back(0);
+  double charging_s = 0.0, top = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const bool charging = log.current_a[row] < -kRestShare * most;
+    if (charging) {
+      charging_s += log.time_s[row] - log.time_s[row - 1];
+      top = std::max(top, std::isfinite(log.voltage_v[row]) ? log.voltage_v[row] : 0.0);
+      continue;
+    }
+    // The taper's tail may run on below the threshold: the anchor is where its current has died.
+    if (charging_s > kLeastCharge && top > high - 0.5 * kFullBand) rows.push_back(row - 1);
+    charging_s = top = 0.0;
+  }
+  return rows;
+}
+
+TestRun make_run(const CellLog& log, const RunOptions& options) {
+  const auto n = static_cast<Index>(log.rows());
+  TestRun run;
+  run.name = log.path;
+  run.time_s = Eigen::Map<const Eigen::VectorXd>(log.time_s.data(), n);
+  run.current_a = Eigen::Map<const Eigen::VectorXd>(log.current_a.data(), n);
+  run.voltage_v = Eigen::Map<const Eigen::VectorXd>(log.voltage_v.data(), n);
+  const std::vector<double> drawn = charge_drawn_ah(log, options.hold);
+  run.soc = (Eigen::Map<const Eigen::VectorXd>(drawn.data(), n).array() - drawn[options.anchor.row]) *
+                (-1.0 / options.capacity_ah) +
+            options.anchor.soc;
+  for (const std::size_t full : options.full_rows) {
+    if (full <= options.anchor.row) continue;
+    const auto row = static_cast<Index>(full);
+    run.soc.tail(n - row).array() += 1.0 - run.soc(row);
+  }
+  run.dt_s = run.current_begin_a = run.current_end_a = run.weight_s = Eigen::VectorXd::Zero(n);
+  run.resistance_scale = Eigen::VectorXd::Ones(n);
+  run.reset.assign(log.rows(), false);
+  run.at_rest_before.assign(log.rows(), false);
+  run.reset[0] = true;
+  const std::vector<bool> resting = resting_rows(log);
+  run.at_rest_before[0] = resting[0] || options.anchor.row == 0;
+  for (Index row = 1; row < n; ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    run.dt_s(row) = log.time_s[at] - log.time_s[at - 1];
+    run.current_begin_a(row) = options.hold == CurrentHold::kNext ? log.current_a[at] : log.current_a[at - 1];
+    run.current_end_a(row) = options.hold == CurrentHold::kPrevious ? log.current_a[at - 1] : log.current_a[at];
+    run.reset[at] = log.gap[at];
+    const double share = log.gap[at] ? 0.0 : 0.5 * std::min(run.dt_s(row), 2.0 * options.weight_cap_s);
+    run.weight_s(row) += share;
+    run.weight_s(row - 1) += share;
+  }
+  for (Index row = 0; row < n; ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    if (!std::isfinite(run.voltage_v(row))) run.weight_s(row) = run.voltage_v(row) = 0.0;
+    if (!log.temperature_c.empty() && std::isfinite(log.temperature_c[at])) {
+      run.resistance_scale(row) += options.per_kelvin * (log.temperature_c[at] - options.reference_temperature_c);
+    }
+  }
+  return run;
+}
+
+TestRun thinned(const TestRun& run, double share) {
+  std::vector<Index> keep{0};
+  double step_at = run.time_s(0);
+  const double quiet = kRestShare * run.current_a.cwiseAbs().maxCoeff();
+  for (Index row = 1; row < run.rows(); ++row) {
+    const auto resting = [&](Index at) {
+      return std::abs(run.current_begin_a(at)) <= quiet && std::abs(run.current_end_a(at)) <= quiet &&
+             std::abs(run.current_a(at)) <= quiet;
+    };
+    const bool still =
+        resting(row) && row + 1 < run.rows() && resting(row + 1) && !run.is_reset(row) && !run.is_reset(row + 1);
+    if (!resting(row)) step_at = run.time_s(row);
+    if (!still || run.time_s(row) - run.time_s(keep.back()) >= share * (run.time_s(row) - step_at))
+      keep.push_back(row);
+  }
+  TestRun out;
+  out.name = run.name;
+  const auto n = static_cast<Index>(keep.size());
+  for (auto member : {&TestRun::time_s, &TestRun::current_a, &TestRun::voltage_v, &TestRun::soc,
+                      &TestRun::current_begin_a, &TestRun::current_end_a, &TestRun::resistance_scale}) {
+    (out.*member).resize(n);
+    for (Index k = 0; k < n; ++k) (out.*member)(k) = (run.*member)(keep[static_cast<std::size_t>(k)]);
+  }
+  out.dt_s = out.weight_s = Eigen::VectorXd::Zero(n);
+  for (Index k = 0, from = 0; k < n; ++k) {
+    const Index row = keep[static_cast<std::size_t>(k)];
+    if (k > 0) out.dt_s(k) = out.time_s(k) - out.time_s(k - 1);
+    out.weight_s(k) = run.weight_s.segment(from, row + 1 - from).sum();
+    if (run.weight_s(row) == 0.0) out.weight_s(k) = 0.0;
+    from = row + 1;
+    out.reset.push_back(run.is_reset(row));
+    out.at_rest_before.push_back(run.at_rest_before[static_cast<std::size_t>(row)]);
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

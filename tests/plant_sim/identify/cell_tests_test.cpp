@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "identify/cell_tests.hpp"
+
+#include "../core/scratch.hpp"
+#include "battery/cell_tables.hpp"
+#include "identify/cell_file.hpp"
+#include "known_cell.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(CellTests) {
+  Scratch scratch;
+  DataFolder data{VOLTLAP_DATA_FOLDER};
+  KnownCell cell;
+  IdentifyOptions options;
+  std::vector<std::string> notes;
+  void setup() override {
+    options.branches = 2;
+  }
+  CellParameters written_and_read(const CellTests& tests) {
+    const CellParameters made = cell_parameters(tests, load_cell(data, "aesc_e5_2p"), "known", notes);
+    return load_cell(data, scratch.write("known.toml", cell_toml(made, tests, "aesc_e5_2p")));
+  }
+};
+
+TEST(CellTests, CellFileIsReadBackAsItWasMade) {
+  const CellTests tests = identify_cell({cell.record(cell.pulse_plan(33.0, 500, 0.0))}, {30.0}, options);
+  const CellParameters read = written_and_read(tests);
+  STRCMP_EQUAL("known", read.name.c_str());
+  const CellTables tables(read);
+  const CircuitModel& model = tests.groups[0].result.model;
+  DOUBLES_EQUAL(1.0, tables.circuit(0.5, 30.0, 33.0).r0_ohm / model.r(8, 0), 1e-4);
+  DOUBLES_EQUAL(1.0, tables.circuit(0.5, 30.0, 33.0).tau2_s / model.tau(8, 1), 1e-4);
+  DOUBLES_EQUAL(model.ocv.value(model.em, 0.5), tables.ocv(0.5).voltage_v, 1e-5);
+  // One temperature tested: the stated coefficient leads away from it.
+  DOUBLES_EQUAL(1.0 - 0.014 * 10.0, tables.circuit(0.5, 40.0, 33.0).r0_ohm / tables.circuit(0.5, 30.0, 33.0).r0_ohm,
+                1e-4);
+}
+
+TEST(CellTests, TestsAtTwoTemperaturesBecomeATable) {
+  const CellLog log = cell.record(cell.pulse_plan(33.0, 500, 0.0));
+  CellLog cold = log;
+  for (std::size_t row = 0; row < cold.rows(); ++row) cold.voltage_v[row] -= 1e-3 * cold.current_a[row];
+  const CellTests tests = identify_cell({log, cold}, {25.0, 10.0}, options);
+  LONGS_EQUAL(2, tests.groups.size());
+  DOUBLES_EQUAL(25.0, tests.groups[tests.reference].temperature_c, 0.0);
+  const CellTables tables(written_and_read(tests));
+  const double warm = tables.circuit(0.5, 25.0, 33.0).r0_ohm, middle = tables.circuit(0.5, 17.5, 33.0).r0_ohm;
+  DOUBLES_EQUAL(1e-3, tables.circuit(0.5, 10.0, 33.0).r0_ohm - warm, 5e-5);
+  DOUBLES_EQUAL(0.5e-3, middle - warm, 5e-5);
+}
+
+TEST(CellTests, PlaceWithoutATestIsFilledFromItsNeighbourInCurrent) {
+  const CellLog low = cell.record(cell.pulse_plan(20.0, 500, 0.0)),
+                high = cell.record(cell.pulse_plan(60.0, 500, 0.0));
+  const CellTests tests = identify_cell({low, high, low}, {25.0, 25.0, 40.0}, options);
+  LONGS_EQUAL(2, tests.temperatures_c.size());
+  LONGS_EQUAL(2, tests.currents_a.size());
+  CHECK(tests.was_tested(0, 1));
+  CHECK(!tests.was_tested(1, 1));
+  DOUBLES_EQUAL(40.0, tests.at(1, 1).temperature_c, 0.0);
+  DOUBLES_EQUAL(20.0, tests.at(1, 1).current_a, 0.0);
+  const CellParameters read = written_and_read(tests);
+  LONGS_EQUAL(16 * 2 * 2, read.r1_ohm.table.size());
+  STRCMP_CONTAINS("\"filled\"", identification_json(read, tests, "0").c_str());
+}
+
+TEST(CellTests, PolynomialFollowsTheOcv) {
+  const CellTests tests = identify_cell({cell.record(cell.pulse_plan(33.0, 500, 0.0))}, {25.0}, options);
+  const OcvPolynomial polynomial = ocv_polynomial(tests.groups[0].result.model);
+  LONGS_EQUAL(6, polynomial.coefficients_v.size());
+  CHECK(polynomial.error_max_v < 0.06);
+  double at_half = 0.0;
+  for (std::size_t k = 6; k-- > 0;) at_half = at_half * 0.5 + polynomial.coefficients_v[k];
+  DOUBLES_EQUAL(KnownCell::em(0.5), at_half, 0.02);
+}

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "identify/identify.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "../core/scratch.hpp"
+#include "identify/cell_tests.hpp"
+#include "known_cell.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(Identify) {
+  KnownCell cell;
+  IdentifyOptions options;
+  void setup() override {
+    options.branches = 2;
+  }
+  std::vector<CellLog> logs_of(const std::vector<double>& plan) {
+    return {cell.record(plan)};
+  }
+};
+
+TEST(Identify, KnownCellIsRecoveredFromFourHoursOfPulses) {
+  cell.noise_v = 5e-4;
+  cell.step_v = 1e-3;
+  const IdentifyResult r = identify(logs_of(cell.pulse_plan(33.0, 640, 0.0)), options);
+  DOUBLES_EQUAL(cell.capacity_ah, r.model.capacity_ah, 0.05);
+  CHECK(r.rms_v < 1.2e-3);
+  // Below 10 % SOC the curves bend faster than the nodes stand.
+  for (Eigen::Index node = 2; node < r.model.grid.size(); ++node) {
+    const double s = r.model.grid.at(node);
+    DOUBLES_EQUAL(KnownCell::em(s), r.model.ocv.value(r.model.em, s), 2.5e-3);
+    DOUBLES_EQUAL(1.0, r.model.r(node, 0) / KnownCell::r0(s), 0.02);
+    DOUBLES_EQUAL(1.0, (r.model.r(node, 1) + r.model.r(node, 2)) / (KnownCell::r1(s) + KnownCell::r2(s)), 0.08);
+    DOUBLES_EQUAL(1.0, r.model.tau(node, 0) / KnownCell::tau1(s), 0.1);
+    DOUBLES_EQUAL(1.0, r.model.tau(node, 1) / KnownCell::tau2(s), 0.2);
+  }
+}
+
+TEST(Identify, IntervalsCoverNineTenthsOfTheTruth) {
+  cell.noise_v = 1e-3;
+  const IdentifyResult r = identify(logs_of(cell.pulse_plan(33.0, 640, 0.0)), options);
+  int covered = 0, all = 0;
+  const auto check = [&](Eigen::Index table, Eigen::Index node, double value, double truth) {
+    if (!is_excited(r, table, node)) return;
+    const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
+    covered += std::abs(std::log(value / truth)) < 1.96 * sigma ? 1 : 0;
+    ++all;
+  };
+  for (Eigen::Index node = 0; node < r.model.grid.size(); ++node) {
+    const double s = r.model.grid.at(node);
+    check(0, node, r.model.r(node, 0), KnownCell::r0(s));
+    check(1, node, r.model.r(node, 1), KnownCell::r1(s));
+    check(2, node, r.model.r(node, 2), KnownCell::r2(s));
+  }
+  CHECK(all >= 25);
+  CHECK_TEXT(covered >= 0.9 * all, fmt::format("{} of {}", covered, all).c_str());
+}
+
+TEST(Identify, OneBranchIsEnoughForACellThatHasOne) {
+  // A cell of R0 and one branch, written down directly.
+  std::vector<double> plan = cell.pulse_plan(33.0, 400);
+  CellLog log = cell.record(plan);
+  double v1 = 0.0, soc = 1.0;
+  for (std::size_t row = 0; row < plan.size(); ++row) {
+    if (row > 0) {
+      soc -= plan[row] / (3600.0 * cell.capacity_ah);
+      v1 = 2e-3 * plan[row] + (v1 - 2e-3 * plan[row]) * std::exp(-1.0 / 40.0);
+    }
+    log.voltage_v[row] =
+        KnownCell::em(soc) - 1.5e-3 * plan[row] - v1 + 1e-4 * std::sin(12.9898 * static_cast<double>(row));
+  }
+  options.branches = 0;
+  const IdentifyResult r = identify({log}, options);
+  LONGS_EQUAL(1, r.model.branches());
+  DOUBLES_EQUAL(40.0, r.model.tau(8, 0), 2.0);
+  DOUBLES_EQUAL(1.5e-3, r.model.r(8, 0), 3e-5);
+}
+
+TEST(Identify, HoldIsFoundFromTheVoltageAlone) {
+  // Rows every 30 s, each with the current that has held since the one before.
+  const CellLog fine = cell.record(cell.pulse_plan(33.0, 600));
+  CellLog coarse;
+  coarse.path = "coarse";
+  for (std::size_t row = 0; row < fine.rows(); ++row) {
+    const bool step = row > 0 && fine.current_a[row] != fine.current_a[row - 1];
+    const bool last = row + 1 < fine.rows() && fine.current_a[row + 1] != fine.current_a[row];
+    if (row % 30 != 0 && !last && !(step && row % 2 == 0)) continue;
+    coarse.time_s.push_back(fine.time_s[row]);
+    coarse.current_a.push_back(fine.current_a[row]);
+    coarse.voltage_v.push_back(fine.voltage_v[row]);
+  }
+  coarse.gap.assign(coarse.rows(), false);
+  const IdentifyResult r = identify({coarse}, options);
+  CHECK(r.files[0].hold == CurrentHold::kNext);
+  STRCMP_EQUAL("its voltage", r.files[0].hold_from.c_str());
+}
+
+TEST(Identify, BlocksKeptBackArePredicted) {
+  cell.noise_v = 5e-4;
+  options.block_s = 60.0;
+  const IdentifyResult r = identify(logs_of(cell.pulse_plan(33.0, 400)), options);
+  CHECK(r.rms_other_blocks_v.has_value());
+  CHECK(*r.rms_other_blocks_v < 1e-3);
+  CHECK(*r.rms_other_blocks_v > 4e-4);
+}
+
+TEST(Identify, GlitchesAreNotUsedAndCounted) {
+  CellLog log = cell.record(cell.pulse_plan(33.0, 400));
+  for (std::size_t row = 500; row < log.rows(); row += 1500) log.voltage_v[row] -= 0.8;
+  const IdentifyResult r = identify({log}, options);
+  CHECK(r.rms_v < 1e-3);
+  bool said = false;
+  for (const std::string& note : r.notes) said |= note.find("rows that no circuit follows") != std::string::npos;
+  CHECK(said);
+}
+
+TEST(Identify, HysteresisIsSaidAndKeptOutOfTheSlowBranch) {
+  std::vector<double> slow(300, 0.0);
+  slow.insert(slow.end(), 20 * 3600, 1.5);
+  slow.insert(slow.end(), 20 * 3600, -1.5);
+  CellLog log = cell.record(slow);
+  // One state that follows the direction within a few per cent of the charge.
+  double state = 0.0;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    state += (0.02 - (log.current_a[row] > 0.0 ? 1.0 : -1.0) * state) * log.current_a[row] / 3600.0;
+    log.voltage_v[row] -= state;
+  }
+  const IdentifyResult r = identify({cell.record(cell.pulse_plan(33.0, 600, 0.0)), log}, options);
+  DOUBLES_EQUAL(0.02, r.hysteresis_v, 6e-3);
+  DOUBLES_EQUAL(1.0, (r.model.r(8, 1) + r.model.r(8, 2)) / (KnownCell::r1(0.5) + KnownCell::r2(0.5)), 0.25);
+  // Alone it holds no current that could tell the circuit: refused with the reason.
+  STRCMP_CONTAINS("Hysteresis", complaint([&] { (void)identify({log}, options); }).c_str());
+}
+
+TEST(Identify, RecordingWithoutCurrentOrWithoutChangeIsRefused) {
+  STRCMP_CONTAINS("no current",
+                  complaint([&] { (void)identify(logs_of(std::vector<double>(600, 0.0)), options); }).c_str());
+  STRCMP_CONTAINS("never changes",
+                  complaint([&] { (void)identify(logs_of(std::vector<double>(600, 30.0)), options); }).c_str());
+}
+
+TEST(Identify, SinglePulseGivesAModelWhoseFarNodesAreNotExcited) {
+  std::vector<double> plan(600, 0.0);
+  plan.insert(plan.end(), 360, 30.0);
+  plan.insert(plan.end(), 1800, 0.0);
+  options.capacity_ah = 30.0;
+  const IdentifyResult r = identify(logs_of(plan), options);
+  CHECK(is_excited(r, 0, 13));
+  CHECK(!is_excited(r, 0, 5));
+}
