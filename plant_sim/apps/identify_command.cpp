@@ -83,7 +83,7 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
 
 std::vector<CellLog> IdentifyCommand::read(const DataFolder& data, std::vector<double>& temperatures_c) const {
   std::optional<RoleMap> map;
-  if (!map_.empty()) map = load_role_map(data.find("maps", map_));
+  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
   std::vector<CellLog> logs;
   for (const Recording& recording : recordings()) {
     const LogOptions options{recording.window_begin_s, recording.window_end_s, series_, parallel_};
@@ -124,7 +124,7 @@ void IdentifyCommand::take_ocv(const DataFolder& data, IdentifyOptions& options)
   const bool is_cell = ocv_.ends_with(".toml") || ocv_.find('.') == std::string::npos;
   if (is_cell) {
     constexpr double kOtherCell = 5e-3;  // V; a cell of the same type
-    const CellParameters cell = load_cell(data, ocv_);
+    const CellParameters cell = load_cell(data, ocv_, "--ocv");
     const CellTables tables(cell);
     for (int k = 0; k <= 40; ++k) options.ocv.push_back({k / 40.0, tables.ocv(k / 40.0).voltage_v, kOtherCell});
     options.capacity_fallback_ah = cell.capacity_ah;
@@ -132,7 +132,7 @@ void IdentifyCommand::take_ocv(const DataFolder& data, IdentifyOptions& options)
   }
   const LogOptions log_options{-1e300, 1e300, series_, parallel_};
   std::optional<RoleMap> map;
-  if (!map_.empty()) map = load_role_map(data.find("maps", map_));
+  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
   const SlowTest slow = ocv_from_slow_test(read_cell_log(ocv_, map ? &*map : nullptr, data, log_options));
   options.ocv = slow.ocv;
   options.capacity_fallback_ah = slow.capacity_ah;
@@ -203,7 +203,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   name = name.substr(0, name.find('.'));
   CellTests tests = identify_cell(std::move(logs), temperatures, options);
   const CellParameters cell =
-      cell_parameters(tests, load_cell(data, kThermalFrom), name, tests.groups[tests.reference].result.notes);
+      cell_parameters(tests, load_cell(data, kThermalFrom, "identify"), name, tests.groups[tests.reference].result.notes);
   print(tests, cell);
   if (out) {
     out->write(cell_toml(cell, tests, kThermalFrom));

@@ -77,11 +77,11 @@ ValidateCommand::ValidateCommand(CLI::App& app)
 }
 
 int ValidateCommand::run(const DataFolder& data) {
-  const CellParameters cell = load_cell(data, cell_);
+  const CellParameters cell = load_cell(data, cell_, "cell");
   std::optional<AtomicFile> json;
   if (!json_.empty()) json.emplace(json_);
   std::optional<RoleMap> map;
-  if (!map_.empty()) map = load_role_map(data.find("maps", map_));
+  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
   nlohmann::ordered_json out = {
       {"cell", cell.name}, {"version", VOLTLAP_VERSION}, {"files", nlohmann::ordered_json::array()}};
   for (const std::string& file : files_) {

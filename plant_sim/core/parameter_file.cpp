@@ -221,23 +221,24 @@ void require_all(const Assignments& given, const std::string& vehicle, const std
 
 }  // namespace
 
-CellParameters load_cell(const DataFolder& data, const std::string& name_or_path) {
+CellParameters load_cell(const DataFolder& data, const std::string& name_or_path, const std::string& place) {
   Assignments given;
-  const std::string path = data.find("cells", name_or_path);
+  const std::string path = data.find("cells", name_or_path, place);
   read_cell_file(path, given);
-  VehicleParameters holder;
+  LoadedVehicle holder;
   for (const ParameterRow& row : parameter_rows()) {
     if (!row.key.starts_with("cell.")) continue;
     const auto assignment = given.find(std::string(row.key));
     if (assignment != given.end()) {
       std::visit(Store(holder, row, assignment->second), row.access);
     } else if (row.presence == Presence::kRequired) {
-      throw InputError(shown(path), fmt::format("no {}", row.key.substr(5)), expectation(row),
+      throw InputError(shown_path(path), fmt::format("no {}", row.key.substr(5)), expectation(row),
                        fmt::format("Add a line for it ({})", row.description));
     }
   }
-  if (holder.cell.name.empty()) holder.cell.name = fs::path(path).stem().string();
-  return holder.cell;
+  CellParameters& cell = holder.parameters.cell;
+  if (cell.name.empty()) cell.name = fs::path(path).stem().string();
+  return cell;
 }
 
 LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_path,

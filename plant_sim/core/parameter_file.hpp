@@ -15,9 +15,9 @@ class DataFolder {
  public:
   explicit DataFolder(std::string root) : root_(std::move(root)) {}
 
-  /// `kind` is vehicles, cells, tracks or bench. `name` is a name of that folder or a path; a relative path is looked
-  /// up beside `beside` first when that is given. Throws InputError that begins with `place`, the flag or line that gave
-  /// the name, and lists the names there are.
+  /// `kind` is vehicles, cells, tracks, bench or maps. `name` is a name of that folder or a path; a relative path is
+  /// looked up beside `beside` first when that is given. Throws InputError that begins with `place`, the flag or line
+  /// that gave the name, and lists the names there are.
   [[nodiscard]] std::string find(const std::string& kind, const std::string& name, const std::string& place,
                                  const std::string& beside = {}) const;
   /// Names of a kind, sorted.
@@ -36,8 +36,9 @@ struct LoadedVehicle {
   std::map<std::string, std::vector<std::size_t>> shape;
 };
 
-/// A cell file alone, checked as it is within a vehicle.
-[[nodiscard]] CellParameters load_cell(const DataFolder& data, const std::string& name_or_path);
+/// A cell file alone, checked as it is within a vehicle; `place` is the flag that named it.
+[[nodiscard]] CellParameters load_cell(const DataFolder& data, const std::string& name_or_path,
+                                       const std::string& place);
 
 /// Throws InputError for a missing file, bad TOML, an unknown key (with the nearest one), a wrong type, a value out of
 /// range, a missing key, and for values that contradict each other.

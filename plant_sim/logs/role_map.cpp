@@ -193,7 +193,7 @@ RoleMap role_map_for(const MeasuredTable& table, const DataFolder& data) {
   if (is_enough(plain)) return plain;
   const std::string header = fmt::format("{}", fmt::join(table.columns, ","));
   for (const std::string& name : data.names("maps")) {
-    RoleMap map = load_role_map(data.find("maps", name));
+    RoleMap map = load_role_map(data.find("maps", name, "maps"));
     if (std::find(map.match.begin(), map.match.end(), header) != map.match.end()) return map;
   }
   throw InputError(table.path, fmt::format("columns {}", fmt::join(table.columns, ", ")),

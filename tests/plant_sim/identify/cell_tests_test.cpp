@@ -20,8 +20,8 @@ TEST_GROUP(CellTests) {
     options.branches = 2;
   }
   CellParameters written_and_read(const CellTests& tests) {
-    const CellParameters made = cell_parameters(tests, load_cell(data, "aesc_e5_2p"), "known", notes);
-    return load_cell(data, scratch.write("known.toml", cell_toml(made, tests, "aesc_e5_2p")));
+    const CellParameters made = cell_parameters(tests, load_cell(data, "aesc_e5_2p", "test"), "known", notes);
+    return load_cell(data, scratch.write("known.toml", cell_toml(made, tests, "aesc_e5_2p")), "test");
   }
 };
 

@@ -78,7 +78,8 @@ def test_panasonic_at_two_temperatures_predicts_a_drive(tmp_path):
 def test_lfp_hysteresis_is_said_not_smeared(tmp_path):
     refused = voltlap("identify", recording("plett_a123/a123_ocv_p25"), code=2)
     assert "Hysteresis" in refused.stderr
-    _, found = identified(tmp_path, "--rc", 2, recording("plett_a123/a123_dyn_50_p25"), recording("plett_a123/a123_ocv_p25"))
+    drive, slow = recording("plett_a123/a123_dyn_50_p25"), recording("plett_a123/a123_ocv_p25")
+    _, found = identified(tmp_path, "--rc", 2, drive, slow)
     test = found["tests"][0]
     assert 5e-3 < test["hysteresis_v"] < 50e-3
     assert any("cannot represent" in note for note in test["notes"])

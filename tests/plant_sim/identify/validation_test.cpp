@@ -17,7 +17,7 @@ TEST_GROUP(Validation) {
 
   /// The known cell as a fine table.
   void setup() override {
-    cell = load_cell(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p");
+    cell = load_cell(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", "test");
     cell.name = "truth";
     cell.capacity_ah = truth.capacity_ah;
     cell.voltage_max_v = KnownCell::em(1.0);

@@ -47,7 +47,7 @@ TEST(RoleMap, ShippedMapIsFoundByItsHeader) {
 TEST(RoleMap, EveryShippedMapIsRead) {
   const auto names = data.names("maps");
   CHECK(names.size() >= 4);
-  for (const std::string& name : names) CHECK(load_role_map(data.find("maps", name)).find("current") != nullptr);
+  for (const std::string& name : names) CHECK(load_role_map(data.find("maps", name, "test")).find("current") != nullptr);
 }
 
 TEST(RoleMap, UnknownColumnsGiveADraftMap) {
