@@ -18,6 +18,7 @@
 #include "can_dbc/car.hpp"
 #include "can_dbc/lockstep.hpp"
 #include "can_dbc/tables.hpp"
+#include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
 
 namespace voltlap::plant {
@@ -133,10 +134,26 @@ class Supervisor {
     }
   }
 
-  void note_tick() {
+  /// What came since the last look; nothing once the interface is down. The nodes see that too, end, and say so: the
+  /// plant with the result of the run, which a supervisor that ended first would cut off.
+  const std::vector<port::Arrival>& look() {
     arrivals_.clear();
-    watch_.drain(arrivals_);
-    for (const port::Arrival& a : arrivals_) {
+    on_bus([&] { watch_.drain(arrivals_); });
+    return arrivals_;
+  }
+
+  template <class Action>
+  void on_bus(const Action& action) {
+    if (bus_down_) return;
+    try {
+      action();
+    } catch (const port::BusDownError&) {
+      bus_down_ = true;
+    }
+  }
+
+  void note_tick() {
+    for (const port::Arrival& a : look()) {
       can::Sync sync;
       if (!decode(a.frame, sync)) continue;
       tick_ = sync.tick;
@@ -157,7 +174,7 @@ class Supervisor {
     lost.member = node.member;
     Frame frame;
     encode(lost, frame);
-    watch_.send(&frame, 1);
+    on_bus([&] { watch_.send(&frame, 1); });
   }
 
   [[nodiscard]] std::string when() const {
@@ -171,9 +188,7 @@ class Supervisor {
     std::optional<bool> contactors_open, torque_zero;
     while (Clock::now() - begin < kSafeWithin && (contactors_open != true || torque_zero != true)) {
       if (signals_.wait(kLook) != 0) break;
-      arrivals_.clear();
-      watch_.drain(arrivals_);
-      for (const port::Arrival& a : arrivals_) {
+      for (const port::Arrival& a : look()) {
         can::ContactorCommand contactors;
         can::InverterCommand inverter;
         if (decode(a.frame, contactors)) {
