@@ -246,7 +246,7 @@ class Supervisor {
   std::vector<port::Arrival> arrivals_;
   std::optional<std::uint32_t> tick_;
   int interrupted_ = 0;  ///< the number of the signal
-  bool over_ = false, lost_ = false;
+  bool over_ = false, lost_ = false, bus_down_ = false;
 };
 
 }  // namespace
