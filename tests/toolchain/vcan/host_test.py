@@ -8,13 +8,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from readable_runner import readable_runner
 
 RUNNER = [sys.executable, str(Path(__file__).resolve().parents[3] / "toolchain" / "vcan" / "with_vcan.py")]
 only_root = pytest.mark.skipif(os.getuid() != 0, reason="only root makes interfaces for everybody")
 
 
-def run(*words, **how):
-    return subprocess.run([*RUNNER, *words], capture_output=True, text=True, timeout=60, **how)
+def run(*words, runner=RUNNER, **how):
+    return subprocess.run([*runner, *words], capture_output=True, text=True, timeout=60, **how)
 
 
 def interfaces():
@@ -71,7 +72,7 @@ def test_command_that_does_not_exist_leaves_nothing():
 
 def test_what_cannot_be_made_is_told():
     nobody = {} if os.getuid() else {"user": pwd.getpwnam("nobody").pw_uid, "extra_groups": []}
-    done = run("--force", "host", "--interfaces", "vcan7", "true", cwd="/", **nobody)
+    done = run("--force", "host", "--interfaces", "vcan7", "true", runner=readable_runner(), cwd="/", **nobody)
     assert done.returncode == 3
     assert "has no vcan7" in done.stderr and "module vcan" in done.stderr
 
@@ -84,7 +85,8 @@ def test_private_interfaces_are_seen_by_the_command_alone(user):
     try:
         before = interfaces()
         done = run("--force", "host", "--private", "--interfaces", "vcan0,vcan5", "sh", "-c",
-                   "id -u; ls /sys/class/net; cansend vcan0 123#11 && echo sent", cwd="/", **owner)
+                   "id -u; ls /sys/class/net; cansend vcan0 123#11 && echo sent", runner=readable_runner(), cwd="/",
+                   **owner)
         assert done.stdout.split() == [str(owner.get("user", os.getuid())), "lo", "vcan0", "vcan5", "sent"], done.stderr
         assert interfaces() == before
     finally:

@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import pytest
+from readable_runner import readable_runner
 
 RUNNER = Path(__file__).resolve().parents[3] / "toolchain" / "vcan" / "with_vcan.py"
 PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
@@ -21,8 +22,8 @@ UML = [PYTHON, str(RUNNER), "--force", "uml"]
 pytestmark = pytest.mark.skipif(shutil.which("linux.uml") is None, reason="the package user-mode-linux is not installed")
 
 
-def run(*command, options=(), **how):
-    return subprocess.run([*UML, *options, *command], capture_output=True, timeout=60, **how)
+def run(*command, options=(), uml=UML, **how):
+    return subprocess.run([*uml, *options, *command], capture_output=True, timeout=60, **how)
 
 
 def start(*command, **how):
@@ -272,7 +273,7 @@ def test_what_is_left_running_is_asked_to_end_before_it_is_made_to(tmp_path):
 def test_ordinary_user_stays_who_he_is():
     nobody = pwd.getpwnam("nobody")
     done = run("sh", "-c", "id -u; id -g; cansend vcan0 001#00 && echo sent", user=nobody.pw_uid, group=nobody.pw_gid,
-               extra_groups=[], cwd="/", text=True, env={"PATH": os.defpath})
+               extra_groups=[], cwd="/", text=True, env={"PATH": os.defpath}, uml=[*readable_runner(), "--force", "uml"])
     assert done.stdout == f"{nobody.pw_uid}\n{nobody.pw_gid}\nsent\n", done.stderr
 
 
