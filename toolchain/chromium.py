@@ -96,7 +96,7 @@ class Page:
         self.browser = browser
         self.target = browser.call("Target.createTarget", url="about:blank")["targetId"]
         self.session = browser.call("Target.attachToTarget", targetId=self.target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Log", "Network"):
+        for domain in ("Page", "Runtime", "Log", "Network", "Performance"):
             self.call(f"{domain}.enable")
         self.size(width, height, mobile)
         self.color_scheme("dark" if dark else "light")
@@ -127,6 +127,11 @@ class Page:
                 return value
             time.sleep(0.02)
         raise TimeoutError(f"never true: {script}")
+
+    def processor_s(self):
+        """Processor time that the page's process has used, drawing included."""
+        metrics = self.call("Performance.getMetrics")["metrics"]
+        return next(metric["value"] for metric in metrics if metric["name"] == "ProcessTime")
 
     def settle(self):
         """Until what was asked of the page has been drawn."""
