@@ -11,6 +11,7 @@ import dataclasses
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -118,6 +119,11 @@ def report(outcome):
         print(f"        skipped: {reason}", flush=True)
 
 
+def hear_interruptions():
+    """A job in the background of a shell ignores Ctrl-C, and so would its suites: those that send one would wait forever."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="voltlap test", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--build", type=Path, default=PROJECT / "build" / "default", help=argparse.SUPPRESS)
@@ -128,6 +134,7 @@ def main():
     if not suites:
         print(f"no suite matches --only {arguments.only}; `ctest --test-dir {arguments.build} -N` lists them")
         return 2
+    hear_interruptions()
     outcomes = []
     pool = concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1)
     try:

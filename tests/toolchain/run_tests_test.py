@@ -65,11 +65,25 @@ def test_hanging_suite_has_failed(monkeypatch):
     assert (outcome.passed, outcome.failed) == (0, 1)
 
 
+def test_suites_of_a_run_in_the_background_hear_an_interruption(tmp_path):
+    ctest = tmp_path / "ctest"
+    suite = {"name": "interrupts itself", "command": ["sh", "-c", "kill -INT $$; exit 0"]}
+    ctest.write_text(f"#!/bin/sh\necho '{json.dumps({'tests': [suite]})}'\n")
+    ctest.chmod(0o755)
+    run = subprocess.run([sys.executable, run_tests.__file__], capture_output=True, text=True,
+                         env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}, timeout=30,
+                         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    assert "0 passed, 1 failed" in run.stdout, "the suite should have died of its own interruption"
+
+
 def test_interruption_ends_the_run_without_starting_more(tmp_path):
     started = [tmp_path / f"started_{n}" for n in range(2 * os.cpu_count())]
-    suites = [{"name": path.name, "command": ["bash", "-c", f": >{path}; sleep 20"]} for path in started]
+    # Not a shell: one that is just starting its second command may lose an interruption.
+    suites = [{"name": path.name, "command": [sys.executable, "-c", f"import time; open('{path}', 'w'); time.sleep(20)"]}
+              for path in started]
     ctest = tmp_path / "ctest"
-    ctest.write_text(f"#!/bin/sh\necho '{json.dumps({'tests': suites})}'\n")
+    (tmp_path / "suites.json").write_text(json.dumps({"tests": suites}))
+    ctest.write_text(f"#!/bin/sh\ncat {tmp_path}/suites.json\n")
     ctest.chmod(0o755)
     environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
     run = subprocess.Popen([sys.executable, run_tests.__file__], env=environment,
