@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "core/errors.hpp"
@@ -16,7 +17,7 @@ constexpr double kSecondsPerHour = 3600.0;
 constexpr double kCellVoltageMin = 0.5, kCellVoltageMax = 5.5;  // beyond any chemistry that a car carries
 
 std::vector<double> column(const MeasuredTable& table, const RoleMap& map, const std::string& role, bool needed) {
-  const RoleColumn* from = map.find(role);
+  const RoleSource* from = map.find(role);
   if (from == nullptr) {
     if (!needed) return {};
     throw InputError(map.source, "no role \"" + role + "\"", "roles time, current and voltage (or pack_voltage)",
@@ -286,17 +287,62 @@ CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOpt
   for (double& q : log.charge_ah) q /= options.cells_in_parallel;
   find_gaps(log, joined);
   bring_to_one_cell(log, options.cells_in_series);
-  const RoleColumn* sign = map.find("current");
+  const RoleSource* sign = map.find("current");
   settle_sign(log, sign->discharge);
   settle_counter(log);
   note_held_rows(log);
   return log;
 }
 
-CellLog read_cell_log(const std::string& path, const RoleMap* map, const DataFolder& data,
+CellLog read_cell_log(const std::string& path, const RoleMap* given, const DataFolder& data,
                       const LogOptions& options) {
-  const MeasuredTable table = read_measured_table(path);
-  return cell_log_of(table, map != nullptr ? *map : role_map_for(table, data), options);
+  RoleMap found;
+  if (given == nullptr) found = role_map_for_recording(path, data);
+  const RoleMap& map = given != nullptr ? *given : found;
+  const bool one_table = std::none_of(map.roles.begin(), map.roles.end(), [](const auto& role) {
+    return role.second.frame.has_value() || !role.second.file.empty();
+  });
+  if (one_table) return cell_log_of(read_measured_table(path), map, options);
+  return cell_log_of(read_drive_log(path, &map, data), options);
+}
+
+CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
+  const auto needed = [&](const char* role) -> const Channel& {
+    if (const Channel* channel = drive.find(role)) return *channel;
+    throw InputError(drive.path, fmt::format("no usable role \"{}\"", role),
+                     "roles current and voltage (or pack_voltage)", "Add the role to the map " + drive.map);
+  };
+  const bool pack = drive.find("voltage") == nullptr;
+  const Channel& current = needed("current");
+  const Channel& voltage = needed(pack ? "pack_voltage" : "voltage");
+  MeasuredTable rows;
+  rows.path = drive.path;
+  std::vector<double> times;
+  std::set_union(current.time_s.begin(), current.time_s.end(), voltage.time_s.begin(), voltage.time_s.end(),
+                 std::back_inserter(times));
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  RoleMap plain;
+  plain.source = drive.map;
+  const auto add = [&](const char* role, std::vector<double> values) {
+    plain.roles[role] = {role};
+    rows.columns.emplace_back(role);
+    rows.values.push_back(std::move(values));
+  };
+  add("time", times);
+  // A row for each sample of either: the current holds until its next sample, a voltage stands in its own row only.
+  constexpr double kLongestHold = 5.0, kSlowHold = 60.0;  // s
+  add("current", held_at(current, times, kLongestHold));
+  add(pack ? "pack_voltage" : "voltage", held_at(voltage, times, 0.0));
+  for (const char* role : {"temperature_1", "charge_ah"}) {
+    if (const Channel* channel = drive.find(role)) add(role, held_at(*channel, times, kSlowHold));
+  }
+  plain.roles["current"].discharge =
+      drive.declared == DischargeSign::kAuto ? DischargeSign::kAuto : DischargeSign::kPositive;
+  rows.lines.resize(times.size());
+  CellLog log = cell_log_of(rows, plain, options);
+  for (const LogDefect& defect : drive.defects) log.repairs.push_back(defect.text);
+  for (const std::string& note : drive.notes) log.repairs.push_back(note);
+  return log;
 }
 
 std::vector<double> charge_drawn_ah(const CellLog& log, CurrentHold hold) {

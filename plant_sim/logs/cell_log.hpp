@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "logs/role_map.hpp"
+#include "logs/drive_log.hpp"
 
 namespace voltlap::plant {
 
@@ -35,14 +35,18 @@ struct LogOptions {
   int cells_in_series = 1, cells_in_parallel = 1;        ///< to come from a pack to one cell
 };
 
-/// Reads a table by its map (see role_map_for for none) and mends what can be mended, each repair in words. Throws
-/// InputError for a table without usable rows, for a current whose declared sign the voltage contradicts, and for
-/// voltages that are those of no cell.
+/// Reads a table or a CAN recording by its map (see role_map_for_recording for none) and mends what can be mended,
+/// each repair in words. Throws InputError for a table without usable rows, for a current whose declared sign the
+/// voltage contradicts, and for voltages that are those of no cell.
 [[nodiscard]] CellLog read_cell_log(const std::string& path, const RoleMap* map, const DataFolder& data,
                                     const LogOptions& options = {});
 
 /// The same from a table that is in memory already.
 [[nodiscard]] CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options);
+
+/// The same from a recording whose roles have rates of their own (CAN, several files): a row for each sample of
+/// current or voltage, the current held from its last sample, a voltage only in its own row.
+[[nodiscard]] CellLog cell_log_of(const DriveLog& drive, const LogOptions& options);
 
 /// Charge drawn since the first row [Ah], row by row; gaps are bridged by the counter, or by nothing.
 [[nodiscard]] std::vector<double> charge_drawn_ah(const CellLog& log, CurrentHold hold);

@@ -8,67 +8,15 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdlib>
+#include <filesystem>
 #include <string_view>
 
+#include "base/can_frame.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
 namespace {
-
-constexpr std::array kRoles{"time",
-                            "current",
-                            "voltage",
-                            "pack_voltage",
-                            "bus_voltage",
-                            "cell_voltage_<n>",
-                            "temperature_<n>",
-                            "ambient",
-                            "charge_ah",
-                            "soc",
-                            "speed",
-                            "wheel_speed_<n>",
-                            "accelerator",
-                            "brake",
-                            "motor_speed",
-                            "motor_torque"};
-
-struct Unit {
-  std::string_view name;
-  double scale, offset;
-};
-constexpr std::array kUnits{Unit{"1", 1, 0},         Unit{"s", 1, 0},       Unit{"ms", 1e-3, 0},
-                            Unit{"min", 60, 0},      Unit{"h", 3600, 0},    Unit{"A", 1, 0},
-                            Unit{"mA", 1e-3, 0},     Unit{"V", 1, 0},       Unit{"mV", 1e-3, 0},
-                            Unit{"degC", 1, 0},      Unit{"K", 1, -273.15}, Unit{"degF", 5.0 / 9.0, -160.0 / 9.0},
-                            Unit{"Ah", 1, 0},        Unit{"mAh", 1e-3, 0},  Unit{"As", 1.0 / 3600, 0},
-                            Unit{"%", 0.01, 0},      Unit{"m/s", 1, 0},     Unit{"km/h", 1 / 3.6, 0},
-                            Unit{"mph", 0.44704, 0}, Unit{"rpm", 1, 0},     Unit{"Nm", 1, 0}};
-
-bool is_role(std::string_view name) {
-  for (const std::string_view role : kRoles) {
-    const std::size_t stem = role.find("<n>");
-    if (stem == std::string_view::npos) {
-      if (name == role) return true;
-      continue;
-    }
-    const std::string_view number = name.starts_with(role.substr(0, stem)) ? name.substr(stem) : std::string_view{};
-    if (!number.empty() && number[0] != '0' &&
-        std::all_of(number.begin(), number.end(), [](unsigned char c) { return std::isdigit(c); })) {
-      return true;
-    }
-  }
-  return false;
-}
-
-Unit unit_of(const std::string& place, const std::string& name) {
-  const auto found =
-      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& unit) { return unit.name == name; });
-  if (found != kUnits.end()) return *found;
-  std::vector<std::string_view> known;
-  for (const Unit& unit : kUnits) known.push_back(unit.name);
-  throw InputError(place, fmt::format("unit \"{}\"", name), fmt::format("one of {}", fmt::join(known, ", ")),
-                   "Use one of these with scale and offset");
-}
 
 DischargeSign sign_of(const std::string& place, const std::string& text) {
   if (text == "+") return DischargeSign::kPositive;
@@ -77,27 +25,84 @@ DischargeSign sign_of(const std::string& place, const std::string& text) {
   throw InputError(place, fmt::format("discharge = \"{}\"", text), "\"+\", \"-\" or \"auto\"", "Correct the sign");
 }
 
-RoleColumn column_of(const std::string& place, const toml::node& node) {
+FrameChecksum checksum_of(const std::string& place, const std::string& text) {
+  if (text.empty()) return FrameChecksum::kNone;
+  if (text == "orion") return FrameChecksum::kOrion;
+  if (text == "sum") return FrameChecksum::kSum;
+  throw InputError(place, fmt::format("checksum = \"{}\"", text),
+                   "\"orion\" (identifier + 8 + sum of bytes 0 to 6) or \"sum\" (of bytes 0 to 6)",
+                   "Correct or remove it");
+}
+
+void check_keys(const std::string& place, const toml::table& entry, bool frame) {
+  constexpr std::array kEither{"unit", "scale",   "offset", "discharge", "index",  "first",
+                               "file", "shift_s", "min",    "max",       "invalid"};
+  constexpr std::array kColumn{"column", "time"};
+  constexpr std::array kFrame{"frame", "extended", "signal", "dbc", "checksum", "counter"};
+  for (const auto& [key, value] : entry) {
+    const auto in = [&](const auto& keys) { return std::find(keys.begin(), keys.end(), key.str()) != keys.end(); };
+    if (in(kEither) || (frame ? in(kFrame) : in(kColumn))) continue;
+    std::vector<std::string_view> known;
+    if (frame) known.insert(known.end(), kFrame.begin(), kFrame.end());
+    if (!frame) known.insert(known.end(), kColumn.begin(), kColumn.end());
+    known.insert(known.end(), kEither.begin(), kEither.end());
+    throw InputError(place, fmt::format("key \"{}\"", key.str()), fmt::format("{}", fmt::join(known, ", ")),
+                     "Remove or correct the key");
+  }
+}
+
+std::string text_of(const std::string& place, const toml::table& entry, const char* key, const char* needed) {
+  const auto text = entry[key].value<std::string>();
+  if (!text && needed != nullptr) throw InputError(place, fmt::format("no {}", key), needed, "Add it");
+  return text.value_or(std::string());
+}
+
+void take_frame(const std::string& place, const toml::table& entry, RoleSource& out) {
+  constexpr std::int64_t kLastStandard = 0x7FF, kLastExtended = 0x1FFFFFFF;
+  const auto id = entry["frame"].value<std::int64_t>();
+  if (!id || *id < 0 || *id > kLastExtended) {
+    throw InputError(place, "frame = " + (id ? fmt::format("{}", *id) : "no whole number"),
+                     "an identifier of 11 or 29 bits such as 0x6B0", "Correct it");
+  }
+  const bool extended = *id > kLastStandard || entry["extended"].value_or(false);
+  out.frame = static_cast<std::uint32_t>(*id) | (extended ? Frame::kExtendedFlag : 0U);
+  out.signal = text_of(place, entry, "signal", "signal = \"name in the DBC\"");
+  out.dbc = text_of(place, entry, "dbc", "dbc = \"file.dbc\"");
+  out.checksum = checksum_of(place, text_of(place, entry, "checksum", nullptr));
+  out.counter = text_of(place, entry, "counter", nullptr);
+}
+
+RoleSource source_of(const std::string& place, const toml::node& node) {
   const toml::table* entry = node.as_table();
   if (entry == nullptr) {
-    throw InputError(place, "a value that is no table", "{column = \"...\", unit = \"...\"}", "Name the column");
+    throw InputError(place, "a value that is no table",
+                     "{column = \"...\", unit = \"...\"} or {frame = 0x..., signal = \"...\", dbc = \"...\"}",
+                     "Name the column or the signal");
   }
-  for (const auto& [key, value] : *entry) {
-    constexpr std::array kKeys{"column", "unit", "scale", "offset", "discharge"};
-    if (std::find(kKeys.begin(), kKeys.end(), key.str()) != kKeys.end()) continue;
-    const bool frame = key.str() == "frame" || key.str() == "signal" || key.str() == "dbc";
-    throw InputError(
-        place, fmt::format("key \"{}\"", key.str()), "column, unit, scale, offset, discharge",
-        frame ? "A role of a table is a column; export the CAN log to a table first" : "Remove or correct the key");
-  }
-  RoleColumn out;
-  const auto name = (*entry)["column"].value<std::string>();
-  if (!name) throw InputError(place, "no column", "column = \"name in the table\"", "Add it");
-  out.column = *name;
+  const bool frame = entry->contains("frame");
+  check_keys(place, *entry, frame);
+  RoleSource out;
+  if (frame) take_frame(place, *entry, out);
+  if (!frame)
+    out.column = text_of(place, *entry, "column", "column = \"name in the table\", or frame, signal and dbc");
   const Unit unit = unit_of(place, (*entry)["unit"].value_or(std::string("1")));
   out.scale = (*entry)["scale"].value_or(1.0) * unit.scale;
   out.offset = (*entry)["offset"].value_or(0.0) * unit.scale + unit.offset;
   out.discharge = sign_of(place, (*entry)["discharge"].value_or(std::string("auto")));
+  out.index = text_of(place, *entry, "index", nullptr);
+  if (const auto first = (*entry)["first"].value<std::int64_t>()) out.first = static_cast<long>(*first);
+  out.file = text_of(place, *entry, "file", nullptr);
+  out.time = text_of(place, *entry, "time", nullptr);
+  out.shift_s = (*entry)["shift_s"].value_or(0.0);
+  out.min = (*entry)["min"].value<double>();
+  out.max = (*entry)["max"].value<double>();
+  if (const toml::array* codes = (*entry)["invalid"].as_array()) {
+    for (const toml::node& code : *codes) out.invalid.push_back(code.value_or(0.0));
+  }
+  if (!out.index.empty() && place.find("<n>") == std::string::npos) {
+    throw InputError(place, "index", "it only for a role with <n>, such as \"cell_voltage_<n>\"",
+                     "Correct the role");
+  }
   return out;
 }
 
@@ -130,7 +135,8 @@ RoleMap plain_map(const MeasuredTable& table) {
 }
 
 bool is_enough(const RoleMap& map) {
-  return map.find("time") && map.find("current") && (map.find("voltage") || map.find("pack_voltage"));
+  return map.find("time") && map.find("current") &&
+         (map.find("voltage") || map.find("pack_voltage") || map.find("cell_voltage_1"));
 }
 
 std::string draft(const MeasuredTable& table) {
@@ -153,7 +159,7 @@ std::string draft(const MeasuredTable& table) {
 
 }  // namespace
 
-const RoleColumn* RoleMap::find(const std::string& role) const {
+const RoleSource* RoleMap::find(const std::string& role) const {
   const auto found = roles.find(role);
   return found == roles.end() ? nullptr : &found->second;
 }
@@ -176,16 +182,36 @@ RoleMap load_role_map(const std::string& path) {
   if (const toml::array* match = file["match"].as_array()) {
     for (const toml::node& header : *match) map.match.push_back(header.value_or(std::string()));
   }
+  if (const toml::array* ids = file["match_frames"].as_array()) {
+    for (const toml::node& id : *ids) {
+      map.match_frames.push_back(static_cast<std::uint32_t>(id.value_or(std::int64_t{0})));
+    }
+  }
   for (const auto& [key, node] : *roles) {
     const std::string role(key.str());
     const std::string place = fmt::format("{}: roles.{}", path, role);
     if (!is_role(role)) {
-      throw InputError(place, "an unknown role", fmt::format("one of {}", fmt::join(kRoles, ", ")),
+      throw InputError(place, "an unknown role", fmt::format("one of {}", fmt::join(role_names(), ", ")),
                        "Correct its name");
     }
-    map.roles[role] = column_of(place, node);
+    map.roles[role] = source_of(place, node);
   }
   return map;
+}
+
+std::string path_in_map(const RoleMap& map, const std::string& text) {
+  constexpr std::string_view kVariable = "$VOLTLAP_DATA";
+  if (!text.starts_with(kVariable)) {
+    // An absolute path replaces what stands before it.
+    return (std::filesystem::path(map.source).parent_path() / text).lexically_normal().string();
+  }
+  const char* folder = std::getenv("VOLTLAP_DATA");
+  if (folder == nullptr || *folder == '\0') {
+    throw InputError(map.source, fmt::format("\"{}\" while VOLTLAP_DATA is not set", text),
+                     "the folder of measured data in VOLTLAP_DATA",
+                     "Set it, or copy the map and give the path there");
+  }
+  return folder + text.substr(kVariable.size());
 }
 
 RoleMap role_map_for(const MeasuredTable& table, const DataFolder& data) {

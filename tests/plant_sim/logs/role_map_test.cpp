@@ -47,7 +47,8 @@ TEST(RoleMap, ShippedMapIsFoundByItsHeader) {
 TEST(RoleMap, EveryShippedMapIsRead) {
   const auto names = data.names("maps");
   CHECK(names.size() >= 4);
-  for (const std::string& name : names) CHECK(load_role_map(data.find("maps", name, "test")).find("current") != nullptr);
+  for (const std::string& name : names)
+    CHECK(load_role_map(data.find("maps", name, "test")).find("current") != nullptr);
 }
 
 TEST(RoleMap, UnknownColumnsGiveADraftMap) {
@@ -65,6 +66,37 @@ TEST(RoleMap, UnknownRoleUnitKeyAndSignAreNamed) {
   STRCMP_CONTAINS("discharge",
                   complaint_of("[roles]\ncurrent = {column = \"I\", discharge = \"minus\"}\n").c_str());
   STRCMP_CONTAINS("no [roles]", complaint_of("current = 1\n").c_str());
-  STRCMP_CONTAINS("export the CAN log",
-                  complaint_of("[roles]\ncurrent = {frame = 1, signal = \"I\", dbc = \"a.dbc\"}\n").c_str());
+  STRCMP_CONTAINS("no signal", complaint_of("[roles]\ncurrent = {frame = 1, dbc = \"a.dbc\"}\n").c_str());
+  STRCMP_CONTAINS("11 or 29 bits", complaint_of("[roles]\ncurrent = {frame = 0x20000000, signal = \"I\", dbc = "
+                                                "\"a.dbc\"}\n")
+                                       .c_str());
+  STRCMP_CONTAINS("checksum = \"md5\"",
+                  complaint_of("[roles]\ncurrent = {frame = 1, signal = \"I\", dbc = \"a.dbc\", "
+                               "checksum = \"md5\"}\n")
+                      .c_str());
+  STRCMP_CONTAINS("only for a role with <n>",
+                  complaint_of("[roles]\nsoc = {column = \"v\", index = \"n\"}\n").c_str());
+}
+
+TEST(RoleMap, FrameOfElevenAndOfTwentyNineBits) {
+  const RoleMap map =
+      load_role_map(scratch.write("map.toml",
+                                  "[roles]\ncurrent = {frame = 0x6B0, signal = \"I\", dbc = \"a.dbc\"}\n"
+                                  "pack_voltage = {frame = 0x1838F380, signal = \"U\", dbc = \"a.dbc\"}\n"
+                                  "soc = {frame = 0x6B0, extended = true, signal = \"S\", dbc = \"a.dbc\"}\n"));
+  CHECK_EQUAL(0x6B0U, *map.find("current")->frame);
+  CHECK_EQUAL(0x9838F380U, *map.find("pack_voltage")->frame);
+  CHECK_EQUAL(0x800006B0U, *map.find("soc")->frame);
+}
+
+TEST(RoleMap, PathsAreRelativeToTheMapAndTheDataFolderIsExpanded) {
+  RoleMap map;
+  map.source = "/maps/a.toml";
+  STRCMP_EQUAL("/maps/b/c.dbc", path_in_map(map, "b/c.dbc").c_str());
+  STRCMP_EQUAL("/c.dbc", path_in_map(map, "/c.dbc").c_str());
+  ::setenv("VOLTLAP_DATA", "/measured", 1);
+  STRCMP_EQUAL("/measured/x.csv", path_in_map(map, "$VOLTLAP_DATA/x.csv").c_str());
+  ::unsetenv("VOLTLAP_DATA");
+  STRCMP_CONTAINS("VOLTLAP_DATA is not set",
+                  complaint([&] { (void)path_in_map(map, "$VOLTLAP_DATA/x.csv"); }).c_str());
 }
