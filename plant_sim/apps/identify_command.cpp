@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "battery/cell_tables.hpp"
 #include "core/errors.hpp"
 #include "identify/cell_file.hpp"
+#include "identify/identify_text.hpp"
 #include "identify/rests_and_steps.hpp"
 #include "report/atomic_file.hpp"
 
@@ -22,6 +24,7 @@ namespace {
 
 constexpr double kRoom = 25.0;  // degC, where nothing says otherwise
 constexpr const char* kThermalFrom = "aesc_e5_2p";
+constexpr const char* kAllMethods = "all";
 
 std::pair<double, double> window_of(const std::string& text) {
   const std::size_t colon = text.find(':');
@@ -44,10 +47,20 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("data", files_, "Tables of time, current and voltage; CSV, also gzipped")->required();
   command_->add_option("--rc", branches_, "RC branches, 1 to 3; default: chosen by held-out pulses, at most 2")
       ->check(whole_number(1, 3));
+  command_
+      ->add_option("--method", method_,
+                   "Estimation method of the reference study (ipo, fpo, ilo, flo, ffo), or all: each, the full fit and "
+                   "their errors side by side; default: the full fit")
+      ->check(one_of({"ipo", "fpo", "ilo", "flo", "ffo", kAllMethods}));
   command_->add_option("--ocv", ocv_, "OCV from a slow test (a table) or a cell file; default: from the rests");
   command_->add_option("--map", map_,
                        "Role map: name or path; default: by column names, or a shipped map by its header");
   command_->add_option("--temperature", temperatures_, "degC of the files after it that have no temperature column")
+      ->allow_extra_args(false);
+  command_
+      ->add_option("--cell", cell_,
+                   "Name of the cell that the files after it are of; several cells give their mean and spread; default: "
+                   "<n> of files named ..._cell<n>.csv, otherwise one cell")
       ->allow_extra_args(false);
   command_->add_option("--window", windows_, "T0:T1, seconds: only these rows of the files after it")
       ->allow_extra_args(false);
@@ -60,19 +73,23 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
       ->capture_default_str();
   add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
   add_output_file(*command_, "--json", json_, "Write everything found as JSON");
-  command_->footer("Example: voltlap identify hppc.csv.gz --out cell.toml --json cell.json");
+  command_->footer(
+      "Examples: voltlap identify hppc.csv.gz --out cell.toml --json cell.json\n"
+      "          voltlap identify bench/30c_200a_cell*.csv --method all");
 }
 
 std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
   std::vector<Recording> out;
-  Recording next{"", kRoom, -1e300, 1e300, false};
-  std::size_t temperature = 0, window = 0, file = 0;
+  Recording next{"", "", kRoom, -1e300, 1e300, false};
+  std::size_t temperature = 0, window = 0, cell = 0, file = 0;
   for (const CLI::Option* option : command_->parse_order()) {
     if (option->get_name() == "--temperature") {
       next.temperature_c = temperatures_.at(temperature++);
       next.temperature_given = true;
     } else if (option->get_name() == "--window") {
       std::tie(next.window_begin_s, next.window_end_s) = window_of(windows_.at(window++));
+    } else if (option->get_name() == "--cell") {
+      next.cell = cell_.at(cell++);
     } else if (option->get_name() == "data") {
       next.path = files_.at(file++);
       out.push_back(next);
@@ -81,14 +98,17 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
   return out;
 }
 
-std::vector<CellLog> IdentifyCommand::read(const DataFolder& data, std::vector<double>& temperatures_c) const {
+std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& data) const {
   std::optional<RoleMap> map;
   if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
-  std::vector<CellLog> logs;
+  std::vector<CellData> cells;
   for (const Recording& recording : recordings()) {
     const LogOptions options{recording.window_begin_s, recording.window_end_s, series_, parallel_};
-    logs.push_back(read_cell_log(recording.path, map ? &*map : nullptr, data, options));
-    CellLog& log = logs.back();
+    const std::string name = cell_.empty() ? cell_of_file(recording.path) : recording.cell;
+    auto cell = std::find_if(cells.begin(), cells.end(), [&](const CellData& c) { return c.name == name; });
+    if (cell == cells.end()) cell = cells.insert(cells.end(), {name, {}, {}});
+    cell->logs.push_back(read_cell_log(recording.path, map ? &*map : nullptr, data, options));
+    CellLog& log = cell->logs.back();
     double mean = recording.temperature_c;
     if (!log.temperature_c.empty()) {
       double sum = 0.0, count = 0.0;
@@ -101,9 +121,23 @@ std::vector<CellLog> IdentifyCommand::read(const DataFolder& data, std::vector<d
     } else if (!recording.temperature_given) {
       log.repairs.push_back(fmt::format("no temperature: {} degC assumed (--temperature)", kRoom));
     }
-    temperatures_c.push_back(mean);
+    cell->temperatures_c.push_back(mean);
   }
-  return logs;
+  return cells;
+}
+
+void IdentifyCommand::take_method(IdentifyOptions& options) const {
+  if (method_.empty()) return;
+  options.method = method_of(method_);  // none for all
+  if (branches_ != 0 && branches_ != 2) {
+    throw InputError("--rc", fmt::format("{} with --method {}", branches_, method_), "2: the methods have two branches",
+                     "Leave out one of the two");
+  }
+  if (method_ == kAllMethods && (!blocks_.empty() || !ocv_.empty())) {
+    throw InputError("--method", "all with --blocks or --ocv", "whole tests with rests: all methods need them",
+                     "Leave out the other flag");
+  }
+  options.branches = 2;
 }
 
 void IdentifyCommand::take_blocks(IdentifyOptions& options) const {
@@ -138,56 +172,35 @@ void IdentifyCommand::take_ocv(const DataFolder& data, IdentifyOptions& options)
   options.capacity_fallback_ah = slow.capacity_ah;
 }
 
-void IdentifyCommand::print(const CellTests& tests, const CellParameters& cell) const {
-  std::FILE* to = summary_stream({out_, json_});
-  fmt::print(to, "{}: {:.3f} Ah, {} to {} V\n", cell.name, cell.capacity_ah, cell.voltage_min_v,
-             cell.voltage_max_v);
-  for (const TestGroup& group : tests.groups) {
-    const IdentifyResult& r = group.result;
-    fmt::print(to, "\nat {:.1f} degC{}: {} RC branches, RMS {:.2f} mV, smoothness {}, {} iterations, {:.2f} s\n",
-               group.temperature_c, group.current_a > 0.0 ? fmt::format(", {:.0f} A", group.current_a) : "",
-               r.model.branches(), 1e3 * r.rms_v, r.smoothness, r.iterations, r.seconds);
-    for (const FileFinding& file : r.files) {
-      fmt::print(to,
-                 "  {}\n    current {} (found from {}); SOC {:.3f} to {:.3f}, {:.3f} by {}; RMS {:.2f} mV over all "
-                 "rows, {:.2f} mV from there on\n",
-                 file.path, name_of(file.hold), file.hold_from, file.soc_low, file.soc_high, file.anchor.soc,
-                 file.anchor.from, 1e3 * file.rms_v, 1e3 * file.rms_pulses_v);
-      for (const std::string& repair : file.repairs) fmt::print(to, "    {}\n", repair);
-    }
-    for (const OrderScore& order : r.orders) {
-      fmt::print(to, "  {} branch{}: held-out pulses {:.2f} mV, information criterion {:.0f}\n", order.branches,
-                 order.branches == 1 ? "  " : "es", 1e3 * order.heldout_rms_v, order.information_criterion);
-    }
-    if (r.rms_other_blocks_v) {
-      fmt::print(to, "  blocks kept back: RMS {:.2f} mV a cell, {:.3f} V over {} in series\n",
-                 1e3 * *r.rms_other_blocks_v, *r.rms_other_blocks_v * series_, series_);
-    }
-    for (const std::string& note : r.notes) fmt::print(to, "  {}\n", note);
-    const Eigen::Index branches = r.model.branches();
-    fmt::print(to, "    SOC    Em [V]     R0 [mOhm]  ");
-    for (Eigen::Index k = 1; k <= branches; ++k) fmt::print(to, "      R{} [mOhm]  ", k);
-    for (Eigen::Index k = 1; k <= branches; ++k) fmt::print(to, "       tau{} [s]  ", k);
-    fmt::print(to, "   (+- 95 %; * not excited)\n");
-    for (Eigen::Index node = r.model.grid.size(); node-- > 0;) {
-      const double soc = r.model.grid.at(node);
-      fmt::print(to, "  {:5.3f}  {:8.4f}", soc, r.model.ocv.value(r.model.em, soc));
-      for (Eigen::Index table = 0; table <= 2 * branches; ++table) {
-        const double value =
-            table <= branches ? 1e3 * r.model.r(node, table) : r.model.tau(node, table - branches - 1);
-        const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
-        fmt::print(to, "  {:9.4g} {:4.0f} %{}", value, std::min(999.0, 196.0 * sigma),
-                   is_excited(r, table, node) ? " " : "*");
-      }
-      fmt::print(to, "\n");
-    }
+std::vector<CellTests> IdentifyCommand::identify_cells(const std::vector<CellData>& cells,
+                                                       IdentifyOptions options) const {
+  std::vector<CellTests> out;
+  for (const CellData& cell : cells) {
+    options.progress = [&](const std::string& what) {
+      fmt::print(stderr, "voltlap: {}{}\n", cells.size() > 1 ? cell.name + ", " : "", what);
+    };
+    out.push_back(identify_cell(cell.logs, cell.temperatures_c, options));
   }
+  return out;
+}
+
+std::vector<MethodScore> IdentifyCommand::compare(const std::vector<CellData>& cells,
+                                                  const std::vector<CellTests>& full,
+                                                  IdentifyOptions options) const {
+  std::vector<MethodScore> scores;
+  for (const Method method : kMethods) {
+    options.method = method;
+    fmt::print(stderr, "voltlap: method {}\n", name_of(method));
+    scores.push_back(method_score(name_of(method), identify_cells(cells, options)));
+  }
+  scores.push_back(method_score("full", full));
+  return scores;
 }
 
 int IdentifyCommand::run(const DataFolder& data) {
   IdentifyOptions options;
   options.branches = branches_;
-  options.progress = [](const std::string& what) { fmt::print(stderr, "voltlap: {}\n", what); };
+  take_method(options);
   take_blocks(options);
   take_ocv(data, options);
   std::optional<AtomicFile> out, json;
@@ -196,21 +209,40 @@ int IdentifyCommand::run(const DataFolder& data) {
   if (out && branches_ == 3) {
     throw InputError("--out", "--rc 3", "one or two branches", "A cell file holds two; write three to --json");
   }
-  std::vector<double> temperatures;
-  std::vector<CellLog> logs = read(data, temperatures);
+  const std::vector<CellData> cells = read(data);
   const bool named = !out_.empty() && out_ != AtomicFile::kStandardOutput;
   std::string name = std::filesystem::path(named ? out_ : files_.front()).filename().string();
   name = name.substr(0, name.find('.'));
-  CellTests tests = identify_cell(std::move(logs), temperatures, options);
-  const CellParameters cell =
-      cell_parameters(tests, load_cell(data, kThermalFrom, "identify"), name, tests.groups[tests.reference].result.notes);
-  print(tests, cell);
+
+  const std::vector<CellTests> each = identify_cells(cells, options);
+  const CellParameters like = load_cell(data, kThermalFrom, "identify");
+  std::optional<MeanCell> mean;
+  std::vector<std::string> names, texts;
+  for (const CellData& cell : cells) names.push_back(cell.name);
+  if (cells.size() > 1) mean = mean_cell(each, names);
+  CellTests tests = mean ? mean->tests : each.front();
+  const CellParameters cell = cell_parameters(tests, like, name, tests.groups[tests.reference].result.notes);
+  std::FILE* to = summary_stream({out_, json_});
+  fmt::print(to, "{}", identification_text(cell, tests, series_));
+  if (mean) fmt::print(to, "{}", spread_text(*mean));
+  std::vector<MethodScore> scores;
+  if (method_ == kAllMethods) scores = compare(cells, each, options);
+  if (!scores.empty()) fmt::print(to, "\n{}", comparison_text(scores));
   if (out) {
-    out->write(cell_toml(cell, tests, kThermalFrom));
+    out->write(cell_toml(cell, tests, kThermalFrom) + (mean ? spread_comment(*mean) : ""));
     out->commit();
   }
   if (json) {
-    json->write(identification_json(cell, tests, VOLTLAP_VERSION));
+    std::string text = identification_json(cell, tests, VOLTLAP_VERSION);
+    if (mean) {
+      for (std::size_t c = 0; c < each.size(); ++c) {
+        std::vector<std::string> notes;
+        texts.push_back(
+            identification_json(cell_parameters(each[c], like, names[c], notes), each[c], VOLTLAP_VERSION));
+      }
+      text = with_spread(text, *mean, texts);
+    }
+    json->write(scores.empty() ? text : with_methods(text, scores));
     json->commit();
   }
   return kExitOk;

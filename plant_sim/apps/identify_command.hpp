@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "core/parameter_file.hpp"
-#include "identify/cell_tests.hpp"
+#include "identify/method_comparison.hpp"
+#include "identify/several_cells.hpp"
 
 namespace voltlap::plant {
 
@@ -19,21 +20,31 @@ class IdentifyCommand {
  private:
   /// A file with the flags that stood before it.
   struct Recording {
-    std::string path;
+    std::string path, cell;
     double temperature_c, window_begin_s, window_end_s;
     bool temperature_given;
   };
   [[nodiscard]] std::vector<Recording> recordings() const;
-  [[nodiscard]] std::vector<CellLog> read(const DataFolder& data, std::vector<double>& temperatures_c) const;
+  /// The recordings of one cell.
+  struct CellData {
+    std::string name;
+    std::vector<CellLog> logs;
+    std::vector<double> temperatures_c;
+  };
+  [[nodiscard]] std::vector<CellData> read(const DataFolder& data) const;
+  [[nodiscard]] std::vector<CellTests> identify_cells(const std::vector<CellData>& cells,
+                                                      IdentifyOptions options) const;
+  [[nodiscard]] std::vector<MethodScore> compare(const std::vector<CellData>& cells,
+                                                 const std::vector<CellTests>& full, IdentifyOptions options) const;
+  void take_method(IdentifyOptions& options) const;
   void take_blocks(IdentifyOptions& options) const;
   void take_ocv(const DataFolder& data, IdentifyOptions& options) const;
-  void print(const CellTests& tests, const CellParameters& cell) const;
 
   CLI::App* command_;
-  std::vector<std::string> files_;
+  std::vector<std::string> files_, cell_;
   std::vector<double> temperatures_;
   std::vector<std::string> windows_;
-  std::string ocv_, map_, blocks_, out_, json_;
+  std::string method_, ocv_, map_, blocks_, out_, json_;
   int branches_ = 0, series_ = 1, parallel_ = 1;
 };
 

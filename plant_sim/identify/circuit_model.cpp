@@ -60,7 +60,7 @@ double entry(const Eigen::MatrixXd& table, Eigen::Index column, const SocGrid::P
 }  // namespace
 
 Eigen::VectorXd simulate(const CircuitModel& model, const TestRun& run,
-                         const Eigen::Ref<const Eigen::VectorXd>& states_v) {
+                         const Eigen::Ref<const Eigen::VectorXd>& states_v, Eigen::VectorXd* after_v) {
   const Eigen::Index branches = model.branches();
   Eigen::VectorXd voltage(run.rows()), state = Eigen::VectorXd::Zero(branches), resistance = state, before = state;
   Eigen::Index next_state = 0;
@@ -90,6 +90,7 @@ Eigen::VectorXd simulate(const CircuitModel& model, const TestRun& run,
     shown = lags ? v + (shown - v) * std::exp(-run.dt_s(row) / model.voltage_lag_s) : v;
     voltage(row) = shown;
   }
+  if (after_v != nullptr) *after_v = state;
   return voltage;
 }
 

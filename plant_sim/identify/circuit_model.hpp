@@ -62,8 +62,9 @@ struct CircuitModel {
 
 struct TestRun;
 /// Voltage at every row of a run. Branches are at rest at its beginning and after gaps, unless `states_v` gives
-/// their voltages: for each of the run's free resets one value a branch.
+/// their voltages: for each of the run's free resets one value a branch. `after_v` receives those after the last row.
 [[nodiscard]] Eigen::VectorXd simulate(const CircuitModel& model, const TestRun& run,
-                                       const Eigen::Ref<const Eigen::VectorXd>& states_v = Eigen::VectorXd());
+                                       const Eigen::Ref<const Eigen::VectorXd>& states_v = Eigen::VectorXd(),
+                                       Eigen::VectorXd* after_v = nullptr);
 
 }  // namespace voltlap::plant

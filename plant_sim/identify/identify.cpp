@@ -9,6 +9,8 @@
 #include <map>
 
 #include "core/errors.hpp"
+#include "identify/file_finding.hpp"
+#include "identify/identify_by_stage.hpp"
 #include "identify/preparation.hpp"
 #include "identify/rests_and_steps.hpp"
 
@@ -233,35 +235,33 @@ double longest_rest(const std::vector<TestRun>& runs) {
 void fill_files(const std::vector<PreparedLog>& prepared, const CircuitCost& cost, const std::vector<TestRun>& runs,
                 IdentifyResult& result) {
   const auto states = states_by_run(runs, cost.states_of(result.packed), result.model.branches());
+  double floor = 0.0, weight = 0.0;
   for (std::size_t k = 0; k < prepared.size(); ++k) {
     const PreparedLog& one = prepared[k];
-    FileFinding file{one.log->path, one.log->map, one.log->repairs, one.run.hold, one.hold_from, one.run.anchor};
     const TestRun whole = make_run(*one.log, one.run);
-    const Eigen::VectorXd error = error_of(result.model, whole, states[k]);
-    file.soc_low = whole.soc.minCoeff();
-    file.soc_high = whole.soc.maxCoeff();
-    file.duration_s = whole.time_s(whole.rows() - 1) - whole.time_s(0);
-    file.rows = whole.rows();
-    constexpr double kFollowed = 0.15;  // V; beyond it stand glitches and open contactors
-    file.voltage_low_v = 1e9;
-    for (Index row = 0; row < whole.rows(); ++row) {
-      if (whole.weight_s(row) <= 0.0 || std::abs(error(row)) > kFollowed) continue;
-      file.voltage_low_v = std::min(file.voltage_low_v, whole.voltage_v(row));
-      file.voltage_high_v = std::max(file.voltage_high_v, whole.voltage_v(row));
-    }
-    const auto rms_from = [&](Index first) {
-      const Eigen::ArrayXd w = whole.weight_s.tail(whole.rows() - first).array();
-      return std::sqrt((w * error.tail(whole.rows() - first).array().square()).sum() / w.sum());
-    };
-    file.rms_v = rms_from(0);
-    file.rms_pulses_v = rms_from(static_cast<Index>(one.run.anchor.row));
-    result.files.push_back(std::move(file));
+    const Eigen::VectorXd voltage = simulate(result.model, whole, states[k]);
+    result.files.push_back(file_finding(one, whole, voltage - whole.voltage_v));
+    result.sections.push_back(score_of(whole, voltage));
+    floor += noise_floor(whole) * whole.weight_s.sum();
+    weight += whole.weight_s.sum();
   }
+  result.noise_floor_v2 = floor / weight;
+}
+
+/// Where the reference study's full optimization starts: at its initial pulse optimization.
+Eigen::VectorXd packed_initial_pulse(const CircuitCost& cost, const CircuitFit& fit,
+                                     const std::vector<PreparedLog>& prepared) {
+  const CircuitModel model = initial_pulse_model(prepared);
+  LinearSolution start{Eigen::VectorXd::Zero(fit.linear_count())};
+  start.x.head(model.em.size()) = model.em;
+  start.x.segment(model.em.size(), model.r.size()) = model.r.reshaped();
+  return cost.pack(start, model.tau);
 }
 
 }  // namespace
 
 IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions& options) {
+  if (options.method && *options.method != Method::kFinalFull) return identify_by_stage(logs, options);
   const auto begin = std::chrono::steady_clock::now();
   const auto say = [&](const std::string& text) {
     if (options.progress) options.progress(text);
@@ -331,7 +331,10 @@ IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions&
   for (int pass = 0; pass < 2; ++pass) {
     fit.emplace(runs, branches, priors);
     cost.emplace(*fit, taus);
-    if (pass == 0) packed = cost->pack(start.solution, taus.transpose().replicate(fit->r_count(), 1));
+    if (pass == 0) {
+      packed = options.method ? packed_initial_pulse(*cost, *fit, prepared)
+                              : cost->pack(start.solution, taus.transpose().replicate(fit->r_count(), 1));
+    }
     const RefineResult refined = refine(*cost, packed);
     packed = refined.p;
     result.iterations += refined.iterations;

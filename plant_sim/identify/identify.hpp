@@ -8,6 +8,7 @@
 
 #include "identify/blocks.hpp"
 #include "identify/circuit_cost.hpp"
+#include "identify/stage_methods.hpp"
 #include "identify/uncertainty.hpp"
 #include "logs/cell_log.hpp"
 
@@ -22,6 +23,7 @@ struct IdentifyOptions {
   std::optional<double> capacity_fallback_ah;  ///< used when the recordings span clearly less
   double block_s = 0.0;                        ///< > 0: fit every other block of this length, predict the rest
   bool fit_even_blocks = true;
+  std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
 };
 
@@ -52,6 +54,8 @@ struct IdentifyResult {
   std::vector<std::pair<double, double>> smoothness_scores;  ///< smoothness, held-out rms [V]
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
   double rms_v = 0.0;
+  std::vector<SectionScore> sections;  ///< of a pulse or layered method its sections, of a full fit its recordings
+  double noise_floor_v2 = 0.0;         ///< of the voltage's instrument, see noise_floor
   std::optional<double> rms_other_blocks_v;  ///< with block_s
   int iterations = 0;
   double seconds = 0.0;

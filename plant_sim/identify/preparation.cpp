@@ -16,8 +16,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kThin = 0.05;  // share of the time since the last step
-
 void require_excitation(const CellLog& log) {
   const auto [low, high] = std::minmax_element(log.current_a.begin(), log.current_a.end());
   if (*high == 0.0 && *low == 0.0) {
@@ -41,7 +39,7 @@ double span_ah(const CellLog& log, std::size_t full, CurrentHold hold) {
 /// holds differ most, since a wrong one puts a wrong charge and a wrong relaxation into the interval.
 double error_at_jumps(const CellLog& log, const RunOptions& options) {
   constexpr double kJump = 0.05;
-  std::vector<TestRun> runs{thinned(make_run(log, options), kThin)};
+  std::vector<TestRun> runs{thinned(make_run(log, options), kRestThinning)};
   FitPriors priors;
   priors.smoothness = 1.0;
   const auto steps = resistance_steps(runs[0]);
@@ -194,7 +192,7 @@ void anchor_by_model(std::vector<PreparedLog>& prepared, const CircuitModel& mod
 std::vector<TestRun> runs_of(const std::vector<PreparedLog>& prepared) {
   std::vector<TestRun> runs;
   for (const PreparedLog& one : prepared) {
-    if (one.anchored) runs.push_back(thinned(make_run(*one.log, one.run), kThin));
+    if (one.anchored) runs.push_back(thinned(make_run(*one.log, one.run), kRestThinning));
   }
   return runs;
 }

@@ -48,6 +48,7 @@ struct RunOptions {
 
 /// The same run with fewer rows in its rests: a row is kept when `share` of the time since the last step has
 /// passed. Exact for a current held between rows, since nothing happens in between; weights are summed.
+inline constexpr double kRestThinning = 0.05;  ///< what the fits use
 [[nodiscard]] TestRun thinned(const TestRun& run, double share);
 
 }  // namespace voltlap::plant
