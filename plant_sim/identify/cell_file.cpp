@@ -88,7 +88,7 @@ Json parameters_json(const IdentifyResult& result) {
       const double value =
           names[table].is_tau ? model.tau(node, names[table].column) : model.r(node, names[table].column);
       const Index at = model.em.size() + static_cast<Index>(table) * model.grid.size() + node;
-      const double factor = std::exp(std::min(20.0, kInterval * result.uncertainty.sigma(at)));
+      const double factor = std::exp(std::min(kInterval * result.uncertainty.sigma(at), 20.0));
       one["soc"].push_back(model.grid.at(node));
       one["value"].push_back(value);
       one["ci95_low"].push_back(value / factor);

@@ -48,8 +48,9 @@ std::string identification_text(const CellParameters& cell, const CellTests& tes
         const double value =
             table <= branches ? 1e3 * r.model.r(node, table) : r.model.tau(node, table - branches - 1);
         const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
-        fmt::format_to(to, "  {:9.4g} {:4.0f} %{}", value, std::min(999.0, 196.0 * sigma),
-                   is_excited(r, table, node) ? " " : "*");
+        const std::string interval =
+            std::isnan(sigma) ? "    -  " : fmt::format("{:4.0f} %", std::min(999.0, 196.0 * sigma));
+        fmt::format_to(to, "  {:9.4g} {:6}{}", value, interval, is_excited(r, table, node) ? " " : "*");
       }
       fmt::format_to(to, "\n");
     }

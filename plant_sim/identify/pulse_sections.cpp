@@ -28,6 +28,18 @@ constexpr std::size_t kFewest = 3;
                    "Leave out --method: the full fit needs no pulses");
 }
 
+/// The charge before a test, or behind it, is no part of it.
+std::vector<PulseSection> longest_one_way(const std::vector<PulseSection>& sections) {
+  std::vector<PulseSection> longest, current;
+  for (const PulseSection& section : sections) {
+    const auto way = [](const PulseSection& s) { return s.soc_after > s.soc_before; };
+    if (!current.empty() && way(current.back()) != way(section)) current.clear();
+    current.push_back(section);
+    if (current.size() > longest.size()) longest = current;
+  }
+  return longest;
+}
+
 /// Residuals of a section over its free parameters.
 class SectionCost {
  public:
@@ -54,7 +66,7 @@ class SectionCost {
     for (const auto& [node, column] : places_) out.push_back(start_.values(node, column));
     return out;
   }
-  [[nodiscard]] bool is_logarithm(std::size_t k) const { return places_[k].second != kEm; }
+  [[nodiscard]] Index column_of(std::size_t k) const { return places_[k].second; }
 
  private:
   const TestRun& part_;
@@ -90,12 +102,11 @@ std::vector<PulseSection> pulse_sections(const TestRun& run) {
     out.push_back({first, load_end, s.last, run.soc(first), run.soc(s.last - 1)});
     first = -1;
   }
-  if (out.size() < kFewest) refuse(run, fmt::format("{} pulses with rests", out.size()));
-  const double way = out.front().soc_after - out.front().soc_before;
-  for (const PulseSection& section : out) {
-    if ((section.soc_after - section.soc_before) * way <= 0.0) refuse(run, "pulses in both directions");
-  }
-  return out;
+  const std::vector<PulseSection> one_way = longest_one_way(out);
+  if (one_way.size() < kFewest)
+    refuse(run, fmt::format("{} pulses with rests, {} of them one after another in one direction", out.size(),
+                            one_way.size()));
+  return one_way;
 }
 
 TestRun part_of(const TestRun& run, Index first, Index last) {
@@ -146,7 +157,9 @@ CircuitModel NodeTable::on_breakpoints() const {
 
 SectionFit fit_section(const TestRun& part, const NodeTable& start, const Free& free,
                        const Eigen::Vector2d& before_v) {
-  const double reach = std::log(1000.0);
+  constexpr double kShortest = 0.2, kLongest = 3.0;  // s; of the part: beyond it a branch is a drift of Em
+  const double reach = std::log(1000.0), shortest = std::log(kShortest),
+               longest = std::log(kLongest * (part.time_s(part.rows() - 1) - part.time_s(0)));
   auto* cost = new SectionCost(part, start, free, before_v);  // Ceres owns it
   std::vector<double> p = cost->start();
   auto* numeric = new ceres::DynamicNumericDiffCostFunction<SectionCost, ceres::CENTRAL>(cost);
@@ -155,9 +168,13 @@ SectionFit fit_section(const TestRun& part, const NodeTable& start, const Free& 
   ceres::Problem problem;
   problem.AddResidualBlock(numeric, nullptr, p.data());
   for (std::size_t k = 0; k < p.size(); ++k) {
-    if (!cost->is_logarithm(k)) continue;
-    problem.SetParameterLowerBound(p.data(), static_cast<int>(k), p[k] - reach);
-    problem.SetParameterUpperBound(p.data(), static_cast<int>(k), p[k] + reach);
+    const auto index = static_cast<int>(k);
+    const Index column = cost->column_of(k);
+    if (column == kEm) continue;
+    const bool is_tau = column >= kLnTau1;
+    if (is_tau) p[k] = std::clamp(p[k], shortest + 1e-6, longest - 1e-6);
+    problem.SetParameterLowerBound(p.data(), index, is_tau ? shortest : p[k] - reach);
+    problem.SetParameterUpperBound(p.data(), index, is_tau ? longest : p[k] + reach);
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;

@@ -18,7 +18,8 @@ struct PulseSection {
 };
 
 /// Loads with a rest of at least 60 s behind them. Loads that move the SOC by less than 2 % belong to the section of
-/// the next that does. Throws InputError without at least three, and when the SOC goes both ways.
+/// the next that does. Of a recording that goes both ways the most sections in a row that go one way. Throws
+/// InputError when those are fewer than three.
 [[nodiscard]] std::vector<PulseSection> pulse_sections(const TestRun& run);
 
 /// A part of a run that begins with known branch voltages.
@@ -36,7 +37,8 @@ struct NodeTable {
 };
 
 /// Least squares of part's voltage over the values of `table` that are `free` (same shape), from those given, by a
-/// trust region. Resistances and time constants stay within a factor of a thousand of where they began.
+/// trust region. Resistances stay within a factor of a thousand of where they began, time constants between 0.2 s and
+/// three times the part.
 struct SectionFit {
   NodeTable table;
   int iterations = 0;

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""voltlap identify as its users meet it, on tables of the virtual bench: methods, several cells, messages."""
+import json
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
+METHODS = ["ipo", "fpo", "ilo", "flo", "ffo"]
+
+
+def voltlap(*arguments, code=0):
+    run = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=300)
+    assert run.returncode == code, run.stderr
+    return run
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """A pulse test of four unequal cells in series, their tables and their truth."""
+    folder = tmp_path_factory.mktemp("bench")
+    voltlap("bench-test", "pulse_15", "--set", "test.temperature_c=30", "test.current_a=300",
+            "instruments.systematic=false", "--out", folder, "--truth", folder / "truth.csv.gz")
+    tables = sorted(folder.glob("*_cell*.csv"))
+    return tables, json.loads((folder / "campaign.json").read_text())["tests"][0]["truth"]
+
+
+@pytest.fixture(scope="module")
+def compared(bench, tmp_path_factory):
+    path = tmp_path_factory.mktemp("compared") / "all.json"
+    run = voltlap("identify", bench[0][0], "--method", "all", "--json", path)
+    return {row["method"]: row for row in json.loads(path.read_text())["methods"]}, run.stdout
+
+
+def test_five_methods_and_the_full_fit_stand_beside_the_studys_table(compared):
+    rows, text = compared
+    assert list(rows) == [*METHODS, "full"]
+    assert rows["ffo"]["study"] == {"mean_v2": 6.3e-6, "median_v2": 4.5e-6, "snr": 1834, "minutes_per_cell": 120}
+    assert rows["full"]["study"] is None
+    for words in ("reference study, 2016", "1.9e-04", "1.5e-03", "120 min", "noise of the voltage's instrument"):
+        assert words in text
+
+
+def test_pulses_fit_best_by_themselves_and_only_the_full_fit_fits_the_test(compared):
+    rows, _ = compared
+    assert rows["fpo"]["section_mean_v2"] < rows["ipo"]["section_mean_v2"]
+    assert rows["fpo"]["section_mean_v2"] < rows["flo"]["section_mean_v2"] < rows["ilo"]["section_mean_v2"]
+    for name in METHODS[:-1]:
+        assert rows[name]["whole_mean_v2"] > 10 * rows["ffo"]["whole_mean_v2"]
+
+
+def test_full_fit_sits_at_the_noise_of_the_instrument(compared):
+    rows, _ = compared
+    # Eight readings with 1.5 mV of noise in steps of 1.5 mV make a row.
+    floor = (1.5e-3**2 + 1.5e-3**2 / 12) / 8
+    assert rows["full"]["noise_floor_v2"] == pytest.approx(floor, rel=0.05)
+    assert rows["full"]["whole_mean_v2"] < 4 * floor
+
+
+@pytest.mark.parametrize("method", ["ipo", "flo", "ffo"])
+def test_each_method_gives_a_cell_file_that_validate_takes(bench, tmp_path, method):
+    cell = tmp_path / "cell.toml"
+    run = voltlap("identify", bench[0][0], "--method", method, "--out", cell, "--json", tmp_path / "cell.json")
+    voltlap("validate", cell, bench[0][0])
+    r0 = json.loads((tmp_path / "cell.json").read_text())["tests"][0]["parameters"]["r0_ohm"]
+    assert (r0["ci95_low"][0] is None) == (method != "ffo")
+    assert ("no intervals" in run.stdout) == (method != "ffo")
+
+
+def test_cells_in_series_give_a_mean_with_the_spread_of_the_truth(bench, tmp_path):
+    tables, truth = bench
+    run = voltlap("identify", *tables, "--out", tmp_path / "mean.toml", "--json", tmp_path / "mean.json")
+    found = json.loads((tmp_path / "mean.json").read_text())
+    assert "Mean of 4 cells" in run.stdout and "Spread between 4 cells" in run.stdout
+    assert "# r0_ohm:" in (tmp_path / "mean.toml").read_text()
+    assert len(found["cells"]) == 4
+
+    def spread(values):
+        mean = sum(values) / len(values)
+        return (sum((v - mean) ** 2 for v in values) / (len(values) - 1)) ** 0.5 / mean
+
+    assert found["capacity_spread_ah"] / found["capacity_ah"] == pytest.approx(spread(truth["capacity_ah"]), abs=0.004)
+    assert found["tests"][0]["spread"]["r0_ohm"][8] == pytest.approx(spread(truth["resistance_scale"]), abs=0.005)
+    voltlap("validate", tmp_path / "mean.toml", tables[1])
+
+
+def test_cell_flag_says_whose_the_files_are(bench, tmp_path):
+    one, two = bench[0][:2]
+    run = voltlap("identify", "--cell", "a", one, "--cell", "b", two)
+    assert "a: Capacity" in run.stdout and "Mean of 2 cells" in run.stdout
+
+
+@pytest.mark.parametrize("flags, words", [(["--method", "fpq"], "fpo"), (["--method", "ipo", "--rc", "1"], "two branches"),
+                                          (["--method", "ilo", "--blocks", "60:even"], "--blocks"),
+                                          (["--method", "all", "--ocv", "aesc_e5_2p"], "--ocv")])
+def test_what_methods_cannot_do_is_refused(bench, flags, words):
+    assert words in voltlap("identify", bench[0][0], *flags, code=2).stderr
+
+
+def test_drive_is_refused_by_a_pulse_method(tmp_path):
+    table = tmp_path / "drive.csv"
+    rows = [f"{t},{20 + 15 * ((t // 7) % 3)},{4.1 - 2e-4 * t - 1e-3 * (20 + 15 * ((t // 7) % 3))}" for t in range(3000)]
+    table.write_text("time_s,current_a,voltage_v\n0,0,4.15\n" + "\n".join(rows[1:]) + "\n")
+    assert "pulses with rests" in voltlap("identify", table, "--method", "ipo", code=2).stderr
