@@ -80,6 +80,14 @@ def test_small_currents_see_the_slope_of_butler_volmer():
     assert first - diffusion == pytest.approx(0.1 * slope, rel=1e-3)
 
 
+def test_closed_form_of_a_memory_is_its_recursion():
+    kick, state = np.random.default_rng(1).standard_normal((2, 3000)), np.array([1.0, -2.0])
+    quick = instruments.remembered(kick, 0.97, state)
+    for k in range(3000):
+        state = 0.97 * state + kick[:, k]
+        assert quick[:, k] == pytest.approx(state, abs=1e-10)
+
+
 def test_wander_has_the_memory_that_it_claims():
     rng = np.random.default_rng(0)
     noise = instruments.wander(rng, (200, 2000), 2.0, 10.0, 0.1)

@@ -70,13 +70,21 @@ class Bench:
     def separations(self, cases_of_hidden):
         """d' of each list of effects, all its effects together: (lists, cases)."""
         logs = shown([with_effects(self.sound, self.now, hidden) for hidden in cases_of_hidden])
-        out = []
-        for log in logs:
-            change = self._changes(log)
-            seen = np.einsum("bpi,bi->bp", self.nuisance, change)
-            power = (change ** 2).sum(1) - np.einsum("bp,bpq,bq->b", seen, self.inverse, seen)
-            out.append(np.sqrt(np.maximum(power, 0.0)))
-        return np.array(out)
+        return np.array([self.separation(log) for log in logs])
+
+    def separation(self, log):
+        """d' of a noise-free log from the quiet one, (cases,)."""
+        change = self._changes(log)
+        return np.sqrt(np.maximum(self._product(change, change), 0.0))
+
+    def likeness(self, one, other):
+        """Cosine between what two effects change, (cases,): 1 when nobody can tell them apart."""
+        a, b = self._changes(one), self._changes(other)
+        return self._product(a, b) / np.sqrt(np.maximum(self._product(a, a) * self._product(b, b), 1e-300))
+
+    def _product(self, a, b):
+        inside = np.einsum("bpi,bi->bp", self.nuisance, a), np.einsum("bpi,bi->bp", self.nuisance, b)
+        return (a * b).sum(1) - np.einsum("bp,bpq,bq->b", inside[0], self.inverse, inside[1])
 
     def detectable(self, effect, fixed, sign):
         """Size whose d' is DETECTABLE, (cases,): from the slope at a fifth of the largest size, mended once."""

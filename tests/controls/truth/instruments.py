@@ -32,16 +32,28 @@ NOISE = {
 }
 
 
+def remembered(kick, keep, before):
+    """out[k] = keep out[k - 1] + kick[k] along the last axis, `before` standing ahead of the first.
+
+    In closed form over blocks short enough for keep^-k to stay small: a loop over steps costs a hundred times more.
+    """
+    block = max(1, int(8.0 / -np.log(keep)))
+    weight = keep ** np.arange(1, block + 1)
+    out, last = np.empty(kick.shape), before
+    for begin in range(0, kick.shape[-1], block):
+        part = kick[..., begin:begin + block]
+        own = weight[:part.shape[-1]]
+        out[..., begin:begin + block] = own * (np.cumsum(part / own, -1) + last[..., None])
+        last = out[..., begin + part.shape[-1] - 1]
+    return out
+
+
 def wander(rng, shape, sigma, memory_s, step_s):
     """Exponentially correlated noise along the last axis."""
     keep = np.exp(-step_s / memory_s)
     kick = sigma * np.sqrt(1.0 - keep * keep) * rng.standard_normal(shape)
     kick[..., 0] = sigma * rng.standard_normal(shape[:-1])
-    out = np.empty(shape)
-    out[..., 0] = kick[..., 0]
-    for k in range(1, shape[-1]):
-        out[..., k] = keep * out[..., k - 1] + kick[..., k]
-    return out
+    return remembered(kick, keep, np.zeros(shape[:-1]))
 
 
 def noisy(rng, truth, kind, step_s):
@@ -84,5 +96,13 @@ def whitened(differences, kind, step_s):
         out[..., k] = innovation / np.sqrt(total)
         gain = variance / total
         state = keep * (state + gain * innovation)
-        variance = keep * keep * (1.0 - gain) * variance + drive
+        before, variance = variance, keep * keep * (1.0 - gain) * variance + drive
+        if abs(variance - before) < 1e-12 * variance:
+            break
+    # From here on the gain stands still.
+    rest = differences[..., k + 1:]
+    if rest.shape[-1]:
+        states = remembered(keep * gain * rest, keep * (1.0 - gain), state)
+        out[..., k + 1] = (rest[..., 0] - state) / np.sqrt(total)
+        out[..., k + 2:] = (rest[..., 1:] - states[..., :-1]) / np.sqrt(total)
     return out
