@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/interpolate.hpp"
 #include "battery/cell_tables.hpp"
 #include "core/errors.hpp"
 
@@ -55,6 +56,34 @@ void fill_tables(const VehicleParameters& car, bms::Config& config) {
   config.resistance.ppm_per_kelvin = static_cast<std::int32_t>(std::lround(1e6 * slope_per_kelvin));
 }
 
+/// The firmware's own interpolation, in volts.
+double table_voltage(const bms::OcvTable& table, double soc) {
+  return 1e-4 * interpolate(table.soc, table.voltage, table.count, units<Soc>(soc, 1e6)).raw();
+}
+
+void round_ocv(const CellTables& tables, const bms::OcvTable& table, TableRounding& out) {
+  constexpr double kStep = 1e-4, kSamples = 2000.0;
+  for (int i = 0; i < table.count; ++i) {
+    const double off = 1e-4 * table.voltage[i].raw() - tables.ocv(1e-6 * table.soc[i].raw()).voltage_v;
+    const bool raised = off > kStep;
+    if (raised) ++out.ocv_raised_points;
+    double& largest = raised ? out.ocv_raised_v : out.ocv_points_v;
+    largest = std::max(largest, std::abs(off));
+    if (i == 0) continue;
+    const double rise = 0.1 * (table.voltage[i] - table.voltage[i - 1]).raw(),
+                 span = 1e-6 * (table.soc[i] - table.soc[i - 1]).raw();
+    if (span / rise <= out.soc_per_mv) continue;
+    out.soc_per_mv = span / rise;
+    out.soc_per_mv_at = 1e-6 * table.soc[i - 1].raw() + 0.5 * span;
+  }
+  for (double k = 0.0; k <= kSamples; k += 1.0) {
+    const double off = std::abs(table_voltage(table, k / kSamples) - tables.ocv(k / kSamples).voltage_v);
+    if (off <= out.ocv_between_v) continue;
+    out.ocv_between_v = off;
+    out.ocv_between_soc = k / kSamples;
+  }
+}
+
 const char* key_of(master::ConfigError error) {
   switch (error) {
     case master::ConfigError::kRequest: return "inverter.current_max_a";
@@ -97,6 +126,31 @@ bms::Config bms_config(const VehicleParameters& car) {
         "cell.voltage_max_v and the bms.* keys");
   }
   return config;
+}
+
+TableRounding table_rounding(const VehicleParameters& car, const bms::Config& config) {
+  constexpr double kCoarsest = 0.05, kFlattest = 0.2;
+  const CellTables tables(car.cell);
+  TableRounding out;
+  round_ocv(tables, config.ocv, out);
+  const std::string place = "cell " + car.cell.name;
+  if (out.soc_per_mv > kFlattest) {
+    throw InputError(place + ", ocv",
+                     fmt::format("a curve so flat at SOC {:.2f} that a millivolt is {:.0f} % of the charge",
+                                 out.soc_per_mv_at, 100.0 * out.soc_per_mv),
+                     fmt::format("one that rises by {:g} mV or more every 5 % of SOC", 0.05 / kFlattest),
+                     "The BMS starts its count from the OCV: check the curve, or choose a BMS without it");
+  }
+  for (int i = 0; i < config.resistance.count; ++i) {
+    const double soc = 1e-6 * config.resistance.soc[i].raw(),
+                 exact = group_resistance(car, tables, soc, car.cell.reference_temperature_c),
+                 share = std::abs(1e-6 * config.resistance.resistance[i].raw() - exact) / exact;
+    out.resistance_points_share = std::max(out.resistance_points_share, share);
+    if (share <= kCoarsest) continue;
+    throw InputError(place + ", r0 r1 r2", fmt::format("{:g} uOhm at SOC {:.2f}", 1e6 * exact, soc),
+                     "10 uOhm to 2 kOhm: the firmware counts in microohms", "Check the unit of the resistances (ohm)");
+  }
+  return out;
 }
 
 master::Config master_config(const VehicleParameters& car) {

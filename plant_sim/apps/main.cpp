@@ -7,6 +7,7 @@
 #include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/firmware_tables_command.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/guarded_main.hpp"
 #include "apps/identify_command.hpp"
@@ -29,6 +30,7 @@ int run(int argc, char** argv) {
   app.failure_message(usage_message);
   BenchTestCommand bench_test(app);
   EnduranceCommand endurance(app);
+  FirmwareTablesCommand firmware_tables(app);
   IdentifyCommand identification(app);
   LapCommand lap(app);
   ListCommand list(app);
@@ -44,6 +46,7 @@ int run(int argc, char** argv) {
   const DataFolder data(VOLTLAP_DATA_FOLDER);
   if (bench_test.chosen()) return bench_test.run(data);
   if (endurance.chosen()) return endurance.run(data);
+  if (firmware_tables.chosen()) return firmware_tables.run(data);
   if (identification.chosen()) return identification.run(data);
   if (validation.chosen()) return validation.run(data);
   if (lap.chosen()) return lap.run(data);

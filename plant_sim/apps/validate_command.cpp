@@ -4,54 +4,20 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
-#include "identify/validation.hpp"
+#include "apps/progress_line.hpp"
+#include "core/errors.hpp"
 #include "report/atomic_file.hpp"
+#include "validate/validation_json.hpp"
+#include "validate/validation_text.hpp"
 
 namespace voltlap::plant {
 namespace {
 
-nlohmann::ordered_json json_of(const FileValidation& v) {
-  nlohmann::ordered_json out = {{"file", v.file},
-                                {"rms_v", v.rms_v},
-                                {"rms_v_above_10_soc", v.rms_v_above_10_soc},
-                                {"bias_v", v.bias_v},
-                                {"max_error_v", v.max_error_v}};
-  out["temperature_rms_c"] =
-      v.temperature_rms_c ? nlohmann::ordered_json(*v.temperature_rms_c) : nlohmann::ordered_json(nullptr);
-  out["ah"] = v.ah;
-  out["soc_start"] = v.soc_start;
-  out["soc_start_from"] = v.soc_start_from;
-  out["strokes"] = v.strokes;
-  out["current_hold"] = name_of(v.hold);
-  out["current_hold_from"] = v.hold_from;
-  out["voltage_lag_s"] = v.voltage_lag_s;
-  out["rms_v_with_lag"] = v.rms_v_with_lag;
-  out["repairs"] = v.repairs;
-  return out;
-}
-
-void print(std::FILE* to, const FileValidation& v) {
-  fmt::print(to,
-             "{}\n  RMS {:.1f} mV ({:.1f} mV above 10 % SOC), bias {:+.1f} mV, largest {:.0f} mV, over {} "
-             "discharge stroke{}, {:.3f} Ah\n",
-             v.file, 1e3 * v.rms_v, 1e3 * v.rms_v_above_10_soc, 1e3 * v.bias_v, 1e3 * v.max_error_v, v.strokes,
-             v.strokes == 1 ? "" : "s", v.ah);
-  fmt::print(to, "  SOC {:.3f} at the start, from {}; current {} (found from {})\n", v.soc_start, v.soc_start_from,
-             name_of(v.hold), v.hold_from);
-  if (v.temperature_rms_c) fmt::print(to, "  temperature RMS {:.2f} K\n", *v.temperature_rms_c);
-  if (v.voltage_lag_s > 0.0) {
-    fmt::print(to,
-               "  defect of the recording: its voltage trails its current by {:.2f} s (first order); with that lag "
-               "in the model {:.1f} mV\n",
-               v.voltage_lag_s, 1e3 * v.rms_v_with_lag);
-  }
-  for (const std::string& repair : v.repairs) fmt::print(to, "  {}\n", repair);
-}
+constexpr int kStudyCells = 24;  // reference study, 2016, Appendix C
 
 }  // namespace
 
@@ -59,41 +25,64 @@ ValidateCommand::ValidateCommand(CLI::App& app)
     : command_(
           app.add_subcommand("validate", "A cell file against recordings of that cell that it was not made from")) {
   command_->add_option("cell", cell_, "Cell file: name or path")->required();
-  command_->add_option("data", files_, "Tables of time, current and voltage; CSV, also gzipped")->required();
-  command_->add_option("--map", map_,
-                       "Role map: name or path; default: by column names, or a shipped map by its header");
-  command_->add_option("--temperature", temperature_c_, "degC of recordings that have no temperature column")
+  recordings_.add(*command_);
+  command_
+      ->add_option("--temperature", study_.validation.temperature_c, "degC of recordings that have no temperature column")
       ->capture_default_str();
-  command_->add_option("--cells-in-series", series_, "Cells in series behind the recorded voltage")
-      ->check(whole_number(1, 1000))
-      ->capture_default_str();
-  command_->add_option("--cells-in-parallel", parallel_, "Cells in parallel behind the recorded current")
-      ->check(whole_number(1, 1000))
-      ->capture_default_str();
-  add_output_file(*command_, "--json", json_, "Write the errors of each file as JSON");
+  command_->add_flag("--reductions", study_.reductions, "What each table costs without its current or temperature");
+  command_->add_flag("--sensitivity", study_.sensitivity,
+                     "How far the tables move with current and temperature; RMS with each parameter 1 and 5 % off");
+  command_->add_flag("--thermal", study_.thermal, "Fit heat capacity and cooling to the recorded temperatures");
+  command_->add_option("--pack", study_.pack_cells, "One cell that stands for N against N cells, with the first file's current")
+      ->type_name("N")
+      ->check(whole_number(1, 144));
+  command_->add_flag("--full", full_, "All four (--pack 24; --thermal where a temperature was recorded)");
+  add_output_file(*command_, "--json", json_, "Write everything as JSON");
+  add_output_file(*command_, "--csv", csv_, "Write the error over time as CSV (or .csv.gz)");
   command_->footer(
-      "RMS and bias are weighted by time and count discharge strokes; the bias is model minus recording.\n"
-      "Example: voltlap validate cell.toml drive.csv.gz --json errors.json");
+      "RMS and bias are weighted by time and count discharge strokes; the bias is model minus recording. Where the\n"
+      "reference study of 2016 has a number, it stands beside.\n"
+      "Example: voltlap validate cell.toml drive.csv.gz --sensitivity --json errors.json");
 }
 
 int ValidateCommand::run(const DataFolder& data) {
+  if (!json_.empty() && json_ == csv_) {
+    throw InputError("--json, --csv", "one file for both", "a file for each", "Give different names");
+  }
   const CellParameters cell = load_cell(data, cell_, "cell");
-  std::optional<AtomicFile> json;
+  std::optional<AtomicFile> json, csv;
   if (!json_.empty()) json.emplace(json_);
-  std::optional<RoleMap> map;
-  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
-  nlohmann::ordered_json out = {
-      {"cell", cell.name}, {"version", VOLTLAP_VERSION}, {"files", nlohmann::ordered_json::array()}};
-  for (const std::string& file : files_) {
-    const CellLog log = read_cell_log(file, map ? &*map : nullptr, data, {-1e300, 1e300, series_, parallel_});
-    const FileValidation result = validate(cell, log, {temperature_c_});
-    print(summary_stream({json_}), result);
-    out["files"].push_back(json_of(result));
+  if (!csv_.empty()) csv.emplace(csv_);
+  const std::optional<RoleMap> map = recordings_.role_map(data);
+  ProgressLine progress("validating");
+  std::vector<CellLog> logs;
+  for (const std::string& file : recordings_.files) {
+    progress.show("reading " + file, static_cast<double>(logs.size()) / static_cast<double>(recordings_.files.size()));
+    logs.push_back(read_cell_log(file, map ? &*map : nullptr, data, recordings_.whole()));
+  }
+  StudyOptions options = study_;
+  if (full_) {
+    options.reductions = options.sensitivity = true;
+    if (options.pack_cells == 0) options.pack_cells = kStudyCells;
+    for (const CellLog& log : logs) options.thermal = options.thermal || !log.temperature_c.empty();
+  }
+  options.progress = [&](const std::string& what, double fraction) { progress.show(what, fraction); };
+  const ValidationStudy study = study_validation(cell, logs, options);
+  progress.end();
+
+  std::FILE* to = summary_stream({json_, csv_});
+  for (const FileValidation& file : study.files) fmt::print(to, "{}", file_text(file));
+  fmt::print(to, "{}", study_text(cell, study));
+  if (csv) {
+    write_error_table(*csv, cell, study, VOLTLAP_VERSION);
+    csv->complete();
   }
   if (json) {
-    json->write(out.dump(2) + "\n");
-    json->commit();
+    json->write(validation_json(cell, study, VOLTLAP_VERSION));
+    json->complete();
   }
+  if (csv) csv->commit();
+  if (json) json->commit();
   return kExitOk;
 }
 

@@ -3,9 +3,10 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <string>
-#include <vector>
 
+#include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
+#include "validate/validation_study.hpp"
 
 namespace voltlap::plant {
 
@@ -17,10 +18,10 @@ class ValidateCommand {
 
  private:
   CLI::App* command_;
-  std::string cell_, map_, json_;
-  std::vector<std::string> files_;
-  double temperature_c_ = 25.0;
-  int series_ = 1, parallel_ = 1;
+  RecordingOptions recordings_;
+  std::string cell_, json_, csv_;
+  StudyOptions study_;
+  bool full_ = false;
 };
 
 }  // namespace voltlap::plant

@@ -94,6 +94,11 @@ void check_maps(const Check& check, const CellParameters& cell) {
       check.shape(section + ".table", shape, "SOC points x temperatures x currents");
     }
   }
+  if (!cell.ocv_table_v.empty()) {
+    check.length("cell.ocv.table", cell.ocv_table_v, shape[0] * shape[1] * shape[2],
+                 "SOC points times temperatures times currents");
+    check.shape("cell.ocv.table", shape, "SOC points x temperatures x currents");
+  }
 }
 
 void check_cell(const Check& check, const CellParameters& cell) {
@@ -109,6 +114,12 @@ void check_cell(const Check& check, const CellParameters& cell) {
 }
 
 }  // namespace
+
+void check_cell_consistency(const LoadedVehicle& holder) {
+  const Check check(holder);
+  check.flat_but_tables();
+  check_cell(check, holder.parameters.cell);
+}
 
 void check_consistency(const LoadedVehicle& vehicle) {
   const Check check(vehicle);

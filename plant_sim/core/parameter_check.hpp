@@ -9,4 +9,7 @@ namespace voltlap::plant {
 /// stand in the wrong order, or a word is none of its choices.
 void check_consistency(const LoadedVehicle& vehicle);
 
+/// The same for a cell file by itself: of `holder` only the cell is looked at.
+void check_cell_consistency(const LoadedVehicle& holder);
+
 }  // namespace voltlap::plant

@@ -238,6 +238,8 @@ CellParameters load_cell(const DataFolder& data, const std::string& name_or_path
   }
   CellParameters& cell = holder.parameters.cell;
   if (cell.name.empty()) cell.name = fs::path(path).stem().string();
+  for (const auto& [key, assignment] : given) holder.origin.emplace(key, assignment.place);
+  check_cell_consistency(holder);
   return cell;
 }
 

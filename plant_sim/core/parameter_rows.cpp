@@ -252,6 +252,8 @@ const ParameterRow kRows[] = {
     "SOC of the open-circuit voltage points, increasing"},
   {"cell.ocv.voltage_v", "V", 0, 5, kOptional, at<&Car::cell, &CellParameters::ocv_v>,
     "open-circuit voltage at those points"},
+  {"cell.ocv.table", "V", 0, 5, kOptional, at<&Car::cell, &CellParameters::ocv_table_v>,
+    "open-circuit voltage as each test found it [soc][temperature][current]; only `validate` looks at it"},
   {"cell.r0.value", "ohm", 1e-7, 10, kOptional, map<&CellParameters::r0_ohm, &CellParameterMap::value>,
     "series resistance by SOC, at the reference point"},
   {"cell.r0.per_kelvin", "1/K", -0.2, 0.2, kOptional, map<&CellParameters::r0_ohm, &CellParameterMap::per_kelvin>,

@@ -35,6 +35,7 @@ struct CellParameters {
   std::vector<double> ocv_polynomial_v;      ///< [V] c0 + c1 SOC + c2 SOC^2 ..., ocv.polynomial_v; or
   std::vector<double> ocv_soc;               ///< [1] increasing, ocv.soc, with
   std::vector<double> ocv_v;                 ///< [V] not decreasing, ocv.voltage_v
+  std::vector<double> ocv_table_v;           ///< [V] [soc][temperature][current] as each test found it, ocv.table; not used by the plant
   CellParameterMap r0_ohm, r1_ohm, r2_ohm;   ///< [ohm] > 0, sections [r0] [r1] [r2]
   CellParameterMap tau1_s, tau2_s;           ///< [s] > 0, sections [tau1] [tau2]
 };

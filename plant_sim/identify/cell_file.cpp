@@ -147,6 +147,10 @@ std::string cell_toml(const CellParameters& cell, const CellTests& tests, const 
   out += "[ocv]\n";
   out +=
       fmt::format("soc = {}  # 1\nvoltage_v = {}  # V; identified\n", numbers(cell.ocv_soc), numbers(cell.ocv_v));
+  if (!cell.ocv_table_v.empty()) {
+    out += fmt::format("table = {}  # V; as each test found it, [soc][temperature][current]; the plant uses the curve\n",
+                       numbers(cell.ocv_table_v));
+  }
   out += section("r0", "ohm", cell.r0_ohm) + section("r1", "ohm", cell.r1_ohm) + section("r2", "ohm", cell.r2_ohm);
   out += section("tau1", "s", cell.tau1_s) + section("tau2", "s", cell.tau2_s);
   return out;

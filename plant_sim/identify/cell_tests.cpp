@@ -188,6 +188,13 @@ CellParameters cell_parameters(const CellTests& tests, const CellParameters& lik
   double levelled = 0.0;
   for (std::size_t k = 0; k < cell.ocv_v.size(); ++k)
     levelled = std::max(levelled, std::abs(cell.ocv_v[k] - model.em(static_cast<Index>(k))));
+  constexpr double kNoCurve = 0.1;  // V; beyond it this is no open-circuit voltage
+  if (levelled > kNoCurve) {
+    throw InputError(reference.result.files.front().path,
+                     fmt::format("an OCV that falls by {:.2g} V as SOC rises: no rest tells it", levelled),
+                     "recordings with rests of four minutes or more between the pulses",
+                     "Give such a recording, or the OCV of the cell with --ocv");
+  }
   if (levelled > 1e-3)
     notes.push_back(fmt::format("The OCV fell with SOC in places; levelled by up to {:.1f} mV.", 1e3 * levelled));
 
@@ -207,6 +214,9 @@ CellParameters cell_parameters(const CellTests& tests, const CellParameters& lik
   cell.r2_ohm = resistance(2);
   cell.tau1_s = tau(0);
   cell.tau2_s = tau(1);
+  cell.ocv_table_v = table_of(tests, [](const CircuitModel& m, Index node) {
+                       return m.ocv.value(m.em, m.grid.at(node));
+                     }).table;
   if (tests.temperatures_c.size() == 1) {
     // One temperature was tested: the resistances follow the stated coefficient within 20 K, the tables hold at its
     // ends.

@@ -104,12 +104,37 @@ double settled_capacity(double spanned, const KnownCell& known, std::vector<std:
   return spanned;
 }
 
+/// One pulse from rest to rest tells a resistance, but neither a capacity nor an OCV over SOC.
+void require_more_than_one_pulse(const std::vector<CellLog>& logs) {
+  constexpr double kDrawn = 0.05, kOneCurrent = 0.35, kWholeDischarge = 0.3;  // of the largest; relative; V
+  if (logs.size() != 1) return;
+  const CellLog& log = logs.front();
+  const double most = *std::max_element(log.current_a.begin(), log.current_a.end());
+  std::size_t pulses = 0, first = 0, last = 0;
+  double least = most;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    if (log.current_a[row] < -kDrawn * most) return;
+    if (log.current_a[row] <= kDrawn * most) continue;
+    if (pulses == 0) first = row;
+    if (pulses == 0 || last + 1 != row) ++pulses;
+    last = row;
+    least = std::min(least, log.current_a[row]);
+  }
+  const double before = log.voltage_v[first > 0 ? first - 1 : 0], after = log.voltage_v.back();
+  const bool rests = first > 0 && last + 1 < log.rows(), one_current = most - least < kOneCurrent * most;
+  if (pulses != 1 || !rests || !one_current || !(before - after < kWholeDischarge)) return;
+  throw InputError(log.path, fmt::format("one pulse, from {:.3f} to {:.3f} V at rest", before, after),
+                   "several pulses or a whole discharge: one pulse tells neither capacity nor OCV",
+                   "Give them too, or a cell file of the same type with --ocv");
+}
+
 }  // namespace
 
 std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const KnownCell& known,
                                  std::vector<std::string>& notes) {
   std::vector<PreparedLog> out;
   double capacity = 0.0;
+  if (!known.capacity_ah && !known.capacity_fallback_ah) require_more_than_one_pulse(logs);
   for (const CellLog& log : logs) {
     require_excitation(log);
     PreparedLog one{&log, {}, {}};

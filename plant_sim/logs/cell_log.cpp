@@ -120,6 +120,8 @@ void bring_to_one_cell(CellLog& log, int series) {
                      fmt::format("{} to {} V for each cell", kCellVoltageMin, kCellVoltageMax),
                      "Correct the unit in the role map, or give --cells-in-series");
   }
+  const auto holes = std::count_if(log.voltage_v.begin(), log.voltage_v.end(), [](double v) { return !std::isfinite(v); });
+  if (holes > 0) log.repairs.push_back(fmt::format("{} rows without a voltage are not used", holes));
   std::size_t impossible = 0;
   for (double& v : log.voltage_v) {
     v *= scale;
@@ -282,6 +284,7 @@ CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOpt
   log.current_a = picked(current, rows);
   log.voltage_v = picked(picked(voltage, inside), rows);
   log.temperature_c = picked(picked(column(table, map, "temperature_1", false), inside), rows);
+  log.ambient_c = picked(picked(column(table, map, "ambient", false), inside), rows);
   log.charge_ah = picked(picked(column(table, map, "charge_ah", false), inside), rows);
   for (double& i : log.current_a) i /= options.cells_in_parallel;
   for (double& q : log.charge_ah) q /= options.cells_in_parallel;

@@ -22,6 +22,7 @@ struct CellLog {
   std::vector<double> current_a;      ///< discharge positive, of one cell-file cell
   std::vector<double> voltage_v;      ///< of one cell; NaN where the recording has none
   std::vector<double> temperature_c;  ///< empty when not recorded
+  std::vector<double> ambient_c;      ///< empty when not recorded
   std::vector<double> charge_ah;      ///< the recorder's own counter, discharge positive; empty when there is none
   std::vector<bool> gap;             ///< [row] the interval before this row is not recorded: its current is unknown
   std::vector<std::string> repairs;  ///< what was mended or left out, in words, for the report

@@ -52,6 +52,28 @@ TEST(CellTests, TestsAtTwoTemperaturesBecomeATable) {
   DOUBLES_EQUAL(0.5e-3, middle - warm, 5e-5);
 }
 
+TEST(CellTests, OcvOfEachTestIsInTheFileBesideTheCurve) {
+  const CellLog log = cell.record(cell.pulse_plan(33.0, 500, 0.0));
+  CellLog cold = log;
+  for (double& v : cold.voltage_v) v -= 0.02;
+  const CellTests tests = identify_cell({log, cold}, {25.0, 10.0}, options);
+  const CellParameters read = written_and_read(tests);
+  LONGS_EQUAL(2 * read.soc_breakpoints.size(), read.ocv_table_v.size());
+  for (std::size_t soc = 5; soc < read.soc_breakpoints.size(); ++soc)
+    DOUBLES_EQUAL(0.02, read.ocv_table_v[2 * soc + 1] - read.ocv_table_v[2 * soc], 2e-3);
+}
+
+TEST(CellTests, OcvThatFallsIsLevelledALittleAndRefusedBeyond) {
+  CellTests tests = identify_cell({cell.record(cell.pulse_plan(33.0, 500, 0.0))}, {30.0}, options);
+  Eigen::VectorXd& em = tests.groups[0].result.model.em;
+  const double right = em(10);
+  em(10) = em(9) - 0.02;
+  (void)written_and_read(tests);
+  STRCMP_CONTAINS("levelled by up to", notes.back().c_str());
+  em(10) = right - 1.0;
+  STRCMP_CONTAINS("no rest tells it", complaint([&] { (void)written_and_read(tests); }).c_str());
+}
+
 TEST(CellTests, PlaceWithoutATestIsFilledFromItsNeighbourInCurrent) {
   const CellLog low = cell.record(cell.pulse_plan(20.0, 500, 0.0)),
                 high = cell.record(cell.pulse_plan(60.0, 500, 0.0));

@@ -110,6 +110,7 @@ TEST(CellLog, VoltageHoleKeepsItsCurrent) {
   const CellLog log = log_of(table);
   LONGS_EQUAL(60, log.rows());
   CHECK(std::isnan(log.voltage_v[15]));
+  CHECK(has_repair(log, "1 rows without a voltage are not used"));
 }
 
 TEST(CellLog, ClockThatStartsAgainIsJoinedWithAGap) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "identify/validation.hpp"
+#include "validate/validation.hpp"
 
 #include <cmath>
 
 #include "../core/scratch.hpp"
 #include "core/parameter_file.hpp"
-#include "known_cell.hpp"
+#include "../identify/known_cell.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -98,4 +98,46 @@ TEST(Validation, RecordingWithoutDischargeIsRefused) {
   plan.insert(plan.end(), 600, 0.0);
   const CellLog log = truth.record(plan, 0.3);
   STRCMP_CONTAINS("no discharge stroke", complaint([&] { (void)validate(cell, log, {}); }).c_str());
+}
+
+TEST(Validation, CapacityIsFoundFromADischarge) {
+  cell.capacity_ah = 0.97 * truth.capacity_ah;
+  const FileValidation v = validate(cell, truth.record(truth.pulse_plan(33.0, 600)), {});
+  DOUBLES_EQUAL(0.03 * truth.capacity_ah, v.capacity.by_ah, 0.003 * truth.capacity_ah);
+  CHECK(v.capacity.rms_v < 0.2 * v.rms_v);
+  CHECK(!v.capacity.at_end);
+}
+
+TEST(Validation, TrueCapacityNeedsNoAdjustment) {
+  const FileValidation v = validate(cell, truth.record(truth.pulse_plan(33.0, 600)), {});
+  DOUBLES_EQUAL(0.0, v.capacity.by_ah, 0.002 * truth.capacity_ah);
+  CHECK(v.capacity.rms_v <= v.rms_v);
+}
+
+TEST(Validation, CapacityFarOffIsSaidToBeOutOfReach) {
+  cell.capacity_ah = 0.7 * truth.capacity_ah;
+  CHECK(validate(cell, truth.record(truth.pulse_plan(33.0, 600)), {}).capacity.at_end);
+}
+
+TEST(Validation, OneCurrentOrSeveralAndTemperatureHeldOrFree) {
+  CellLog log = truth.record(truth.pulse_plan(33.0, 600));
+  CHECK(validate(cell, log, {}).constant_current);
+  CHECK(validate(cell, log, {}).temperature == TemperatureKind::kNotRecorded);
+  log.temperature_c.assign(log.rows(), 25.0);
+  CHECK(validate(cell, log, {}).temperature == TemperatureKind::kHeld);
+  log.temperature_c[log.rows() - 650] = 29.5;  // inside the last pulse
+  for (std::size_t row = 0; row < log.rows(); ++row) log.temperature_c[row] += 1e-4 * static_cast<double>(row);
+  CHECK(validate(cell, log, {}).temperature == TemperatureKind::kFree);
+  std::vector<double> plan(600, 0.0);
+  for (int k = 0; k < 3000; ++k) plan.push_back(k % 5 < 2 ? 60.0 : 5.0);
+  CHECK(!validate(cell, truth.record(plan), {}).constant_current);
+}
+
+TEST(Validation, BandsOfSocShareOutTheWholeError) {
+  CellLog log = truth.record(truth.pulse_plan(33.0, 600));
+  for (std::size_t row = 0; row < log.rows(); ++row) log.voltage_v[row] += 1e-7 * static_cast<double>(row);
+  const FileValidation v = validate(cell, log, {});
+  ErrorSum sum;
+  for (const SocBand& band : v.bands) sum += band.error;
+  DOUBLES_EQUAL(v.rms_v, sum.rms_v(), 1e-12);
 }

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/firmware_header.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <vector>
+
+namespace voltlap::plant {
+namespace {
+
+/// A field of bms::Config as a line of C++.
+struct Line {
+  std::string assignment, meaning;
+};
+
+template <class Quantity>
+Line quantity(const char* field, const char* type, Quantity value, double per_unit, const char* unit) {
+  return {fmt::format("c.{} = {}::from_raw({});", field, type, value.raw()),
+          fmt::format("{:g} {}", value.raw() * per_unit, unit)};
+}
+Line volts(const char* field, CellVoltage v) { return quantity(field, "CellVoltage", v, 1e-4, "V"); }
+Line amperes(const char* field, Current i) { return quantity(field, "Current", i, 1e-3, "A"); }
+Line celsius(const char* field, Temperature t) { return quantity(field, "Temperature", t, 0.1, "degC"); }
+Line percent(const char* field, Ratio r) { return quantity(field, "Ratio", r, 1e-4, "%"); }
+Line time(const char* field, Duration t) {
+  return {fmt::format("c.{} = Duration::from_ms({});", field, t.ms()), fmt::format("{:g} s", 1e-3 * static_cast<double>(t.ms()))};
+}
+Line whole(const char* field, std::int64_t value, const char* unit) { return {fmt::format("c.{} = {};", field, value), unit}; }
+
+/// Every field: an image must not change with a default of another version.
+std::vector<Line> lines_of(const bms::Config& c) {
+  return {
+      whole("cells_in_series", c.cells_in_series, ""),
+      whole("temperature_sensors", c.temperature_sensors, ""),
+      whole("capacity_mah", c.capacity_mah, "mAh of a parallel group"),
+      {c.soc_method == bms::SocMethod::kNone ? "c.soc_method = SocMethod::kNone;" : "c.soc_method = SocMethod::kCoulomb;", ""},
+      amperes("soc_start_current", c.soc_start_current),
+      volts("cell_voltage_min", c.cell_voltage_min),
+      volts("cell_voltage_max", c.cell_voltage_max),
+      amperes("discharge_current_max", c.discharge_current_max),
+      amperes("charge_current_max", c.charge_current_max),
+      amperes("limit_rise_per_s", c.limit_rise_per_s),
+      celsius("derating_start", c.derating_start),
+      celsius("charge_temperature_min", c.charge_temperature_min),
+      quantity("soc_derating_start", "Soc", c.soc_derating_start, 1e-4, "%"),
+      volts("cell_voltage_trip_low", c.cell_voltage_trip_low),
+      volts("cell_voltage_trip_high", c.cell_voltage_trip_high),
+      celsius("temperature_trip", c.temperature_trip),
+      amperes("discharge_current_trip", c.discharge_current_trip),
+      amperes("charge_current_trip", c.charge_current_trip),
+      percent("voltage_mismatch", c.voltage_mismatch),
+      time("voltage_trip_time", c.voltage_trip_time),
+      time("temperature_trip_time", c.temperature_trip_time),
+      time("measurement_lost_time", c.measurement_lost_time),
+      time("current_trip_time", c.current_trip_time),
+      time("mismatch_time", c.mismatch_time),
+      volts("cell_voltage_plausible_min", c.cell_voltage_plausible_min),
+      volts("cell_voltage_plausible_max", c.cell_voltage_plausible_max),
+      percent("precharge_ratio", c.precharge_ratio),
+      time("precharge_timeout", c.precharge_timeout),
+      time("precharge_time_min", c.precharge_time_min),
+      time("contactor_time", c.contactor_time),
+      time("contactor_drop_time", c.contactor_drop_time),
+      time("discharge_time", c.discharge_time),
+      percent("dc_link_welded", c.dc_link_welded),
+      volts("balancing_voltage_min", c.balancing_voltage_min),
+      volts("balancing_difference", c.balancing_difference),
+      amperes("balancing_current_max", c.balancing_current_max),
+      whole("ocv.count", c.ocv.count, "points"),
+      whole("resistance.count", c.resistance.count, "points"),
+      celsius("resistance.reference", c.resistance.reference),
+      whole("resistance.ppm_per_kelvin", c.resistance.ppm_per_kelvin, "1e-6/K, relative"),
+  };
+}
+
+template <class Quantity>
+std::string array(const char* name, const char* unit, const Quantity* values, int count) {
+  std::vector<std::int32_t> raw;
+  for (int i = 0; i < count; ++i) raw.push_back(values[i].raw());
+  std::string out = fmt::format("inline constexpr std::int32_t {}[] = {{  // {}\n", name, unit);
+  constexpr std::size_t kPerLine = 8;
+  for (std::size_t i = 0; i < raw.size(); i += kPerLine) {
+    const auto end = raw.begin() + static_cast<std::ptrdiff_t>(std::min(raw.size(), i + kPerLine));
+    out += fmt::format("    {},\n", fmt::join(raw.begin() + static_cast<std::ptrdiff_t>(i), end, ", "));
+  }
+  return out + "};\n";
+}
+
+std::string commented(const std::string& text) {
+  std::string out;
+  for (std::size_t from = 0; from < text.size();) {
+    const std::size_t end = text.find('\n', from);
+    out += "// " + text.substr(from, end - from) + "\n";
+    from = end + 1;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string rounding_text(const bms::Config& config, const TableRounding& rounding) {
+  std::string out = fmt::format(
+      "OCV: {} points from {:g} to {:g} V in steps of 0.1 mV, rounded by at most {:.2f} mV.\n"
+      "Between the points, straight: at most {:.1f} mV from the cell's curve, at SOC {:.3f}.\n"
+      "A millivolt of reading is worth at most {:.2f} % of charge, at SOC {:.2f}.\n"
+      "Resistance: {} points in steps of 1 uOhm, rounded by at most {:.2f} %.\n",
+      config.ocv.count, 1e-4 * config.ocv.voltage[0].raw(), 1e-4 * config.ocv.voltage[config.ocv.count - 1].raw(),
+      1e3 * rounding.ocv_points_v, 1e3 * rounding.ocv_between_v, rounding.ocv_between_soc, 100.0 * rounding.soc_per_mv,
+      rounding.soc_per_mv_at, config.resistance.count, 100.0 * rounding.resistance_points_share);
+  if (rounding.ocv_raised_points > 0) {
+    out += fmt::format("The OCV is flat in places: {} point{} raised by up to {:.1f} mV so that it rises everywhere.\n",
+                       rounding.ocv_raised_points, rounding.ocv_raised_points == 1 ? "" : "s",
+                       1e3 * rounding.ocv_raised_v);
+  }
+  return out;
+}
+
+std::string firmware_header(const VehicleParameters& car, const bms::Config& config, const TableRounding& rounding,
+                            const HeaderSource& source) {
+  std::string out = fmt::format(
+      "// The BMS's configuration for the pack of {}, {} x cell {}. Made by voltlap {}; make it again with\n//   {}\n//\n",
+      car.name, config.cells_in_series, car.cell.name, source.version, source.command);
+  out += commented(rounding_text(config, rounding));
+  out += "#pragma once\n#include <cstdint>\n\n#include \"bms/config.hpp\"\n\nnamespace voltlap::bms {\nnamespace pack_tables {\n\n";
+  out += array("kOcvSoc", "ppm of full charge", config.ocv.soc, config.ocv.count);
+  out += array("kOcvVoltage", "0.1 mV", config.ocv.voltage, config.ocv.count);
+  out += array("kResistanceSoc", "ppm of full charge", config.resistance.soc, config.resistance.count);
+  out += array("kResistance", "uOhm of a parallel group, at the reference temperature", config.resistance.resistance,
+               config.resistance.count);
+  out += "\n}  // namespace pack_tables\n\ninline constexpr Config kPackConfig = [] {\n  Config c{};\n";
+  for (const Line& line : lines_of(config)) {
+    out += line.meaning.empty() ? fmt::format("  {}\n", line.assignment)
+                                : fmt::format("  {:<66}  // {}\n", line.assignment, line.meaning);
+  }
+  out +=
+      "  for (std::uint8_t i = 0; i < c.ocv.count; ++i) {\n"
+      "    c.ocv.soc[i] = Soc::from_raw(pack_tables::kOcvSoc[i]);\n"
+      "    c.ocv.voltage[i] = CellVoltage::from_raw(pack_tables::kOcvVoltage[i]);\n"
+      "  }\n"
+      "  for (std::uint8_t i = 0; i < c.resistance.count; ++i) {\n"
+      "    c.resistance.soc[i] = Soc::from_raw(pack_tables::kResistanceSoc[i]);\n"
+      "    c.resistance.resistance[i] = Resistance::from_raw(pack_tables::kResistance[i]);\n"
+      "  }\n"
+      "  return c;\n"
+      "}();\n"
+      "static_assert(config_check(kPackConfig), \"this firmware refuses the pack: make the header again\");\n\n"
+      "}  // namespace voltlap::bms\n";
+  return out;
+}
+
+}  // namespace voltlap::plant

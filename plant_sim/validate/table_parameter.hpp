@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables of a cell file by name, and what is done to a whole one: the parameters of reference study, 2016,
+// Tables 7.1 to 7.3.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+enum class TableParameter { kEm, kR0, kR1, kR2, kTau1, kTau2 };
+inline constexpr std::array kTableParameters{TableParameter::kEm, TableParameter::kR0,   TableParameter::kR1,
+                                             TableParameter::kR2, TableParameter::kTau1, TableParameter::kTau2};
+[[nodiscard]] constexpr const char* name_of(TableParameter parameter) {
+  constexpr std::array kNames{"em", "r0", "r1", "r2", "tau1", "tau2"};
+  return kNames[static_cast<std::size_t>(parameter)];
+}
+
+enum class TableAxis { kTemperature, kCurrent };
+
+/// Values at the breakpoints, [soc][temperature][current]; of Em empty where the cell file has its OCV over SOC alone.
+[[nodiscard]] std::vector<double> table_of(const CellParameters& cell, TableParameter parameter);
+
+/// The cell with another table of `parameter`.
+void set_table(CellParameters& cell, TableParameter parameter, std::vector<double> table);
+
+}  // namespace voltlap::plant

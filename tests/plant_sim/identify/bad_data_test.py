@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings as they come from a test that went wrong: each a clear error, or a repair that is said."""
+import json
+import math
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
+HEADER = "time_s,current_a,voltage_v"
+SIGN_DECLARED = """[roles]
+time = {column = "time_s", unit = "s"}
+current = {column = "current_a", unit = "A", discharge = "+"}
+voltage = {column = "voltage_v", unit = "V"}
+"""
+
+
+def ocv(soc):
+    return 3.2 + 0.9 * soc - 0.25 * math.exp(-20 * soc)
+
+
+def recording(pulses=10, rest_s=300, pulse_s=360, capacity_ah=10.0):
+    """Rows of time, current and voltage: a pulse of 1C for a tenth of the charge, a rest, and so on."""
+    rows, soc, slow = [], 1.0, 0.0
+    for current, seconds in [(0.0, 60), *[(10.0, pulse_s), (0.0, rest_s)] * pulses]:
+        for _ in range(seconds):
+            soc -= current / 3600 / capacity_ah
+            slow += (0.01 * current - slow) / 60
+            rows.append([float(len(rows)), current, ocv(soc) - 0.01 * current - slow])
+    return rows
+
+
+def without_rests():
+    return [[float(k), i, v] for k, (_, i, v) in enumerate(row for row in recording() if row[1] > 0)]
+
+
+def written(folder, rows, name="test.csv", header=HEADER):
+    lines = [",".join(value if isinstance(value, str) else f"{value:.6f}" for value in row) for row in rows]
+    (folder / name).write_text("\n".join([header, *lines, ""]))
+
+
+def voltlap(folder, *arguments):
+    return subprocess.run([BINARY, *arguments], cwd=folder, capture_output=True, text=True, timeout=60)
+
+
+def changed(*changes, **how):
+    """A recording with some values replaced: (row, column, value)."""
+    rows = recording(**how)
+    for row, column, value in changes:
+        rows[row][column] = value
+    return rows
+
+
+REPAIRS = {
+    "duplicate time": (lambda: changed((500, 0, 499.0)), "1 rows that repeat a time left out"),
+    "backward time": (lambda: changed((500, 0, 480.0)), "1 rows with a time that goes back left out"),
+    "current that is not a number": (lambda: changed((500, 1, "nan")), "1 rows without a time or current left out"),
+    "empty time": (lambda: changed((500, 0, "")), "1 rows without a time or current left out"),
+    "voltage that is not a number": (lambda: changed((500, 2, "NaN"), (501, 2, "")), "2 rows without a voltage are not used"),
+    "voltage of no cell": (lambda: changed((500, 2, 65.535)), "1 rows with a voltage of no cell are not used"),
+    "voltage in mV": (lambda: [[t, i, 1000 * v] for t, i, v in recording()], "voltage is in mV"),
+    "charge positive": (lambda: [[t, -i, v] for t, i, v in recording()], "sign of the current turned"),
+}
+
+
+@pytest.mark.parametrize("case", REPAIRS)
+@pytest.mark.parametrize("command", ["identify", "validate"])
+def test_what_can_be_mended_is_mended_and_said(command, case, tmp_path):
+    make, words = REPAIRS[case]
+    written(tmp_path, recording(), "good.csv")
+    written(tmp_path, make())
+    found = []
+    for name in ("good.csv", "test.csv"):
+        cell = [] if command == "identify" else ["aesc_e5_2p"]
+        run = voltlap(tmp_path, command, *cell, name, "--json", "out.json", *(["--rc", "1"] if not cell else []))
+        assert run.returncode == 0, run.stderr
+        found.append((run.stdout, json.loads((tmp_path / "out.json").read_text())))
+    assert words not in found[0][0] and words in found[1][0]
+    if command == "identify":
+        assert found[1][1]["capacity_ah"] == pytest.approx(found[0][1]["capacity_ah"], rel=1e-3)
+    else:
+        assert found[1][1]["files"][0]["rms_v"] == pytest.approx(found[0][1]["files"][0]["rms_v"], rel=0.02)
+
+
+ERRORS = {
+    "no rest and one current": (lambda: without_rests(), ("a current of 10 A that never changes", "rests")),
+    "no rest through a resistor": (lambda: [[t, 10 * v / 4.1, v] for t, _, v in without_rests()], ("no step of the current", "pulse")),
+    "a single pulse": (lambda: recording(pulses=1), ("one pulse", "--ocv")),
+    "no current": (lambda: [[t, 0.0, v] for t, _, v in recording()], ("no current",)),
+    "voltage of a pack": (lambda: [[t, i, 28 * v] for t, i, v in recording()], ("--cells-in-series",)),
+    "no voltage at all": (lambda: [[t, i, "nan"] for t, i, _ in recording()], ("voltage",)),
+    "too few rows": (lambda: recording()[:5], ("usable rows",)),
+    "no rows": (lambda: [], ("header line without rows",)),
+    "row of another length": (lambda: changed((500, 2, "3.9,3.9")), ("test.csv:502",)),
+}
+
+
+@pytest.mark.parametrize("case", ERRORS)
+def test_what_cannot_be_mended_is_refused_in_words(case, tmp_path):
+    make, words = ERRORS[case]
+    written(tmp_path, make())
+    run = voltlap(tmp_path, "identify", "test.csv", "--out", "cell.toml")
+    assert run.returncode == 2, run.stdout
+    assert run.stderr.count("found") == 1 and "expected" in run.stderr and "test.csv" in run.stderr
+    for word in words:
+        assert word in run.stderr
+    assert not (tmp_path / "cell.toml").exists()
+
+
+def test_charge_where_discharge_was_declared_is_refused(tmp_path):
+    written(tmp_path, [[t, -i, v] for t, i, v in recording()])
+    (tmp_path / "map.toml").write_text(SIGN_DECLARED)
+    for command in (["identify"], ["validate", "aesc_e5_2p"]):
+        run = voltlap(tmp_path, *command, "--map", "map.toml", "test.csv")
+        assert run.returncode == 2 and "discharge was declared" in run.stderr
+
+
+@pytest.mark.parametrize("content, words", [("", "an empty file"), ("time_s,current_a,voltage_v\n", "without rows"),
+                                            ("\x89PNG\r\n\x1a\n", "expected"), ("a,b,c\n1,2,3\n", "role map")])
+def test_file_that_is_no_recording_is_refused(content, words, tmp_path):
+    (tmp_path / "test.csv").write_text(content)
+    for command in (["identify"], ["validate", "aesc_e5_2p"]):
+        run = voltlap(tmp_path, *command, "test.csv")
+        assert run.returncode == 2 and words in run.stderr and "test.csv" in run.stderr
+
+
+def test_known_capacity_makes_a_single_pulse_enough(tmp_path):
+    written(tmp_path, recording(), "whole.csv")
+    written(tmp_path, recording(pulses=1))
+    assert voltlap(tmp_path, "identify", "whole.csv", "--rc", "1", "--out", "whole.toml").returncode == 0
+    run = voltlap(tmp_path, "identify", "test.csv", "--rc", "1", "--ocv", "whole.toml", "--json", "one.json")
+    assert run.returncode == 0, run.stderr
+    assert json.loads((tmp_path / "one.json").read_text())["capacity_ah"] == pytest.approx(10.0, rel=0.02)
