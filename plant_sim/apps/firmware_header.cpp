@@ -19,14 +19,25 @@ Line quantity(const char* field, const char* type, Quantity value, double per_un
   return {fmt::format("c.{} = {}::from_raw({});", field, type, value.raw()),
           fmt::format("{:g} {}", value.raw() * per_unit, unit)};
 }
-Line volts(const char* field, CellVoltage v) { return quantity(field, "CellVoltage", v, 1e-4, "V"); }
-Line amperes(const char* field, Current i) { return quantity(field, "Current", i, 1e-3, "A"); }
-Line celsius(const char* field, Temperature t) { return quantity(field, "Temperature", t, 0.1, "degC"); }
-Line percent(const char* field, Ratio r) { return quantity(field, "Ratio", r, 1e-4, "%"); }
-Line time(const char* field, Duration t) {
-  return {fmt::format("c.{} = Duration::from_ms({});", field, t.ms()), fmt::format("{:g} s", 1e-3 * static_cast<double>(t.ms()))};
+Line volts(const char* field, CellVoltage v) {
+  return quantity(field, "CellVoltage", v, 1e-4, "V");
 }
-Line whole(const char* field, std::int64_t value, const char* unit) { return {fmt::format("c.{} = {};", field, value), unit}; }
+Line amperes(const char* field, Current i) {
+  return quantity(field, "Current", i, 1e-3, "A");
+}
+Line celsius(const char* field, Temperature t) {
+  return quantity(field, "Temperature", t, 0.1, "degC");
+}
+Line percent(const char* field, Ratio r) {
+  return quantity(field, "Ratio", r, 1e-4, "%");
+}
+Line time(const char* field, Duration t) {
+  return {fmt::format("c.{} = Duration::from_ms({});", field, t.ms()),
+          fmt::format("{:g} s", 1e-3 * static_cast<double>(t.ms()))};
+}
+Line whole(const char* field, std::int64_t value, const char* unit) {
+  return {fmt::format("c.{} = {};", field, value), unit};
+}
 
 /// Every field: an image must not change with a default of another version.
 std::vector<Line> lines_of(const bms::Config& c) {
@@ -34,7 +45,9 @@ std::vector<Line> lines_of(const bms::Config& c) {
       whole("cells_in_series", c.cells_in_series, ""),
       whole("temperature_sensors", c.temperature_sensors, ""),
       whole("capacity_mah", c.capacity_mah, "mAh of a parallel group"),
-      {c.soc_method == bms::SocMethod::kNone ? "c.soc_method = SocMethod::kNone;" : "c.soc_method = SocMethod::kCoulomb;", ""},
+      {c.soc_method == bms::SocMethod::kNone ? "c.soc_method = SocMethod::kNone;"
+                                             : "c.soc_method = SocMethod::kCoulomb;",
+       ""},
       amperes("soc_start_current", c.soc_start_current),
       volts("cell_voltage_min", c.cell_voltage_min),
       volts("cell_voltage_max", c.cell_voltage_max),
@@ -106,12 +119,13 @@ std::string rounding_text(const bms::Config& config, const TableRounding& roundi
       "A millivolt of reading is worth at most {:.2f} % of charge, at SOC {:.2f}.\n"
       "Resistance: {} points in steps of 1 uOhm, rounded by at most {:.2f} %.\n",
       config.ocv.count, 1e-4 * config.ocv.voltage[0].raw(), 1e-4 * config.ocv.voltage[config.ocv.count - 1].raw(),
-      1e3 * rounding.ocv_points_v, 1e3 * rounding.ocv_between_v, rounding.ocv_between_soc, 100.0 * rounding.soc_per_mv,
-      rounding.soc_per_mv_at, config.resistance.count, 100.0 * rounding.resistance_points_share);
+      1e3 * rounding.ocv_points_v, 1e3 * rounding.ocv_between_v, rounding.ocv_between_soc,
+      100.0 * rounding.soc_per_mv, rounding.soc_per_mv_at, config.resistance.count,
+      100.0 * rounding.resistance_points_share);
   if (rounding.ocv_raised_points > 0) {
-    out += fmt::format("The OCV is flat in places: {} point{} raised by up to {:.1f} mV so that it rises everywhere.\n",
-                       rounding.ocv_raised_points, rounding.ocv_raised_points == 1 ? "" : "s",
-                       1e3 * rounding.ocv_raised_v);
+    out += fmt::format(
+        "The OCV is flat in places: {} point{} raised by up to {:.1f} mV so that it rises everywhere.\n",
+        rounding.ocv_raised_points, rounding.ocv_raised_points == 1 ? "" : "s", 1e3 * rounding.ocv_raised_v);
   }
   return out;
 }
@@ -119,15 +133,18 @@ std::string rounding_text(const bms::Config& config, const TableRounding& roundi
 std::string firmware_header(const VehicleParameters& car, const bms::Config& config, const TableRounding& rounding,
                             const HeaderSource& source) {
   std::string out = fmt::format(
-      "// The BMS's configuration for the pack of {}, {} x cell {}. Made by voltlap {}; make it again with\n//   {}\n//\n",
+      "// The BMS's configuration for the pack of {}, {} x cell {}. Made by voltlap {}; make it again with\n//   "
+      "{}\n//\n",
       car.name, config.cells_in_series, car.cell.name, source.version, source.command);
   out += commented(rounding_text(config, rounding));
-  out += "#pragma once\n#include <cstdint>\n\n#include \"bms/config.hpp\"\n\nnamespace voltlap::bms {\nnamespace pack_tables {\n\n";
+  out +=
+      "#pragma once\n#include <cstdint>\n\n#include \"bms/config.hpp\"\n\nnamespace voltlap::bms {\nnamespace "
+      "pack_tables {\n\n";
   out += array("kOcvSoc", "ppm of full charge", config.ocv.soc, config.ocv.count);
   out += array("kOcvVoltage", "0.1 mV", config.ocv.voltage, config.ocv.count);
   out += array("kResistanceSoc", "ppm of full charge", config.resistance.soc, config.resistance.count);
-  out += array("kResistance", "uOhm of a parallel group, at the reference temperature", config.resistance.resistance,
-               config.resistance.count);
+  out += array("kResistance", "uOhm of a parallel group, at the reference temperature",
+               config.resistance.resistance, config.resistance.count);
   out += "\n}  // namespace pack_tables\n\ninline constexpr Config kPackConfig = [] {\n  Config c{};\n";
   for (const Line& line : lines_of(config)) {
     out += line.meaning.empty() ? fmt::format("  {}\n", line.assignment)

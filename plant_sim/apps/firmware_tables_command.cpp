@@ -16,7 +16,8 @@
 namespace voltlap::plant {
 
 FirmwareTablesCommand::FirmwareTablesCommand(CLI::App& app)
-    : command_(app.add_subcommand("firmware-tables", "A cell file as the C++ header that a BMS image is built with")) {
+    : command_(
+          app.add_subcommand("firmware-tables", "A cell file as the C++ header that a BMS image is built with")) {
   command_->add_option("cell", cell_, "Cell file: name or path")->required();
   car_.add_vehicle(*command_);
   add_output_file(*command_, "--out", out_, "Write the header");

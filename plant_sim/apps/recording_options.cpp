@@ -7,7 +7,8 @@ namespace voltlap::plant {
 
 void RecordingOptions::add(CLI::App& command) {
   command.add_option("data", files, "Tables of time, current and voltage; CSV, also gzipped")->required();
-  command.add_option("--map", map, "Role map: name or path; default: by column names, or a shipped map by its header");
+  command.add_option("--map", map,
+                     "Role map: name or path; default: by column names, or a shipped map by its header");
   command.add_option("--cells-in-series", cells_in_series, "Cells in series behind the recorded voltage")
       ->check(whole_number(1, 1000))
       ->capture_default_str();

@@ -8,10 +8,10 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
-#include "apps/progress_line.hpp"
 #include "core/errors.hpp"
 #include "report/atomic_file.hpp"
 #include "validate/validation_json.hpp"
+#include "validate/validation_report.hpp"
 #include "validate/validation_text.hpp"
 
 namespace voltlap::plant {
@@ -27,62 +27,98 @@ ValidateCommand::ValidateCommand(CLI::App& app)
   command_->add_option("cell", cell_, "Cell file: name or path")->required();
   recordings_.add(*command_);
   command_
-      ->add_option("--temperature", study_.validation.temperature_c, "degC of recordings that have no temperature column")
+      ->add_option("--temperature", study_.validation.temperature_c,
+                   "degC of recordings that have no temperature column")
       ->capture_default_str();
   command_->add_flag("--reductions", study_.reductions, "What each table costs without its current or temperature");
   command_->add_flag("--sensitivity", study_.sensitivity,
                      "How far the tables move with current and temperature; RMS with each parameter 1 and 5 % off");
   command_->add_flag("--thermal", study_.thermal, "Fit heat capacity and cooling to the recorded temperatures");
-  command_->add_option("--pack", study_.pack_cells, "One cell that stands for N against N cells, with the first file's current")
+  command_
+      ->add_option("--pack", study_.pack_cells,
+                   "One cell that stands for N against N cells, with the first file's current")
       ->type_name("N")
       ->check(whole_number(1, 144));
   command_->add_flag("--full", full_, "All four (--pack 24; --thermal where a temperature was recorded)");
   add_output_file(*command_, "--json", json_, "Write everything as JSON");
   add_output_file(*command_, "--csv", csv_, "Write the error over time as CSV (or .csv.gz)");
+  add_output_file(*command_, "--report", report_, "Write everything as one HTML page with charts over time");
   command_->footer(
-      "RMS and bias are weighted by time and count discharge strokes; the bias is model minus recording. Where the\n"
+      "RMS and bias are weighted by time and count discharge strokes; the bias is model minus recording. Where "
+      "the\n"
       "reference study of 2016 has a number, it stands beside.\n"
       "Example: voltlap validate cell.toml drive.csv.gz --sensitivity --json errors.json");
 }
 
-int ValidateCommand::run(const DataFolder& data) {
-  if (!json_.empty() && json_ == csv_) {
-    throw InputError("--json, --csv", "one file for both", "a file for each", "Give different names");
+void ValidateCommand::refuse_shared_files() const {
+  const std::pair<const char*, std::string> files[] = {{"--json", json_}, {"--csv", csv_}, {"--report", report_}};
+  for (const auto& [flag, file] : files) {
+    for (const auto& [other_flag, other] : files) {
+      if (flag == other_flag || file.empty() || file != other) continue;
+      throw InputError(fmt::format("{}, {}", flag, other_flag), "one file for both", "a file for each",
+                       "Give different names");
+    }
   }
-  const CellParameters cell = load_cell(data, cell_, "cell");
-  std::optional<AtomicFile> json, csv;
-  if (!json_.empty()) json.emplace(json_);
-  if (!csv_.empty()) csv.emplace(csv_);
+}
+
+std::vector<CellLog> ValidateCommand::read(const DataFolder& data, ProgressLine& progress) const {
   const std::optional<RoleMap> map = recordings_.role_map(data);
-  ProgressLine progress("validating");
   std::vector<CellLog> logs;
   for (const std::string& file : recordings_.files) {
-    progress.show("reading " + file, static_cast<double>(logs.size()) / static_cast<double>(recordings_.files.size()));
+    progress.show("reading " + file,
+                  static_cast<double>(logs.size()) / static_cast<double>(recordings_.files.size()));
     logs.push_back(read_cell_log(file, map ? &*map : nullptr, data, recordings_.whole()));
   }
-  StudyOptions options = study_;
+  return logs;
+}
+
+StudyOptions ValidateCommand::options(const std::vector<CellLog>& logs, ProgressLine& progress) const {
+  StudyOptions out = study_;
   if (full_) {
-    options.reductions = options.sensitivity = true;
-    if (options.pack_cells == 0) options.pack_cells = kStudyCells;
-    for (const CellLog& log : logs) options.thermal = options.thermal || !log.temperature_c.empty();
+    out.reductions = out.sensitivity = true;
+    if (out.pack_cells == 0) out.pack_cells = kStudyCells;
+    for (const CellLog& log : logs) out.thermal = out.thermal || !log.temperature_c.empty();
   }
-  options.progress = [&](const std::string& what, double fraction) { progress.show(what, fraction); };
-  const ValidationStudy study = study_validation(cell, logs, options);
+  out.progress = [&](const std::string& what, double fraction) { progress.show(what, fraction); };
+  return out;
+}
+
+std::string ValidateCommand::command_line() const {
+  std::string out = "voltlap validate " + cell_;
+  for (const std::string& file : recordings_.files) out += " " + file;
+  for (const CLI::Option* option : command_->get_options()) {
+    const bool flag = option->get_name().starts_with("--") && option->count() > 0;
+    if (!flag || option->get_name() == "--report") continue;
+    out += " " + option->get_name();
+    if (option->get_items_expected_max() > 0) out += " " + option->results().front();
+  }
+  return out + " --report " + report_;
+}
+
+int ValidateCommand::run(const DataFolder& data) {
+  refuse_shared_files();
+  const CellParameters cell = load_cell(data, cell_, "cell");
+  std::optional<AtomicFile> json, csv, report;
+  if (!json_.empty()) json.emplace(json_);
+  if (!csv_.empty()) csv.emplace(csv_);
+  if (!report_.empty()) report.emplace(report_);
+  ProgressLine progress("validating");
+  const std::vector<CellLog> logs = read(data, progress);
+  const ValidationStudy study = study_validation(cell, logs, options(logs, progress));
   progress.end();
 
-  std::FILE* to = summary_stream({json_, csv_});
+  std::FILE* to = summary_stream({json_, csv_, report_});
   for (const FileValidation& file : study.files) fmt::print(to, "{}", file_text(file));
   fmt::print(to, "{}", study_text(cell, study));
-  if (csv) {
-    write_error_table(*csv, cell, study, VOLTLAP_VERSION);
-    csv->complete();
+  if (csv) write_error_table(*csv, cell, study, VOLTLAP_VERSION);
+  if (json) json->write(validation_json(cell, study, VOLTLAP_VERSION));
+  if (report) report->write(validation_report(cell, study, {VOLTLAP_VERSION, command_line()}));
+  for (auto* file : {&csv, &json, &report}) {
+    if (*file) (*file)->complete();
   }
-  if (json) {
-    json->write(validation_json(cell, study, VOLTLAP_VERSION));
-    json->complete();
+  for (auto* file : {&csv, &json, &report}) {
+    if (*file) (*file)->commit();
   }
-  if (csv) csv->commit();
-  if (json) json->commit();
   return kExitOk;
 }
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "apps/progress_line.hpp"
 #include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
 #include "validate/validation_study.hpp"
@@ -17,9 +18,14 @@ class ValidateCommand {
   int run(const DataFolder& data);
 
  private:
+  void refuse_shared_files() const;
+  [[nodiscard]] std::vector<CellLog> read(const DataFolder& data, ProgressLine& progress) const;
+  [[nodiscard]] StudyOptions options(const std::vector<CellLog>& logs, ProgressLine& progress) const;
+  [[nodiscard]] std::string command_line() const;
+
   CLI::App* command_;
   RecordingOptions recordings_;
-  std::string cell_, json_, csv_;
+  std::string cell_, json_, csv_, report_;
   StudyOptions study_;
   bool full_ = false;
 };

@@ -188,7 +188,7 @@ CellParameters cell_parameters(const CellTests& tests, const CellParameters& lik
   double levelled = 0.0;
   for (std::size_t k = 0; k < cell.ocv_v.size(); ++k)
     levelled = std::max(levelled, std::abs(cell.ocv_v[k] - model.em(static_cast<Index>(k))));
-  constexpr double kNoCurve = 0.1;  // V; beyond it this is no open-circuit voltage
+  constexpr double kNoCurve = 1.0;  // V; beyond it this is no open-circuit voltage
   if (levelled > kNoCurve) {
     throw InputError(reference.result.files.front().path,
                      fmt::format("an OCV that falls by {:.2g} V as SOC rises: no rest tells it", levelled),

@@ -120,8 +120,6 @@ void bring_to_one_cell(CellLog& log, int series) {
                      fmt::format("{} to {} V for each cell", kCellVoltageMin, kCellVoltageMax),
                      "Correct the unit in the role map, or give --cells-in-series");
   }
-  const auto holes = std::count_if(log.voltage_v.begin(), log.voltage_v.end(), [](double v) { return !std::isfinite(v); });
-  if (holes > 0) log.repairs.push_back(fmt::format("{} rows without a voltage are not used", holes));
   std::size_t impossible = 0;
   for (double& v : log.voltage_v) {
     v *= scale;
@@ -260,7 +258,9 @@ const char* name_of(CurrentHold hold) {
   }
 }
 
-CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
+namespace {
+
+CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
   CellLog log;
   log.path = table.path;
   log.map = map.source;
@@ -294,6 +294,16 @@ CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOpt
   settle_sign(log, sign->discharge);
   settle_counter(log);
   note_held_rows(log);
+  return log;
+}
+
+}  // namespace
+
+CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
+  CellLog log = log_of_rows(table, map, options);
+  const std::vector<double> raw = column(table, map, map.find("voltage") == nullptr ? "pack_voltage" : "voltage", true);
+  const auto holes = std::count_if(raw.begin(), raw.end(), [](double v) { return !std::isfinite(v); });
+  if (holes > 0) log.repairs.push_back(fmt::format("{} rows without a voltage are not used", holes));
   return log;
 }
 
@@ -336,13 +346,13 @@ CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
   constexpr double kLongestHold = 5.0, kSlowHold = 60.0;  // s
   add("current", held_at(current, times, kLongestHold));
   add(pack ? "pack_voltage" : "voltage", held_at(voltage, times, 0.0));
-  for (const char* role : {"temperature_1", "charge_ah"}) {
+  for (const char* role : {"temperature_1", "ambient", "charge_ah"}) {
     if (const Channel* channel = drive.find(role)) add(role, held_at(*channel, times, kSlowHold));
   }
   plain.roles["current"].discharge =
       drive.declared == DischargeSign::kAuto ? DischargeSign::kAuto : DischargeSign::kPositive;
   rows.lines.resize(times.size());
-  CellLog log = cell_log_of(rows, plain, options);
+  CellLog log = log_of_rows(rows, plain, options);
   for (const LogDefect& defect : drive.defects) log.repairs.push_back(defect.text);
   for (const std::string& note : drive.notes) log.repairs.push_back(note);
   return log;

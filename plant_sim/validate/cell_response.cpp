@@ -40,8 +40,9 @@ double CellModel::ocv(double soc, double temperature_c, double current_a) const 
   const double inside = std::clamp(soc, at.front(), at.back());
   const auto above = std::upper_bound(at.begin() + 1, at.end() - 1, inside);
   const double left = *(above - 1), right = *above;
-  const double straight = tables_.ocv(left).voltage_v + (tables_.ocv(right).voltage_v - tables_.ocv(left).voltage_v) *
-                                                            (inside - left) / (right - left);
+  const double straight =
+      tables_.ocv(left).voltage_v +
+      (tables_.ocv(right).voltage_v - tables_.ocv(left).voltage_v) * (inside - left) / (right - left);
   return curve + ocv_by_test_->circuit(soc, temperature_c, current_a).r0_ohm - straight;
 }
 

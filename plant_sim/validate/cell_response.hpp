@@ -5,7 +5,8 @@
 //   P = R0 I^2 + v1^2 / R1 + v2^2 / R2             reference study, 2016, Eq. 7.6
 //   m cp dT/dt = P - h A (T - T_ambient)           Eq. 7.7, exact over an interval of constant P
 //
-// dE is what single tests found apart from the curve over SOC (`ocv.table` of the cell file); the plant leaves it out.
+// dE is what single tests found apart from the curve over SOC (`ocv.table` of the cell file); the plant leaves it
+// out.
 #pragma once
 #include <Eigen/Dense>
 #include <optional>
@@ -50,6 +51,7 @@ struct CellResponse {
 };
 
 /// Lookup by SOC, recorded temperature and the last current above 0.5 % of the recording's largest.
-[[nodiscard]] CellResponse respond(const CellModel& model, const TestRun& run, const RecordedTemperature& temperature);
+[[nodiscard]] CellResponse respond(const CellModel& model, const TestRun& run,
+                                   const RecordedTemperature& temperature);
 
 }  // namespace voltlap::plant

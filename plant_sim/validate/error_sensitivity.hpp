@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// RMS error with each parameter 1 and 5 % off (reference study, 2016, section 7.4, Table 7.3). Capacitances are free,
-// as there: R with its C held changes tau with it. Every recording with its own best capacity, as there.
+// RMS error with each parameter 1 and 5 % off (reference study, 2016, section 7.4, Table 7.3). Capacitances are
+// free, as there: R with its C held changes tau with it. Every recording with its own best capacity, as there.
 #pragma once
 #include <array>
 #include <string>

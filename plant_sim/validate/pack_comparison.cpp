@@ -52,8 +52,8 @@ struct Gather {
     out.soc_max = std::max(out.soc_max, std::abs(one.soc_mean() - all.soc_mean()));
     out.voltage_low_v = std::min(out.voltage_low_v, all.voltage());
     out.voltage_high_v = std::max(out.voltage_high_v, all.voltage());
-    out.weakest_cell_v = std::max(out.weakest_cell_v,
-                                  all.voltage() / static_cast<double>(all.cells()) - all.cell_voltage_min());
+    out.weakest_cell_v =
+        std::max(out.weakest_cell_v, all.voltage() / static_cast<double>(all.cells()) - all.cell_voltage_min());
   }
   PackDifference finish() {
     if (count == 0.0) return out;
@@ -74,7 +74,8 @@ PackDifference difference(const VehicleParameters& with_one, const VehicleParame
   for (Index row = 1; row < run.rows(); ++row) {
     if (run.is_reset(row)) continue;
     ahead_s += run.dt_s(row);
-    const double current = 0.5 * (run.current_begin_a(row) + run.current_end_a(row)), ambient = with_one.environment.ambient_c;
+    const double current = 0.5 * (run.current_begin_a(row) + run.current_end_a(row)),
+                 ambient = with_one.environment.ambient_c;
     for (; ahead_s >= kStep; ahead_s -= kStep) {
       for (Pack* pack : {&one, &all}) {
         pack->renew(kStep, ambient);

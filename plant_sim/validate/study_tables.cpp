@@ -14,30 +14,32 @@ namespace {
 
 constexpr const char* kNone = "-";
 
-std::string mv_or_none(double volts) { return volts > 0.0 ? millivolts(volts) : std::string(kNone); }
+std::string mv_or_none(double volts) {
+  return volts > 0.0 ? millivolts(volts) : std::string(kNone);
+}
 
 StudyTable kinds_table(const ValidationStudy& study) {
   using namespace voltlap::plant::study;
-  StudyTable out{"Beside the reference study, 2016 (its own cells and tests)", {"RMS", "here", "study", "section"}, {}, {}};
+  StudyTable out{
+      "Beside the reference study, 2016 (its own cells and tests)", {"RMS", "here", "study", "section"}, {}, {}};
   struct Row {
     const char* name;
     const KindError& here;
     double study_v, adjusted_v, by_ah;
     const char* section;
   };
-  const Row rows[] = {
-      {"constant current", study.constant_current, kRmsConstantCurrent, 0.0, 0.0, "7.1"},
-      {"variable current", study.variable_current, kRmsVariableCurrent, kRmsVariableCurrentAdjusted,
-       kVariableCurrentByAh, "7.2"},
-      {"variable current, temperature free", study.variable_temperature, kRmsVariableTemperature,
-       kRmsVariableTemperatureAdjusted, kVariableTemperatureByAh, "7.3"}};
+  const Row rows[] = {{"constant current", study.constant_current, kRmsConstantCurrent, 0.0, 0.0, "7.1"},
+                      {"variable current", study.variable_current, kRmsVariableCurrent, kRmsVariableCurrentAdjusted,
+                       kVariableCurrentByAh, "7.2"},
+                      {"variable current, temperature free", study.variable_temperature, kRmsVariableTemperature,
+                       kRmsVariableTemperatureAdjusted, kVariableTemperatureByAh, "7.3"}};
   for (const Row& row : rows) {
     if (row.here.files == 0) continue;
     out.rows.push_back({fmt::format("{}, {} file{}", row.name, row.here.files, row.here.files == 1 ? "" : "s"),
                         millivolts(row.here.error.rms_v()), millivolts(row.study_v), row.section});
     const std::string by = row.by_ah != 0.0 ? fmt::format(" (study: by {:+.2f} Ah)", row.by_ah) : "";
-    out.rows.push_back({"  capacity adjusted" + by, millivolts(row.here.adjusted.rms_v()), mv_or_none(row.adjusted_v),
-                        row.section});
+    out.rows.push_back({"  capacity adjusted" + by, millivolts(row.here.adjusted.rms_v()),
+                        mv_or_none(row.adjusted_v), row.section});
   }
   return out;
 }
@@ -72,20 +74,23 @@ StudyTable reductions_table(const ValidationStudy& study) {
                                  [&](const Reduction& reduction) { return reduction_name(reduction) == row.name; });
     if (!own) out.rows.push_back({row.name, kNone, mv_or_none(row.held_v), mv_or_none(row.free_v)});
   }
-  if (study.reductions.size() == 1) out.notes.emplace_back("the tables of this cell file depend on SOC alone: nothing to reduce");
+  if (study.reductions.size() == 1)
+    out.notes.emplace_back("the tables of this cell file depend on SOC alone: nothing to reduce");
   return out;
 }
 
 StudyTable tables_table(const CellParameters& cell, const ValidationStudy& study) {
-  StudyTable out{"Sensitivity of the tables, Eq. 7.1 and 7.5", {"", "here %/A", "study %/A", "here %/K", "study %/K"}, {}, {}};
+  StudyTable out{
+      "Sensitivity of the tables, Eq. 7.1 and 7.5", {"", "here %/A", "study %/A", "here %/K", "study %/K"}, {}, {}};
   const auto text = [](const std::optional<double>& value) {
     return value ? fmt::format("{:.3g}", *value) : std::string(kNone);
   };
   for (std::size_t k = 0; k < study.tables.size(); ++k) {
     const TableSensitivity& own = study.tables[k];
     const auto& beside = study::kTableSensitivity[k];
-    out.rows.push_back({name_of(own.parameter), text(own.pct_per_ampere), fmt::format("{:.3g}", beside.pct_per_ampere),
-                        text(own.pct_per_kelvin), fmt::format("{:.3g}", beside.pct_per_kelvin)});
+    out.rows.push_back({name_of(own.parameter), text(own.pct_per_ampere),
+                        fmt::format("{:.3g}", beside.pct_per_ampere), text(own.pct_per_kelvin),
+                        fmt::format("{:.3g}", beside.pct_per_kelvin)});
   }
   if (!study.tables.front().pct_per_ampere && !study.tables.front().pct_per_kelvin)
     out.notes.emplace_back("em: this cell file has its OCV over SOC alone");
@@ -95,10 +100,11 @@ StudyTable tables_table(const CellParameters& cell, const ValidationStudy& study
 }
 
 StudyTable errors_table(const ValidationStudy& study) {
-  StudyTable out{"RMS in mV with a parameter off, capacity adjusted first; section 7.4, Table 7.3 (study in brackets)",
-                 {"", "+5 %", "+1 %", "nominal", "-1 %", "-5 %"},
-                 {},
-                 {}};
+  StudyTable out{
+      "RMS in mV with a parameter off, capacity adjusted first; section 7.4, Table 7.3 (study in brackets)",
+      {"", "+5 %", "+1 %", "nominal", "-1 %", "-5 %"},
+      {},
+      {}};
   for (std::size_t k = 0; k < study.errors.size(); ++k) {
     out.rows.push_back({study.errors[k].parameter});
     for (std::size_t step = 0; step < kSensitivitySteps.size(); ++step) {
@@ -112,17 +118,24 @@ StudyTable errors_table(const ValidationStudy& study) {
 StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& thermal) {
   const ThermalModel& fitted = thermal.fitted;
   const auto width = [](double share) { return std::min(999.0, 100.0 * share); };
-  StudyTable out{"Thermal model, section 7.5, fitted to the recorded temperatures", {"", "here", "cell file", "study"}, {}, {}};
-  out.rows = {{"heat_capacity_j_per_kg_k", fmt::format("{:.0f}", fitted.capacity_j_per_k / cell.mass_kg),
-               fmt::format("{:.0f}", cell.heat_capacity_j_per_kg_k), fmt::format("{:.0f}", study::kHeatCapacity_j_per_kg_k)},
-              {"convection_w_per_m2_k", fmt::format("{:.2f}", fitted.conductance_w_per_k / cell.surface_area_m2),
-               fmt::format("{:.2f}", cell.convection_w_per_m2_k), fmt::format("{:.2f}", study::kConvection_w_per_m2_k)}};
-  out.notes.push_back(fmt::format(
-      "of the cell: heat capacity {:.1f} J/K +- {:.2g} %, cooling {:.3f} W/K +- {:.2g} % (95 %); per kg and m2 with the "
-      "file's {:.3g} kg and {:.3g} m2",
-      fitted.capacity_j_per_k, width(fitted.capacity_ci95), fitted.conductance_w_per_k, width(fitted.conductance_ci95),
-      cell.mass_kg, cell.surface_area_m2));
-  const char* how = thermal.files.size() > 1 ? "by a fit of the other files" : "in its second half by a fit of its first";
+  StudyTable out{"Thermal model, section 7.5, fitted to the recorded temperatures",
+                 {"", "here", "cell file", "study"},
+                 {},
+                 {}};
+  out.rows = {
+      {"heat_capacity_j_per_kg_k", fmt::format("{:.0f}", fitted.capacity_j_per_k / cell.mass_kg),
+       fmt::format("{:.0f}", cell.heat_capacity_j_per_kg_k),
+       fmt::format("{:.0f}", study::kHeatCapacity_j_per_kg_k)},
+      {"convection_w_per_m2_k", fmt::format("{:.2f}", fitted.conductance_w_per_k / cell.surface_area_m2),
+       fmt::format("{:.2f}", cell.convection_w_per_m2_k), fmt::format("{:.2f}", study::kConvection_w_per_m2_k)}};
+  out.notes.push_back(
+      fmt::format("of the cell: heat capacity {:.1f} J/K +- {:.2g} %, cooling {:.3f} W/K +- {:.2g} % (95 %); per "
+                  "kg and m2 with the "
+                  "file's {:.3g} kg and {:.3g} m2",
+                  fitted.capacity_j_per_k, width(fitted.capacity_ci95), fitted.conductance_w_per_k,
+                  width(fitted.conductance_ci95), cell.mass_kg, cell.surface_area_m2));
+  const char* how =
+      thermal.files.size() > 1 ? "by a fit of the other files" : "in its second half by a fit of its first";
   for (const ThermalValidation::File& file : thermal.files) {
     out.notes.push_back(fmt::format("{}: RMS {:.2f} K as the cell file says, {:.2f} K fitted, {}{}", file.file,
                                     file.rms_as_given_c, file.rms_fitted_c,
@@ -135,29 +148,37 @@ StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& th
 
 StudyTable pack_table(const PackComparison& pack, const std::string& file) {
   constexpr double kRounding = 1e9;  // beyond it sigma is that of the computer's numbers
-  const auto snr = [](double value) { return value < kRounding ? fmt::format("{:.3g}", value) : std::string("no noise"); };
+  const auto snr = [](double value) {
+    return value < kRounding ? fmt::format("{:.3g}", value) : std::string("no noise");
+  };
   const PackDifference &equal = pack.equal, &differing = pack.differing;
-  StudyTable out{fmt::format("One cell for {}, through the current of {}; Appendix C (24 cells, an endurance)", pack.cells, file),
+  StudyTable out{fmt::format("One cell for {}, through the current of {}; Appendix C (24 cells, an endurance)",
+                             pack.cells, file),
                  {"difference of pack and one cell", "equal cells", "study", "differing"},
                  {},
                  {}};
   const auto number = [](double value, const char* unit) { return fmt::format("{:.2g}{}", value, unit); };
-  out.rows = {{"pack voltage, mean", number(equal.voltage_mean_v, " V"), number(study::kPackMean_v, " V"),
-               number(differing.voltage_mean_v, " V")},
-              {"pack voltage, largest", number(equal.voltage_max_v, " V"), kNone, number(differing.voltage_max_v, " V")},
-              {"signal to noise (range over sigma)", snr(equal.snr), fmt::format("{:.3g}", study::kPackSnr), snr(differing.snr)},
-              {"SOC, largest", number(equal.soc_max, ""), number(study::kPackSocMax, ""), number(differing.soc_max, "")},
-              {"weakest cell below the mean", millivolts(equal.weakest_cell_v), kNone, millivolts(differing.weakest_cell_v)}};
+  out.rows = {
+      {"pack voltage, mean", number(equal.voltage_mean_v, " V"), number(study::kPackMean_v, " V"),
+       number(differing.voltage_mean_v, " V")},
+      {"pack voltage, largest", number(equal.voltage_max_v, " V"), kNone, number(differing.voltage_max_v, " V")},
+      {"signal to noise (range over sigma)", snr(equal.snr), fmt::format("{:.3g}", study::kPackSnr),
+       snr(differing.snr)},
+      {"SOC, largest", number(equal.soc_max, ""), number(study::kPackSocMax, ""), number(differing.soc_max, "")},
+      {"weakest cell below the mean", millivolts(equal.weakest_cell_v), kNone,
+       millivolts(differing.weakest_cell_v)}};
   const CellSpread spread;
-  out.notes.push_back(fmt::format("differing: sigma {:g} % of capacity, {:g} % of resistance, {:g} % of SOC, seed {}",
-                                  100.0 * spread.capacity, 100.0 * spread.resistance, 100.0 * spread.initial_soc,
-                                  spread.seed));
+  out.notes.push_back(
+      fmt::format("differing: sigma {:g} % of capacity, {:g} % of resistance, {:g} % of SOC, seed {}",
+                  100.0 * spread.capacity, 100.0 * spread.resistance, 100.0 * spread.initial_soc, spread.seed));
   return out;
 }
 
 }  // namespace
 
-std::string millivolts(double volts) { return fmt::format("{:.1f} mV", 1e3 * volts); }
+std::string millivolts(double volts) {
+  return fmt::format("{:.1f} mV", 1e3 * volts);
+}
 
 std::string reduction_name(const Reduction& reduction) {
   if (reduction.parameters.empty()) return "whole model";

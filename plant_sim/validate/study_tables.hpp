@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A validation as the tables of reference study, 2016, chapter 7, its numbers beside the own: what text and report show.
+// A validation as the tables of reference study, 2016, chapter 7, its numbers beside the own: what text and report
+// show.
 #pragma once
 #include <string>
 #include <vector>

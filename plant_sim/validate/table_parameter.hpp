@@ -19,7 +19,8 @@ inline constexpr std::array kTableParameters{TableParameter::kEm, TableParameter
 
 enum class TableAxis { kTemperature, kCurrent };
 
-/// Values at the breakpoints, [soc][temperature][current]; of Em empty where the cell file has its OCV over SOC alone.
+/// Values at the breakpoints, [soc][temperature][current]; of Em empty where the cell file has its OCV over SOC
+/// alone.
 [[nodiscard]] std::vector<double> table_of(const CellParameters& cell, TableParameter parameter);
 
 /// The cell with another table of `parameter`.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much the tables of a cell file change along an axis (reference study, 2016, Eq. 7.1 and 7.5, Tables 7.1, 7.2):
+// How much the tables of a cell file change along an axis (reference study, 2016, Eq. 7.1 and 7.5,
+// Tables 7.1, 7.2):
 //
 //   dx/dI = mean over SOC and T of  100 / x_mean(SOC, T) * 1/(n-1) sum_k (x_{k+1} - x_k) / (I_{k+1} - I_k)    [%/A]
 //   dx/dT likewise along temperature, over SOC and I                                                          [%/K]
@@ -15,7 +16,8 @@ namespace voltlap::plant {
 
 struct TableSensitivity {
   TableParameter parameter;
-  std::optional<double> pct_per_ampere, pct_per_kelvin;  ///< empty: the file does not tell, see `table_sensitivities`
+  std::optional<double> pct_per_ampere,
+      pct_per_kelvin;  ///< empty: the file does not tell, see `table_sensitivities`
 };
 
 /// Empty where the axis has one breakpoint, and for Em where the file has no `ocv.table`.

@@ -13,8 +13,8 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kLeastRise = 1.0;                     // K; below it a heat capacity is noise
-constexpr double kRateLow = 1e-6, kRateHigh = 3e-2;    // 1/s of G / C: 12 days to half a minute
+constexpr double kLeastRise = 1.0;                   // K; below it a heat capacity is noise
+constexpr double kRateLow = 1e-6, kRateHigh = 3e-2;  // 1/s of G / C: 12 days to half a minute
 
 /// Rows of T = x0 / C + own start: what the linear part is solved from.
 struct LinearPart {
@@ -26,7 +26,8 @@ struct LinearPart {
 LinearPart linear_part(const std::vector<ThermalRecording>& recordings, double rate) {
   Index rows = 0;
   for (const auto& r : recordings) {
-    rows += std::count_if(r.temperature_c.begin(), r.temperature_c.end(), [](double t) { return std::isfinite(t); });
+    rows +=
+        std::count_if(r.temperature_c.begin(), r.temperature_c.end(), [](double t) { return std::isfinite(t); });
   }
   LinearPart out{Eigen::MatrixXd::Zero(rows, 1 + static_cast<Index>(recordings.size())),
                  Eigen::VectorXd::Zero(rows), Eigen::VectorXd::Zero(rows)};
@@ -47,7 +48,8 @@ LinearPart linear_part(const std::vector<ThermalRecording>& recordings, double r
         known = stay * known + (1.0 - stay) * r.ambient_c[row - 1];
       }
       if (!std::isfinite(r.temperature_c[row])) continue;
-      const double weight = std::sqrt(std::max(0.0, 0.5 * (dt + (row + 1 < r.dt_s.size() ? r.dt_s[row + 1] : 0.0))));
+      const double weight =
+          std::sqrt(std::max(0.0, 0.5 * (dt + (row + 1 < r.dt_s.size() ? r.dt_s[row + 1] : 0.0))));
       out.columns(at, 0) = weight * by_heat;
       out.columns(at, 1 + static_cast<Index>(k)) = weight * by_start;
       out.rest(at) = weight * (r.temperature_c[row] - known);
@@ -90,8 +92,8 @@ double best_rate(const std::vector<ThermalRecording>& recordings) {
   return std::exp(centre);
 }
 
-/// Relative 95 % half widths of C and G. Neighbouring residuals resemble each other: with correlation r from row to row
-/// only (1 - r) / (1 + r) of the rows count.
+/// Relative 95 % half widths of C and G. Neighbouring residuals resemble each other: with correlation r from row to
+/// row only (1 - r) / (1 + r) of the rows count.
 void widths(const std::vector<ThermalRecording>& recordings, double rate, ThermalModel& model) {
   constexpr double kStep = 1e-4;
   const Solved here = solve(recordings, rate);
@@ -103,8 +105,8 @@ void widths(const std::vector<ThermalRecording>& recordings, double rate, Therma
   for (Index row = 1; row < here.residual.size(); ++row) with += here.residual(row) * here.residual(row - 1);
   const double r = std::clamp(with / here.cost, 0.0, 0.999);
   const double freedom = std::max(1.0, static_cast<double>(jacobian.rows() - jacobian.cols()));
-  const Eigen::MatrixXd covariance = (jacobian.transpose() * jacobian).inverse() *
-                                     (here.cost / freedom * (1.0 + r) / (1.0 - r));
+  const Eigen::MatrixXd covariance =
+      (jacobian.transpose() * jacobian).inverse() * (here.cost / freedom * (1.0 + r) / (1.0 - r));
   // ln C = -ln x0, ln G = ln a - ln x0
   const Index last = jacobian.cols() - 1;
   const double of_c = covariance(0, 0) / (here.x(0) * here.x(0)), of_a = covariance(last, last),
@@ -119,8 +121,8 @@ ThermalRecording part_of(const ThermalRecording& whole, std::size_t first, std::
     return std::vector<double>(values.begin() + static_cast<std::ptrdiff_t>(first),
                                values.begin() + static_cast<std::ptrdiff_t>(last));
   };
-  return {whole.file, cut(whole.dt_s), cut(whole.heat_w), cut(whole.temperature_c), cut(whole.ambient_c),
-          whole.ambient_assumed};
+  return {whole.file,           cut(whole.dt_s),      cut(whole.heat_w), cut(whole.temperature_c),
+          cut(whole.ambient_c), whole.ambient_assumed};
 }
 
 std::optional<ThermalModel> fit_if_told(const std::vector<ThermalRecording>& recordings) {
@@ -158,15 +160,17 @@ ThermalModel fit_thermal(const std::vector<ThermalRecording>& recordings) {
     rise = std::max(rise, high - low);
   }
   if (rise < kLeastRise) {
-    throw InputError(recordings.empty() ? "thermal model" : recordings.front().file,
-                     recordings.empty() ? "no recorded temperature" : fmt::format("temperatures within {:.2g} K", rise),
-                     fmt::format("temperatures that change by {} K or more", kLeastRise),
-                     "Give a recording in which the cell warms itself, with a temperature column");
+    throw InputError(
+        recordings.empty() ? "thermal model" : recordings.front().file,
+        recordings.empty() ? "no recorded temperature" : fmt::format("temperatures within {:.2g} K", rise),
+        fmt::format("temperatures that change by {} K or more", kLeastRise),
+        "Give a recording in which the cell warms itself, with a temperature column");
   }
   const double rate = best_rate(recordings);
   const Solved solved = solve(recordings, rate);
   if (!(solved.cost < 1e300)) {
-    throw InputError(recordings.front().file, "a cell that cools under load", "a temperature that rises with the heat",
+    throw InputError(recordings.front().file, "a cell that cools under load",
+                     "a temperature that rises with the heat",
                      "Check the temperature's column and the sign of the current");
   }
   ThermalModel model;
@@ -215,8 +219,8 @@ ThermalValidation validate_thermal(const CellParameters& cell, const std::vector
                            cell.convection_w_per_m2_k * cell.surface_area_m2, 0.0, 0.0};
   for (std::size_t k = 0; k < recordings.size(); ++k) {
     const ThermalRecording& one = recordings[k];
-    ThermalValidation::File file{one.file, thermal_rms_c(given, one), thermal_rms_c(out.fitted, one), one.ambient_assumed,
-                                 std::nullopt};
+    ThermalValidation::File file{one.file, thermal_rms_c(given, one), thermal_rms_c(out.fitted, one),
+                                 one.ambient_assumed, std::nullopt};
     std::vector<ThermalRecording> others = recordings;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     const std::size_t half = one.dt_s.size() / 2;

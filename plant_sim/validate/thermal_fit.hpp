@@ -42,8 +42,8 @@ struct ThermalModel {
 [[nodiscard]] double thermal_rms_c(const ThermalModel& model, const ThermalRecording& recording,
                                    std::size_t from_row = 0);
 
-/// How a fitted model does on what it was not fitted on: each recording by a fit of the others; a single one's second
-/// half by a fit of its first.
+/// How a fitted model does on what it was not fitted on: each recording by a fit of the others; a single one's
+/// second half by a fit of its first.
 struct ThermalValidation {
   ThermalModel fitted;  ///< on everything
   struct File {

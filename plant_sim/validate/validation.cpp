@@ -234,9 +234,7 @@ ErrorSum error_of(const CellModel& model, const PlacedRecording& placed, const R
 CapacityAdjustment adjust_capacity(const CellModel& model, const PlacedRecording& placed) {
   constexpr double kReach = 0.15, kFinest = 5e-5;
   const double nominal = placed.options.capacity_ah;
-  const auto rms_at = [&](double share) {
-    return error_of(model, placed, {nominal * (1.0 + share), 0.0}).rms_v();
-  };
+  const auto rms_at = [&](double share) { return error_of(model, placed, {nominal * (1.0 + share), 0.0}).rms_v(); };
   double centre = 0.0, best = error_of(model, placed).rms_v();
   for (double step = 0.05; step > kFinest; step *= 1.0 / 3.0) {
     const double from = centre;

@@ -49,7 +49,8 @@ struct RunChange {
   double soc_share = 0.0;    ///< of the SOC at the first stroke, added to every SOC
 };
 [[nodiscard]] TestRun changed_run(const PlacedRecording& placed, const RunChange& change);
-[[nodiscard]] ErrorSum error_of(const CellModel& model, const PlacedRecording& placed, const RunChange& change = {});
+[[nodiscard]] ErrorSum error_of(const CellModel& model, const PlacedRecording& placed,
+                                const RunChange& change = {});
 
 /// Capacity at which the recording is met best (reference study, 2016, sections 7.2.3 and 7.3.2).
 struct CapacityAdjustment {

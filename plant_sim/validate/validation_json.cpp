@@ -15,7 +15,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Eigen::Index;
 
-Json number_or_null(const std::optional<double>& value) { return value && std::isfinite(*value) ? Json(*value) : Json(nullptr); }
+Json number_or_null(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? Json(*value) : Json(nullptr);
+}
 
 const char* name_of(TemperatureKind kind) {
   return kind == TemperatureKind::kHeld ? "held" : kind == TemperatureKind::kFree ? "free" : "not recorded";
@@ -43,9 +45,10 @@ Json file_json(const FileValidation& v) {
               {"capacity_told", !v.capacity.at_end},
               {"repairs", v.repairs}};
   for (const SocBand& band : v.bands) {
-    out["rms_v_by_soc"].push_back({{"soc_low", std::max(0.0, band.low)},
-                                   {"soc_high", std::min(1.0, band.high)},
-                                   {"rms_v", band.error.weight_s > 0.0 ? Json(band.error.rms_v()) : Json(nullptr)}});
+    out["rms_v_by_soc"].push_back(
+        {{"soc_low", std::max(0.0, band.low)},
+         {"soc_high", std::min(1.0, band.high)},
+         {"rms_v", band.error.weight_s > 0.0 ? Json(band.error.rms_v()) : Json(nullptr)}});
   }
   return out;
 }
@@ -99,9 +102,12 @@ Json thermal_json(const CellParameters& cell, const ThermalValidation& thermal) 
 }
 
 Json difference_json(const PackDifference& d) {
-  return {{"voltage_mean_v", d.voltage_mean_v}, {"voltage_rms_v", d.voltage_rms_v},
-          {"voltage_max_v", d.voltage_max_v},   {"snr", number_or_null(d.snr)},
-          {"soc_max", d.soc_max},               {"weakest_cell_v", d.weakest_cell_v}};
+  return {{"voltage_mean_v", d.voltage_mean_v},
+          {"voltage_rms_v", d.voltage_rms_v},
+          {"voltage_max_v", d.voltage_max_v},
+          {"snr", number_or_null(d.snr)},
+          {"soc_max", d.soc_max},
+          {"weakest_cell_v", d.weakest_cell_v}};
 }
 
 /// An empty field where there is no number.
@@ -140,9 +146,9 @@ void write_error_table(AtomicFile& file, const CellParameters& cell, const Valid
       const auto at = static_cast<std::size_t>(row);
       const double voltage = placed.log->voltage_v[at], model = study.responses[k].voltage(row),
                    temperature = placed.temperature.cell_c.empty() ? std::nan("") : placed.temperature.cell_c[at];
-      fmt::format_to(std::back_inserter(text), "{},{:.9g},{:d},{:.6f},{:.6g},{},{:.6f},{},{},{:.3f}\n",
-                     k + 1, run.time_s(row), placed.counts[at], run.soc(row), run.current_a(row),
-                     field("{:.7g}", voltage), model, field("{:.6f}", model - voltage), field("{:.5g}", temperature),
+      fmt::format_to(std::back_inserter(text), "{},{:.9g},{:d},{:.6f},{:.6g},{},{:.6f},{},{},{:.3f}\n", k + 1,
+                     run.time_s(row), placed.counts[at], run.soc(row), run.current_a(row), field("{:.7g}", voltage),
+                     model, field("{:.6f}", model - voltage), field("{:.5g}", temperature),
                      study.responses[k].temperature(row));
       if (text.size() < kPiece) continue;
       file.write(text);

@@ -26,8 +26,8 @@ ThermalValidation thermal_of(const CellParameters& cell, const ValidationStudy& 
     recordings.push_back(thermal_recording(placed.log->path, placed.run, study.responses[k], placed.temperature));
   }
   if (recordings.empty()) {
-    throw InputError("--thermal", "no recording with a temperature", "a column temperature_c, or a role temperature_1",
-                     "Add one, or leave --thermal out");
+    throw InputError("--thermal", "no recording with a temperature",
+                     "a column temperature_c, or a role temperature_1", "Add one, or leave --thermal out");
   }
   return validate_thermal(cell, recordings);
 }

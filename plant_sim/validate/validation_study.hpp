@@ -17,7 +17,7 @@ namespace voltlap::plant {
 struct StudyOptions {
   ValidationOptions validation;
   bool sensitivity = false, reductions = false, thermal = false;
-  int pack_cells = 0;  ///< 0: no comparison
+  int pack_cells = 0;                                                      ///< 0: no comparison
   std::function<void(const std::string& what, double fraction)> progress;  ///< may be empty
 };
 
@@ -39,8 +39,8 @@ struct ValidationStudy {
   std::optional<PackComparison> pack;
 };
 
-/// `logs` must outlive the result. Throws InputError for a recording without discharge, and for a thermal fit without
-/// a temperature that changes.
+/// `logs` must outlive the result. Throws InputError for a recording without discharge, and for a thermal fit
+/// without a temperature that changes.
 [[nodiscard]] ValidationStudy study_validation(const CellParameters& cell, const std::vector<CellLog>& logs,
                                                const StudyOptions& options);
 

@@ -18,7 +18,9 @@ namespace {
 
 const DataFolder kData(VOLTLAP_SOURCE_DIR "/plant_sim/data");
 
-VehicleParameters car_of_the_header() { return load_vehicle(kData, "vtm16e").parameters; }
+VehicleParameters car_of_the_header() {
+  return load_vehicle(kData, "vtm16e").parameters;
+}
 
 /// The car's BMS, and beside it one with the header, on the same frames.
 class Twin final : public Ecus {

@@ -25,7 +25,9 @@ TEST_GROUP(ErrorSensitivity) {
   }
 };
 
-TEST(ErrorSensitivity, NominalModelOfItsOwnRecordingHasNoError) { DOUBLES_EQUAL(0.0, rms_mv("em", 2), 0.02); }
+TEST(ErrorSensitivity, NominalModelOfItsOwnRecordingHasNoError) {
+  DOUBLES_EQUAL(0.0, rms_mv("em", 2), 0.02);
+}
 
 TEST(ErrorSensitivity, EmIsWrongByItsOwnShare) {
   // Mean of (3 + s)^2 over s from 0.5 to 1: (4^3 - 3.5^3) / 3 / 0.5.

@@ -35,7 +35,8 @@ struct StraightCell {
 
   /// Rests two minutes, then draws each current for a second, from full; `r0` by current.
   template <class R0>
-  static voltlap::plant::CellLog record(const std::vector<double>& currents_a, const R0& r0, double capacity_ah = kCapacity) {
+  static voltlap::plant::CellLog record(const std::vector<double>& currents_a, const R0& r0,
+                                        double capacity_ah = kCapacity) {
     voltlap::plant::CellLog log;
     log.path = "straight.csv";
     double soc = 1.0;

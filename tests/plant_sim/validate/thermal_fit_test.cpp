@@ -23,7 +23,8 @@ ThermalRecording heated(double heat_w, double ambient_c, double step_k = 0.0, do
   for (int row = 0; row < kRows; ++row) {
     const double heat = row < kRows / 2 ? heat_w : 0.0;
     if (row > 0) {
-      for (double s = 0.0; s < kRow - 0.5 * kFine; s += kFine) t += kFine * (heat - kConductance * (t - ambient_c)) / kCapacity;
+      for (double s = 0.0; s < kRow - 0.5 * kFine; s += kFine)
+        t += kFine * (heat - kConductance * (t - ambient_c)) / kCapacity;
     }
     out.dt_s.push_back(row > 0 ? kRow : 0.0);
     out.heat_w.push_back(heat);
@@ -92,7 +93,8 @@ TEST(ThermalFit, CellThatCoolsUnderLoadIsRefused) {
 }
 
 TEST(ThermalFit, EachRecordingIsPredictedByTheOthers) {
-  const ThermalValidation found = validate_thermal(cell, {heated(8.0, 25.0), heated(3.0, 20.0), heated(12.0, 30.0)});
+  const ThermalValidation found =
+      validate_thermal(cell, {heated(8.0, 25.0), heated(3.0, 20.0), heated(12.0, 30.0)});
   LONGS_EQUAL(3, found.files.size());
   for (const ThermalValidation::File& file : found.files) DOUBLES_EQUAL(0.0, *file.rms_held_out_c, 0.01);
   // As the file says (500 J/K and 0.5 W/K, by chance the truth).

@@ -119,9 +119,10 @@ ERRORS = {
 
 @pytest.mark.parametrize("case", ERRORS)
 def test_what_cannot_be_done_is_said(case, bench, tmp_path):
-    rows = [f"{t},{20 if 60 <= t < 900 else 0},{4.1 - 1e-4 * max(0, min(t, 900) - 60)}" for t in range(1200)]
+    loads = [20 if 60 <= t < 900 else 0 for t in range(1200)]
+    rows = [f"{t},{i},{4.1 - 1e-4 * max(0, min(t, 900) - 60) - 0.001 * i}" for t, i in enumerate(loads)]
     (tmp_path / "bare.csv").write_text("\n".join(["time_s,current_a,voltage_v", *rows, ""]))
-    rows = [f"{t},{-20 if t >= 60 else 0},{3.7 + 1e-4 * max(0, t - 60)}" for t in range(1200)]
+    rows = [f"{t},{-20 if t >= 60 else 0},{3.7 + 1e-4 * max(0, t - 60) + (t >= 60) * 0.02}" for t in range(1200)]
     (tmp_path / "charge.csv").write_text("\n".join(["time_s,current_a,voltage_v", *rows, ""]))
     places = {"RECORDING": table(bench / "random_resistors"), "BARE": "bare.csv", "CHARGE": "charge.csv"}
     arguments, words = ERRORS[case]

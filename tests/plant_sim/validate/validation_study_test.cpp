@@ -14,7 +14,9 @@ TEST_GROUP(ValidationStudy) {
   CellParameters cell = StraightCell::cell();
   std::vector<CellLog> logs{StraightCell::record(StraightCell::half())};
   StudyOptions options;
-  std::string text() { return study_text(cell, study_validation(cell, logs, options)); }
+  std::string text() {
+    return study_text(cell, study_validation(cell, logs, options));
+  }
 
   static std::vector<double> variable() {
     std::vector<double> currents;
@@ -47,8 +49,8 @@ TEST(ValidationStudy, TablesOfTheStudyStandBesideTheOwn) {
   options.sensitivity = options.reductions = true;
   options.pack_cells = 24;
   const std::string all = text();
-  STRCMP_CONTAINS("-0.034", all.c_str());   // Table 7.1, R0
-  STRCMP_CONTAINS("(192.8)", all.c_str());  // Table 7.3, Em + 5 %
+  STRCMP_CONTAINS("-0.034", all.c_str());      // Table 7.1, R0
+  STRCMP_CONTAINS("(192.8)", all.c_str());     // Table 7.3, Em + 5 %
   STRCMP_CONTAINS("-0.00027 V", all.c_str());  // Appendix C
   STRCMP_CONTAINS("nothing to reduce", all.c_str());
 }
@@ -74,8 +76,7 @@ TEST(ValidationStudy, ThermalFitFindsTheCellThatMadeTheTemperature) {
   logs = {StraightCell::record(plan)};
   RunOptions run;
   run.capacity_ah = cell.capacity_ah;
-  const CellResponse truth =
-      respond(CellModel(cell), make_run(logs[0], run), RecordedTemperature(logs[0], 25.0));
+  const CellResponse truth = respond(CellModel(cell), make_run(logs[0], run), RecordedTemperature(logs[0], 25.0));
   logs[0].temperature_c.assign(truth.temperature.begin(), truth.temperature.end());
   logs[0].ambient_c.assign(logs[0].rows(), 25.0);
   cell.heat_capacity_j_per_kg_k = 700.0;  // the file is wrong
@@ -87,8 +88,8 @@ TEST(ValidationStudy, ThermalFitFindsTheCellThatMadeTheTemperature) {
 TEST(ValidationStudy, JsonNamesWhatATeamReads) {
   options.sensitivity = true;
   const std::string json = validation_json(cell, study_validation(cell, logs, options), "test");
-  for (const char* key : {"\"rms_v\"", "\"rms_v_above_10_soc\"", "\"bias_v\"", "\"max_error_v\"", "\"temperature_rms_c\"",
-                          "\"ah\"", "\"soc_start\"", "\"soc_start_from\"", "\"capacity_adjustment_ah\"",
-                          "\"pct_per_ampere\"", "\"plus_5_pct\""})
+  for (const char* key : {"\"rms_v\"", "\"rms_v_above_10_soc\"", "\"bias_v\"", "\"max_error_v\"",
+                          "\"temperature_rms_c\"", "\"ah\"", "\"soc_start\"", "\"soc_start_from\"",
+                          "\"capacity_adjustment_ah\"", "\"pct_per_ampere\"", "\"plus_5_pct\""})
     STRCMP_CONTAINS(key, json.c_str());
 }

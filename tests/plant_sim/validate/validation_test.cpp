@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "../core/scratch.hpp"
-#include "core/parameter_file.hpp"
 #include "../identify/known_cell.hpp"
+#include "core/parameter_file.hpp"
 
 #include <CppUTest/TestHarness.h>
 
