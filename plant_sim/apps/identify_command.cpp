@@ -44,7 +44,7 @@ std::pair<double, double> window_of(const std::string& text) {
 
 IdentifyCommand::IdentifyCommand(CLI::App& app)
     : command_(app.add_subcommand("identify", "Parameter tables of a cell from its measured tests or drives")) {
-  command_->add_option("data", files_, "Tables of time, current and voltage; CSV, also gzipped")->required();
+  recordings_.add(*command_);
   command_->add_option("--rc", branches_, "RC branches, 1 to 3; default: chosen by held-out pulses, at most 2")
       ->check(whole_number(1, 3));
   command_
@@ -53,8 +53,6 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
                    "their errors side by side; default: the full fit")
       ->check(one_of({"ipo", "fpo", "ilo", "flo", "ffo", kAllMethods}));
   command_->add_option("--ocv", ocv_, "OCV from a slow test (a table) or a cell file; default: from the rests");
-  command_->add_option("--map", map_,
-                       "Role map: name or path; default: by column names, or a shipped map by its header");
   command_->add_option("--temperature", temperatures_, "degC of the files after it that have no temperature column")
       ->allow_extra_args(false);
   command_
@@ -65,12 +63,6 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--window", windows_, "T0:T1, seconds: only these rows of the files after it")
       ->allow_extra_args(false);
   command_->add_option("--blocks", blocks_, "SECONDS:even|odd: fit every other block, print the RMS on the rest");
-  command_->add_option("--cells-in-series", series_, "Cells in series behind the recorded voltage")
-      ->check(whole_number(1, 1000))
-      ->capture_default_str();
-  command_->add_option("--cells-in-parallel", parallel_, "Cells in parallel behind the recorded current")
-      ->check(whole_number(1, 1000))
-      ->capture_default_str();
   add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
   add_output_file(*command_, "--json", json_, "Write everything found as JSON");
   command_->footer(
@@ -91,7 +83,7 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
     } else if (option->get_name() == "--cell") {
       next.cell = cell_.at(cell++);
     } else if (option->get_name() == "data") {
-      next.path = files_.at(file++);
+      next.path = recordings_.files.at(file++);
       out.push_back(next);
     }
   }
@@ -99,11 +91,12 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
 }
 
 std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& data) const {
-  std::optional<RoleMap> map;
-  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
+  const std::optional<RoleMap> map = recordings_.role_map(data);
   std::vector<CellData> cells;
   for (const Recording& recording : recordings()) {
-    const LogOptions options{recording.window_begin_s, recording.window_end_s, series_, parallel_};
+    LogOptions options = recordings_.whole();
+    options.window_begin_s = recording.window_begin_s;
+    options.window_end_s = recording.window_end_s;
     const std::string name = cell_.empty() ? cell_of_file(recording.path) : recording.cell;
     auto cell = std::find_if(cells.begin(), cells.end(), [&](const CellData& c) { return c.name == name; });
     if (cell == cells.end()) cell = cells.insert(cells.end(), {name, {}, {}});
@@ -164,10 +157,8 @@ void IdentifyCommand::take_ocv(const DataFolder& data, IdentifyOptions& options)
     options.capacity_fallback_ah = cell.capacity_ah;
     return;
   }
-  const LogOptions log_options{-1e300, 1e300, series_, parallel_};
-  std::optional<RoleMap> map;
-  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
-  const SlowTest slow = ocv_from_slow_test(read_cell_log(ocv_, map ? &*map : nullptr, data, log_options));
+  const std::optional<RoleMap> map = recordings_.role_map(data);
+  const SlowTest slow = ocv_from_slow_test(read_cell_log(ocv_, map ? &*map : nullptr, data, recordings_.whole()));
   options.ocv = slow.ocv;
   options.capacity_fallback_ah = slow.capacity_ah;
 }
@@ -211,7 +202,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   }
   const std::vector<CellData> cells = read(data);
   const bool named = !out_.empty() && out_ != AtomicFile::kStandardOutput;
-  std::string name = std::filesystem::path(named ? out_ : files_.front()).filename().string();
+  std::string name = std::filesystem::path(named ? out_ : recordings_.files.front()).filename().string();
   name = name.substr(0, name.find('.'));
 
   const std::vector<CellTests> each = identify_cells(cells, options);
@@ -223,7 +214,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   CellTests tests = mean ? mean->tests : each.front();
   const CellParameters cell = cell_parameters(tests, like, name, tests.groups[tests.reference].result.notes);
   std::FILE* to = summary_stream({out_, json_});
-  fmt::print(to, "{}", identification_text(cell, tests, series_));
+  fmt::print(to, "{}", identification_text(cell, tests, recordings_.cells_in_series));
   if (mean) fmt::print(to, "{}", spread_text(*mean));
   std::vector<MethodScore> scores;
   if (method_ == kAllMethods) scores = compare(cells, each, options);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
 #include "identify/method_comparison.hpp"
 #include "identify/several_cells.hpp"
@@ -41,11 +42,12 @@ class IdentifyCommand {
   void take_ocv(const DataFolder& data, IdentifyOptions& options) const;
 
   CLI::App* command_;
-  std::vector<std::string> files_, cell_;
+  RecordingOptions recordings_;
+  std::vector<std::string> cell_;
   std::vector<double> temperatures_;
   std::vector<std::string> windows_;
-  std::string method_, ocv_, map_, blocks_, out_, json_;
-  int branches_ = 0, series_ = 1, parallel_ = 1;
+  std::string method_, ocv_, blocks_, out_, json_;
+  int branches_ = 0;
 };
 
 }  // namespace voltlap::plant
