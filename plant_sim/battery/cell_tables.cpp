@@ -123,7 +123,8 @@ CellTables::CellTables(const CellParameters& cell) {
   for (std::size_t i = 0; i <= kOcvIntervals; ++i) {
     const double soc = static_cast<double>(i) / kOcvIntervals;
     ocv_[i] = tabulated ? piecewise(cell.ocv_soc, cell.ocv_v, soc) : polynomial(cell.ocv_polynomial_v, soc);
-    if (i > 0 && ocv_[i] < ocv_[i - 1]) {
+    constexpr double kRounding = 1e-9;  // V; a level curve may lose a last bit between two equal points
+    if (i > 0 && ocv_[i] < ocv_[i - 1] - kRounding) {
       throw InputError(
           place(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
           fmt::format("a voltage that falls from {:.4f} to {:.4f} V at SOC {:.3f}", ocv_[i - 1], ocv_[i], soc),

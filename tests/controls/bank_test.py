@@ -331,7 +331,8 @@ def test_tool_holds_no_name_of_the_trial():
         assert word not in content, word
 
 
-def test_interrupted_trial_ends_at_once_and_leaves_nothing(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_trial_ends_at_once_and_leaves_nothing(number, tmp_path):
     environment = dict(os.environ, TMPDIR=str(tmp_path))
     process = subprocess.Popen(
         [*map(str, BENCH), "--quick", "--seed", "1", "--kind", "cell", "--jobs", "1"],
@@ -345,7 +346,7 @@ def test_interrupted_trial_ends_at_once_and_leaves_nothing(tmp_path):
     while not list(tmp_path.glob("explain-bench-*")) and time.monotonic() < end:
         time.sleep(0.1)
     time.sleep(2.0)
-    os.killpg(process.pid, signal.SIGINT)
+    os.killpg(process.pid, number)
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 130 and "nothing is kept" in errors
     assert "Traceback" not in errors

@@ -10,12 +10,13 @@ import argparse
 import os
 import secrets
 import shutil
+import signal
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-from bank import cases, table
+from bank import cases, real, table
 from bank.trial import Plan, Trial
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -48,6 +49,9 @@ def arguments():
     parser.add_argument("--references", type=int, default=3, help="known good logs that the tool is given; default 3")
     parser.add_argument("--duration", type=float, help="seconds of each log; default 900, with --quick 600")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at once; default: all cores")
+    parser.add_argument(
+        "--real", action="store_true", help="instead: effects put exactly into recordings of real cars in VOLTLAP_DATA"
+    )
     parser.add_argument("--tool", default=ROOT / "build/default/bin/voltlap", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write marks, curves and causes")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write one line a case")
@@ -87,9 +91,38 @@ def check(given):
             sys.exit(f"explain-bench: --ledger {given.ledger}: {error.strerror}; give a folder that is not there yet")
 
 
+def real_recordings(binary):
+    """Prints what was said about recordings of real cars with effects put into them."""
+    data = os.environ.get("VOLTLAP_DATA")
+    if not data:
+        sys.exit("explain-bench: --real needs the folder of measured data in VOLTLAP_DATA")
+    running = set()
+    with tempfile.TemporaryDirectory(prefix="explain-bench-") as folder:
+        try:
+            outcomes = real.run(
+                Path(binary).resolve(),
+                Path(data),
+                Path(folder),
+                running,
+                lambda text: print("explain-bench: " + text, file=sys.stderr, flush=True),
+            )
+        except KeyboardInterrupt:
+            for process in list(running):
+                process.kill()
+            print("explain-bench: interrupted; nothing is kept", file=sys.stderr)
+            return 130
+    print(real.text_of(outcomes))
+    return 0
+
+
 def main():
     given = arguments()
     check(given)
+    # Whoever ends the trial gets the same clean end; a shell's background jobs do not hear Ctrl-C by themselves.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    if given.real:
+        return real_recordings(given.tool)
     seed = secrets.randbelow(2**31) if given.seed is None else given.seed
     given.seed = seed
     print(f"explain-bench: seed {seed}", file=sys.stderr)

@@ -150,7 +150,7 @@ def car_file(car, cells, ambient_c, losses, cell_name="cell.toml"):
             "[vehicle]",
             f"mass_kg = {one(car.mass_kg):.2f}",
             "driver_mass_kg = 1.0",
-            "front_axle_inertia_kg_m2 = 0.0001",
+            "front_axle_inertia_kg_m2 = 0.01",
             "[tyres]",
             f"radius_m = {radius:.4f}",
             f"lap_radius_m = {radius:.4f}",

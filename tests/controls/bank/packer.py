@@ -86,7 +86,8 @@ def role_map(logger):
         part = stem(role)
         unit = logger.unit[part] or SI_UNIT[UNITS[part][0]]
         sign = ', discharge = "auto"' if role == "current" else ""
-        lines.append(f'{role} = {{column = "{logger.name[role]}", unit = "{unit}"{sign}}}')
+        told = "temperature_1" if role == "temperature" else role  # the plain table of a cell has no number
+        lines.append(f'{told} = {{column = "{logger.name[role]}", unit = "{unit}"{sign}}}')
     return "\n".join(lines) + "\n"
 
 

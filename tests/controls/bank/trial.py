@@ -40,9 +40,13 @@ class Question:
     without: str
 
 
+def leave_the_end_to_the_parent():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
 def prepare(binary, folder, plan, kind, seed):
     """In a process of its own: one world, its model, the folders of its cases. Returns [(Question, label)]."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends the trial
     rng = np.random.default_rng(seed)
     wanted = [name for name in plan.causes if kind in cases.effects.BY_NAME[name].kinds]
     maker = cases.Maker(rng, kind, plan.duration_s, wanted, plan.clean, plan.references, plan.pairs)
@@ -84,7 +88,7 @@ class Trial:
 
     def run(self):
         """Returns the judged cases. On KeyboardInterrupt everything that was started is ended."""
-        makers = ProcessPoolExecutor(self.jobs)
+        makers = ProcessPoolExecutor(self.jobs, initializer=leave_the_end_to_the_parent)
         askers = ThreadPoolExecutor(self.jobs)
         try:
             pending = {

@@ -11,6 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from . import drive
+
 BATTERY = ("cell", "pack", "car")
 PACKS = ("pack", "car")
 CAR = ("car",)
@@ -182,7 +184,7 @@ def freeze(world, now, value, fixed):
     """Stands still for `value` seconds somewhere in the drive."""
     for name in np.unique(fixed["channel"]):
         chosen = fixed["channel"] == name
-        begin = 200.0 + 600.0 * fixed["where"]
+        begin = (0.2 + 0.6 * fixed["where"]) * now.speed_mps.shape[1] * drive.STEP_S
         world.instruments.frozen[str(name)] = np.stack([begin, np.where(chosen, begin + value, begin)], -1)
 
 

@@ -118,6 +118,16 @@ TEST(CellTables, TabulatedOpenCircuitVoltageAgreesWithThePolynomial) {
   for (double soc = 0.0; soc <= 1.0; soc += 0.0137) DOUBLES_EQUAL(a.ocv(soc).voltage_v, b.ocv(soc).voltage_v, 2e-4);
 }
 
+TEST(CellTables, LevelStretchOfTheOcvIsNoFall) {
+  CellParameters level = cell;
+  level.ocv_polynomial_v.clear();
+  level.ocv_soc = {0.0, 0.266667, 0.283333, 1.0};
+  for (const double volts : {3.99445, 3.99463, 4.1454}) {
+    level.ocv_v = {3.9, volts, volts, 4.2};
+    DOUBLES_EQUAL(volts, CellTables(level).ocv(0.275).voltage_v, 1e-9);
+  }
+}
+
 TEST(CellTables, SlopeOfTheOcvIsItsDerivative) {
   const CellTables tables(cell);
   for (const double soc : {0.0504, 0.3004, 0.7004}) {

@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Effects put exactly into recordings of real cars: what a sensor or a contact does to a log needs no model.
+
+A recording is cut in two. The first part is the reference, and the tool's model is identified from it; the second part
+is asked about, once as it is and then with each effect at 1.5, 3 and 10 times the detectable size. That size comes from
+the recording itself: 3.3 standard errors of the effect's size, from how a regression of the voltage on the current, its
+two lags and the charge misses it, minute by minute.
+"""
+
+import gzip
+import secrets
+import subprocess
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import tool
+from .statistics import share
+
+DETECTABLE = 3.3
+TIMES = (1.5, 3.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Recording:
+    name: str
+    file: str  # below the folder of measured data
+    columns: dict  # role: column
+    begin_s: float  # where the contactors have closed
+    end_s: float
+    series: int
+    parallel: int
+
+
+RECORDINGS = (
+    Recording(
+        "ucd_fe6",
+        "ucd_fe6_fsae/fsae_lincoln_2019_endurance_stint1.csv.gz",
+        {"current": "i_a", "pack_voltage": "v_v"},
+        60.0,
+        1e9,
+        28,
+        1,
+    ),
+    Recording(
+        "ksu",
+        "ksu_ks6e_fsae/fsae_michigan_ev_2023_endurance_stint1.csv.gz",
+        {"current": "i_a", "pack_voltage": "v_v"},
+        30.0,
+        1e9,
+        72,
+        8,
+    ),
+)
+
+
+def load(folder, recording):
+    """{role: values} with time, the contactors closed."""
+    with gzip.open(folder / recording.file, "rt") as lines:
+        names = next(lines).strip().split(",")
+        rows = np.genfromtxt(lines, delimiter=",")
+    log = {role: rows[:, names.index(column)] for role, column in recording.columns.items()}
+    log["time"] = rows[:, names.index("t_s")]
+    closed = log["pack_voltage"] > 0.6 * np.nanmedian(log["pack_voltage"])
+    keep = closed & (log["time"] >= recording.begin_s) & (log["time"] <= recording.end_s)
+    return {role: values[keep] for role, values in log.items()}
+
+
+def lagged(values, time, lag_s):
+    out = np.empty_like(values)
+    state = values[0]
+    for k, value in enumerate(values):
+        step = time[k] - time[k - 1] if k else 0.0
+        state += (1.0 - np.exp(-step / lag_s)) * (value - state)
+        out[k] = state
+    return out
+
+
+def regressors(log):
+    current, time = log["current"], log["time"]
+    charge = np.concatenate(([0.0], np.cumsum(current[:-1] * np.diff(time)))) / 3600.0
+    unit = charge / max(np.abs(charge).max(), 1e-9)
+    return np.stack(
+        [
+            np.ones_like(unit),
+            current,
+            lagged(current, time, 10.0),
+            lagged(current, time, 100.0),
+            unit,
+            unit**2,
+            unit**3,
+        ],
+        1,
+    )
+
+
+def standard_error(log, changed, size):
+    """Of the size of an effect as the recording lets it be measured, in units of `size`.
+
+    What the regression misses of the untouched part is all that such a model gets wrong. Each minute gives an estimate
+    of the effect from that residual; their scatter is the error of the whole.
+    """
+    fit, *_ = np.linalg.lstsq(regressors(log), log["pack_voltage"], rcond=None)
+    left = log["pack_voltage"] - regressors(log) @ fit
+    change = (changed["pack_voltage"] - regressors(changed) @ fit) - (log["pack_voltage"] - regressors(log) @ fit)
+    minute = ((log["time"] - log["time"][0]) // 60.0).astype(int)
+    weight = np.bincount(minute, change * change)
+    product = np.bincount(minute, change * left)
+    mean = product.sum() / weight.sum()
+    return size * float(np.sqrt(((product - mean * weight) ** 2).sum()) / weight.sum())
+
+
+def gain(log, size):
+    return {**log, "current": log["current"] * (1.0 + size)}
+
+
+def offset(log, size):
+    return {**log, "current": log["current"] + size}
+
+
+def skew(log, size):
+    return {**log, "current": np.interp(log["time"] - size, log["time"], log["current"])}
+
+
+def contact(log, size):
+    return {**log, "pack_voltage": log["pack_voltage"] - size * log["current"]}
+
+
+def quantised(log, size):
+    return {**log, "current": np.round(log["current"] / size) * size}
+
+
+def dropped(log, size):
+    keep = np.random.default_rng(0).random(log["time"].size) > size
+    return {role: values[keep] for role, values in log.items()}
+
+
+@dataclass(frozen=True)
+class Injection:
+    """`names`: causes that may stand for it; from a pack's voltage and current alone some cannot be told apart."""
+
+    kind: str
+    names: tuple
+    change: object
+    nominal: float
+    sizes: tuple = ()  # given where no d' exists
+
+
+ALL_RESISTANCE = (
+    "series_resistance",
+    "contact_resistance",
+    "resistance_temperature",
+    "resistance_current",
+    "resistance_soc",
+    "current_gain",
+    "capacity",
+)
+INJECTIONS = (
+    Injection("current_gain", ("current_gain", *ALL_RESISTANCE), gain, 0.02),
+    Injection("current_offset", ("current_offset", "capacity", "self_discharge"), offset, 1.0),
+    Injection("time_skew", ("time_skew", "polarization_resistance"), skew, 0.1),
+    Injection("contact_resistance", ("contact_resistance", *ALL_RESISTANCE), contact, 0.01),
+    Injection("quantisation", ("quantisation",), quantised, 0.0, (2.0, 5.0, 20.0)),
+    Injection("dropped_or_late_frames", ("dropped_or_late_frames",), dropped, 0.0, (0.01, 0.03, 0.1)),
+)
+
+
+def parts(log):
+    """The first and the second half of a recording, by time."""
+    middle = 0.5 * (log["time"][0] + log["time"][-1])
+    return (
+        {role: values[log["time"] < middle] for role, values in log.items()},
+        {role: values[log["time"] >= middle] for role, values in log.items()},
+    )
+
+
+def write(path, log):
+    rows = zip(log["time"], log["current"], log["pack_voltage"])
+    path.write_text("time_s,pack_current_a,pack_voltage_v\n" + "\n".join("%.3f,%.3f,%.3f" % row for row in rows) + "\n")
+
+
+def identify(binary, folder, recording):
+    """The model from the reference part alone."""
+    out = folder / "cell.toml"
+    command = [
+        binary,
+        "identify",
+        folder / "reference_0.csv",
+        "--cells-in-series",
+        recording.series,
+        "--cells-in-parallel",
+        recording.parallel,
+        "--rc",
+        "2",
+        "--out",
+        out,
+    ]
+    result = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if result.returncode != 0:
+        raise RuntimeError(f"voltlap identify failed on {recording.name}: " + result.stderr.strip())
+    (folder / "model.toml").write_text(
+        f'[battery]\ncell = "cell.toml"\ncells_in_series = {recording.series}\n'
+        f"cells_in_parallel = {recording.parallel}\ninitial_soc = 1.0\ninitial_temperature_c = 30.0\n"
+        "lookup_current_floor_a = 5.0\n"
+    )
+
+
+def questions(log):
+    """[(injection or None, times detectable, size, log)] for the second part of a recording."""
+    out = [(None, 0.0, 0.0, log)]
+    for injection in INJECTIONS:
+        if injection.sizes:
+            sizes = zip(TIMES, injection.sizes)
+        else:
+            changed = injection.change(log, injection.nominal)
+            one = DETECTABLE * standard_error(log, changed, injection.nominal)
+            sizes = [(times, times * one) for times in TIMES]
+        out += [(injection, times, size, injection.change(log, size)) for times, size in sizes]
+    return out
+
+
+@dataclass(frozen=True)
+class Outcome:
+    recording: str
+    injection: object  # None: the recording as it is
+    times: float
+    size: float
+    answer: object
+
+    @property
+    def said(self):
+        names = {cause["name"] for cause in self.answer.causes}
+        for cause in self.answer.causes:
+            names |= set(cause.get("equivalent_to", []))
+        for group in self.answer.alternatives:
+            names |= set(group)
+        return names
+
+    @property
+    def right(self):
+        """The untouched part is clean; an injected effect, or one that such a log cannot tell from it, is reported."""
+        if self.injection is None:
+            return self.answer.verdict == "no_discrepancy"
+        return bool(self.said & set(self.injection.names))
+
+
+def run(binary, data, folder, running, tell):
+    """All recordings, one question after the other. `tell(text)` is progress."""
+    out = []
+    for recording in RECORDINGS:
+        reference, log = parts(load(data, recording))
+        place = folder / secrets.token_hex(8)
+        place.mkdir()
+        write(place / "reference_0.csv", reference)
+        identify(binary, place, recording)
+        for injection, times, size, changed in questions(log):
+            tell(f"{recording.name}, question {len(out) + 1}")
+            write(place / "log.csv", changed)
+            out.append(Outcome(recording.name, injection, times, size, tool.ask(binary, place, 1, "", running)))
+            (place / "answer.json").unlink(missing_ok=True)
+    return out
+
+
+def text_of(outcomes):
+    lines = [f"{'recording':10} {'put into it':24} {'times detectable':>16} {'size':>9}  {'right':5} verdict, causes"]
+    for it in outcomes:
+        kind = "nothing" if it.injection is None else it.injection.kind
+        words = it.answer.failed or ", ".join([it.answer.verdict] + [cause["name"] for cause in it.answer.causes])
+        right = "yes" if it.right else "no"
+        lines.append(f"{it.recording:10} {kind:24} {it.times:16.1f} {it.size:9.4g}  {right:5} {words}")
+    for times in TIMES:
+        lines.append(
+            f"reported at {times:g} times the detectable size: "
+            f"{share(it.right for it in outcomes if it.injection is not None and it.times == times)}"
+        )
+    return "\n".join(lines)
