@@ -18,11 +18,26 @@
     return bands;
   };
 
+  /** Whole steps around all values: the stretches behind a chart would pull its axis to zero. */
+  const around = (step, ...columns) => {
+    let low = Infinity,
+      high = -Infinity;
+    for (const values of columns) {
+      for (const value of values) {
+        low = Math.min(low, value);
+        high = Math.max(high, value);
+      }
+    }
+    const whole = (count) => Number((count * step).toFixed(3));
+    return { low: whole(Math.floor(low / step)), high: whole(Math.ceil(high / step)) };
+  };
+
   const specs = (file, column, bands, k) => {
     const shared = { bands };
     const list = [
       {
         ...shared,
+        ...around(0.2, column.model_v, column.voltage_v),
         id: `chart-voltage-${k}`,
         title: "Voltage",
         axis: "voltage",
@@ -56,6 +71,7 @@
     if (file.has_temperature) {
       list.push({
         ...shared,
+        ...around(5, column.model_c, column.temperature_c),
         id: `chart-temperature-${k}`,
         title: "Temperature",
         axis: "temperature",

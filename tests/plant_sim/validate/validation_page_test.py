@@ -53,6 +53,13 @@ def test_charts_hold_the_error_over_time(browser, report):
             assert ask(page, f"values('chart-{name}-{file}', 0).length") == len(own)
 
 
+def test_voltage_fills_its_chart(browser, report):
+    page = opened(browser.page(report[0]))
+    low, high = ask(page, "chart('chart-voltage-0').getModel().getComponent('yAxis').axis.scale.getExtent()")
+    volts = [float(row["voltage_v"]) for row in report[1] if row["file"] == "1"]
+    assert low > min(volts) - 0.25 and high < max(volts) + 0.25
+
+
 def test_tables_of_the_study_stand_on_the_page(browser, report):
     page = opened(browser.page(report[0]))
     text = page.run("document.body.innerText")
