@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bank import packer, score, seal, table, tool
+from bank import packer, real, score, seal, table, tool
 from bank.statistics import Share, median, share
 from truth import effects
 
@@ -297,6 +297,41 @@ def test_every_label_was_committed_before_the_first_question(small_trial):
     names = {line.split()[0] for line in (out / "ledger/commitments.txt").read_text().splitlines()}
     first = (out / "seen.txt").read_text().split("explain /", 1)[1]
     assert all(name in first.split("explain /")[0] for name in names)
+
+
+def recorded(noise_v=0.02, steps=6000):
+    """Ten minutes of a pack of 0.1 ohm whose residual wanders."""
+    rng = np.random.default_rng(2)
+    time_s = np.arange(steps) * 0.1
+    current = 50.0 + 40.0 * np.sign(np.sin(time_s / 3.0)) + rng.normal(0.0, 5.0, steps)
+    return {"time": time_s, "current": current, "pack_voltage": 100.0 - 0.1 * current + rng.normal(0.0, noise_v, steps)}
+
+
+def test_detectable_size_in_a_recording_is_its_standard_error():
+    log = recorded()
+    one = real.standard_error(log, real.contact(log, 0.01), 0.01, real.pack_voltage)
+    assert one == pytest.approx(0.02 / np.sqrt((log["current"] ** 2).sum()), rel=0.5)
+    more = real.standard_error(recorded(0.2), real.contact(recorded(0.2), 0.01), 0.01, real.pack_voltage)
+    assert more == pytest.approx(10 * one, rel=0.3)
+
+
+def test_injections_are_exact():
+    log = recorded()
+    assert (real.gain(log, 0.02)["current"] == 1.02 * log["current"]).all()
+    assert (log["pack_voltage"] - real.contact(log, 0.01)["pack_voltage"]) == pytest.approx(0.01 * log["current"])
+    late = real.skew(log, 0.2)["current"]
+    assert late[2:] == pytest.approx(log["current"][:-2])
+    assert real.dropped(log, 0.1)["time"].size == pytest.approx(5400, abs=100)
+    assert set(np.round(real.quantised(log, 5.0)["current"] % 5.0, 9)) == {0.0}
+
+
+def test_injection_that_was_reported_before_is_not_found_by_it():
+    injection = next(it for it in real.INJECTIONS if it.kind == "time_skew")
+    answer = tool.Answer("named", [cause("time_skew")])
+    assert real.Outcome("x", injection, 3.0, 0.1, answer).right
+    assert not real.Outcome("x", injection, 3.0, 0.1, answer, frozenset({"time_skew"})).right
+    assert not real.Outcome("x", None, 0.0, 0.0, answer).right
+    assert real.Outcome("x", None, 0.0, 0.0, tool.Answer("no_discrepancy")).right
 
 
 SOURCES = (".cpp", ".hpp", ".py", ".txt", ".cmake", ".toml", ".h")

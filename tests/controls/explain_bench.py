@@ -44,6 +44,11 @@ def arguments():
         metavar="NAME",
         help="only this effect; may be repeated",
     )
+    parser.add_argument(
+        "--own-family",
+        action="store_true",
+        help="cells of the kind that the tool itself assumes, a circuit with one mass of heat",
+    )
     parser.add_argument("--worlds", type=int, help="worlds of each kind; default 12, with --quick 1")
     parser.add_argument("--clean", type=int, help="clean logs a world; default 9, with --quick 6")
     parser.add_argument("--references", type=int, default=3, help="known good logs that the tool is given; default 3")
@@ -74,6 +79,7 @@ def plan_of(given):
         left_out=1.0,
         duration_s=given.duration or (600.0 if quick else 900.0),
         causes=causes,
+        family="circuit" if given.own_family else "particle",
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from truth import cell, drive, effects, hide, instruments, world
+from truth import cell, circuit, drive, effects, hide, instruments, world
 
 HERE = Path(__file__).resolve().parent
 DURATION_S = 460.0
@@ -78,6 +78,21 @@ def test_small_currents_see_the_slope_of_butler_volmer():
     diffusion = (cell.positive_potential(y) - cell.negative_potential(x)
                  - cell.positive_potential(y + dy) + cell.negative_potential(x - dx))
     assert first - diffusion == pytest.approx(0.1 * slope, rel=1e-3)
+
+
+def test_circuit_obeys_charge_and_heat_as_the_particle_does():
+    made = one_pack(air_w_per_k=0.0).widened((1, 1))
+    pack = circuit.Circuit(made, np.full((1, 1), 0.8), cell.REFERENCE_K)
+    current = np.r_[np.full(600, 30.0), np.zeros(20000)][None]
+    history = cell.run(pack, drive.STEP_S, np.full(1, cell.REFERENCE_K), np.zeros(current.shape, bool), current)
+    gone = 30.0 * 60.0 / 3600.0 / made.capacity_ah[0, 0]
+    assert 0.8 - pack.charge[0, 0] == pytest.approx(gone, rel=1e-9)
+    assert history.voltage_v[0, -1, 0] == pytest.approx(cell.open_circuit(pack.charge)[0, 0], abs=1e-6)
+    lost_v = cell.open_circuit(history.charge[0, :, 0]) - history.voltage_v[0, :, 0]
+    lost_j = (current[0] * lost_v).sum() * drive.STEP_S
+    kept_j = ((made.core_j_per_k + made.surface_j_per_k) * (pack.core - cell.REFERENCE_K))[0, 0]
+    assert kept_j == pytest.approx(lost_j, rel=1e-9)
+    assert (pack.surface == pack.core).all()
 
 
 def test_closed_form_of_a_memory_is_its_recursion():

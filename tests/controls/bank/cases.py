@@ -78,9 +78,9 @@ def label_of(ask, kind, hidden, sound, d_prime, each):
 class Maker:
     """Makes one world and its cases."""
 
-    def __init__(self, rng, kind, duration_s, wanted, clean, references, pairs):
+    def __init__(self, rng, kind, duration_s, wanted, clean, references, pairs, family="particle"):
         self.rng, self.kind, self.duration_s = rng, kind, duration_s
-        self.sound = world.make(rng, kind, 1)
+        self.sound = world.make(rng, kind, 1, family)
         self.now = world.situation(rng, self.sound, duration_s)
         self.wanted = [effects.BY_NAME[name] for name in wanted]
         self.clean, self.references, self.pairs = clean, references, pairs
@@ -204,8 +204,10 @@ def leave_out(rng, drawn, share):
 
 def give_model(rng, tool, folder, maker, made):
     """Identifies the world's cell in the folder and writes the texts of its model."""
-    heat = models.heat_of(maker.sound.cells)[0]
-    made.cell_text = models.identify(tool, folder, rng, models.pulse_tests(maker.sound.cells)[0], heat).read_text()
+    heat = models.heat_of(maker.sound.cells, maker.sound.family)[0]
+    made.cell_text = models.identify(
+        tool, folder, rng, models.pulse_tests(maker.sound.cells, maker.sound.family)[0], heat
+    ).read_text()
     ambient_c = float(np.mean(made.references[0]["ambient"]))
     cells = maker.sound.shape[1]
     if made.kind == "cell":

@@ -12,7 +12,7 @@ import subprocess
 
 import numpy as np
 from truth import cell as chemistry
-from truth import drive
+from truth import drive, world
 
 ZERO_C = 273.15
 PULSE_STEP_S = 1.0
@@ -35,14 +35,14 @@ def _repeated(cells, times):
     )
 
 
-def pulse_tests(cells):
+def pulse_tests(cells, family="particle"):
     """[case][temperature] -> (time_s, current_a, voltage_v, temperature_c) of mean cells, computed side by side."""
     cases, count = cells.capacity_ah.shape[0], len(TEMPERATURES_C)
     shape = drive.pulse_test(1.0, PULSE_STEP_S)
     current = shape[None] * cells.capacity_ah.mean(1)[:, None]
     many = _repeated(mean_cells(cells), count)
     air_k = np.tile(np.array(TEMPERATURES_C) + ZERO_C, cases)
-    pack = chemistry.Pack(many, np.ones((cases * count, 1)), air_k[:, None])
+    pack = world.FAMILIES[family](many, np.ones((cases * count, 1)), air_k[:, None])
     # A temperature box blows: the cells hardly warm.
     pack.p.air_w_per_k *= 20.0
     history = chemistry.run(
@@ -62,7 +62,7 @@ def pulse_tests(cells):
     ]
 
 
-def heat_of(cells):
+def heat_of(cells, family="particle"):
     """Heat capacity [J/K] and way to the air [W/K] of one lumped mass, (cases,), from ten minutes at 2C and a rest.
 
     C (T - T0) = heat - h integral of (T - air), by least squares over the test.
@@ -72,7 +72,7 @@ def heat_of(cells):
     steps = int(3000.0 / HEAT_STEP_S)
     current = np.zeros((cases, steps))
     current[:, 10:610] = 2.0 * mean.capacity_ah
-    pack = chemistry.Pack(mean, np.full((cases, 1), 0.9), chemistry.REFERENCE_K)
+    pack = world.FAMILIES[family](mean, np.full((cases, 1), 0.9), chemistry.REFERENCE_K)
     air_k = np.full(cases, chemistry.REFERENCE_K)
     history = chemistry.run(pack, HEAT_STEP_S, air_k, np.zeros((cases, steps), bool), current)
     made = np.cumsum(current * (chemistry.open_circuit(history.charge[:, :, 0]) - history.voltage_v[:, :, 0]), 1)

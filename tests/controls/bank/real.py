@@ -27,29 +27,31 @@ class Recording:
     file: str  # below the folder of measured data
     columns: dict  # role: column
     begin_s: float  # where the contactors have closed
-    end_s: float
     series: int
     parallel: int
+    kinds: tuple  # of what is put into it: a constant current tells no sensor of it from the cells
 
 
+METER = {"current": "i_a", "pack_voltage": "v_v"}
+STACK = {
+    "current": "i_a",
+    "pack_voltage": "v_pack_v",
+    **{f"cell_voltage_{k}": f"c{k}_v" for k in range(1, 7)},
+    **{f"temperature_{k}": f"t{k}_c" for k in range(1, 4)},
+}
+OF_METER = (
+    "current_gain",
+    "current_offset",
+    "time_skew",
+    "contact_resistance",
+    "quantisation",
+    "dropped_or_late_frames",
+)
 RECORDINGS = (
+    Recording("ucd_fe6", "ucd_fe6_fsae/fsae_lincoln_2019_endurance_stint1.csv.gz", METER, 60.0, 28, 1, OF_METER),
+    Recording("ksu", "ksu_ks6e_fsae/fsae_michigan_ev_2023_endurance_stint1.csv.gz", METER, 30.0, 72, 8, OF_METER),
     Recording(
-        "ucd_fe6",
-        "ucd_fe6_fsae/fsae_lincoln_2019_endurance_stint1.csv.gz",
-        {"current": "i_a", "pack_voltage": "v_v"},
-        60.0,
-        1e9,
-        28,
-        1,
-    ),
-    Recording(
-        "ksu",
-        "ksu_ks6e_fsae/fsae_michigan_ev_2023_endurance_stint1.csv.gz",
-        {"current": "i_a", "pack_voltage": "v_v"},
-        30.0,
-        1e9,
-        72,
-        8,
+        "leaf_stack", "leaf_cell_ornl/pack6s2p_discharge_1_0c.csv.gz", STACK, 0.0, 6, 2, ("weak_cell", "thermistor_lag")
     ),
 )
 
@@ -62,7 +64,7 @@ def load(folder, recording):
     log = {role: rows[:, names.index(column)] for role, column in recording.columns.items()}
     log["time"] = rows[:, names.index("t_s")]
     closed = log["pack_voltage"] > 0.6 * np.nanmedian(log["pack_voltage"])
-    keep = closed & (log["time"] >= recording.begin_s) & (log["time"] <= recording.end_s)
+    keep = closed & (log["time"] >= recording.begin_s)
     return {role: values[keep] for role, values in log.items()}
 
 
@@ -94,20 +96,33 @@ def regressors(log):
     )
 
 
-def standard_error(log, changed, size):
-    """Of the size of an effect as the recording lets it be measured, in units of `size`.
+def standard_error(log, changed, size, channel):
+    """Of the size of an effect as the recording lets it be measured in a channel, in units of `size`.
 
     What the regression misses of the untouched part is all that such a model gets wrong. Each minute gives an estimate
     of the effect from that residual; their scatter is the error of the whole.
     """
-    fit, *_ = np.linalg.lstsq(regressors(log), log["pack_voltage"], rcond=None)
-    left = log["pack_voltage"] - regressors(log) @ fit
-    change = (changed["pack_voltage"] - regressors(changed) @ fit) - (log["pack_voltage"] - regressors(log) @ fit)
+    fit, *_ = np.linalg.lstsq(regressors(log), channel(log), rcond=None)
+    left = channel(log) - regressors(log) @ fit
+    change = (channel(changed) - regressors(changed) @ fit) - left
     minute = ((log["time"] - log["time"][0]) // 60.0).astype(int)
     weight = np.bincount(minute, change * change)
     product = np.bincount(minute, change * left)
     mean = product.sum() / weight.sum()
     return size * float(np.sqrt(((product - mean * weight) ** 2).sum()) / weight.sum())
+
+
+def pack_voltage(log):
+    return log["pack_voltage"]
+
+
+def second_cell(log):
+    """Against the mean of all cells, as whoever looks for a weak one does it."""
+    return log["cell_voltage_2"] - np.mean([log[f"cell_voltage_{k}"] for k in range(1, 7)], 0)
+
+
+def first_thermistor(log):
+    return log["temperature_1"]
 
 
 def gain(log, size):
@@ -124,6 +139,15 @@ def skew(log, size):
 
 def contact(log, size):
     return {**log, "pack_voltage": log["pack_voltage"] - size * log["current"]}
+
+
+def one_cell(log, size):
+    drop = size * log["current"]
+    return {**log, "cell_voltage_2": log["cell_voltage_2"] - drop, "pack_voltage": log["pack_voltage"] - drop}
+
+
+def slow_thermistor(log, size):
+    return {**log, "temperature_1": lagged(log["temperature_1"], log["time"], size)}
 
 
 def quantised(log, size):
@@ -143,7 +167,8 @@ class Injection:
     names: tuple
     change: object
     nominal: float
-    sizes: tuple = ()  # given where no d' exists
+    channel: object = pack_voltage  # in which it shows
+    sizes: tuple = ()  # given where nothing that is measured tells what is detectable
 
 
 ALL_RESISTANCE = (
@@ -160,8 +185,16 @@ INJECTIONS = (
     Injection("current_offset", ("current_offset", "capacity", "self_discharge"), offset, 1.0),
     Injection("time_skew", ("time_skew", "polarization_resistance"), skew, 0.1),
     Injection("contact_resistance", ("contact_resistance", *ALL_RESISTANCE), contact, 0.01),
-    Injection("quantisation", ("quantisation",), quantised, 0.0, (2.0, 5.0, 20.0)),
-    Injection("dropped_or_late_frames", ("dropped_or_late_frames",), dropped, 0.0, (0.01, 0.03, 0.1)),
+    Injection(
+        "weak_cell",
+        ("weak_cell", "voltage_gain", "voltage_offset"),
+        one_cell,
+        1e-4,
+        second_cell,
+    ),
+    Injection("thermistor_lag", ("thermistor_lag",), slow_thermistor, 30.0, first_thermistor),
+    Injection("quantisation", ("quantisation",), quantised, 0.0, sizes=(2.0, 5.0, 20.0)),
+    Injection("dropped_or_late_frames", ("dropped_or_late_frames",), dropped, 0.0, sizes=(0.01, 0.03, 0.1)),
 )
 
 
@@ -175,8 +208,13 @@ def parts(log):
 
 
 def write(path, log):
-    rows = zip(log["time"], log["current"], log["pack_voltage"])
-    path.write_text("time_s,pack_current_a,pack_voltage_v\n" + "\n".join("%.3f,%.3f,%.3f" % row for row in rows) + "\n")
+    """A plain table of a pack."""
+    roles = [role for role in log if role != "time"]
+    units = {"current": "pack_current_a", "pack_voltage": "pack_voltage_v"}
+    names = [units.get(role, role + ("_v" if role.startswith("cell") else "_c")) for role in roles]
+    rows = zip(log["time"], *(log[role] for role in roles))
+    text = "\n".join(",".join(["%.3f" % row[0], *("%.4f" % value for value in row[1:])]) for row in rows)
+    path.write_text(",".join(["time_s", *names]) + "\n" + text + "\n")
 
 
 def identify(binary, folder, recording):
@@ -205,15 +243,17 @@ def identify(binary, folder, recording):
     )
 
 
-def questions(log):
+def questions(log, kinds):
     """[(injection or None, times detectable, size, log)] for the second part of a recording."""
     out = [(None, 0.0, 0.0, log)]
     for injection in INJECTIONS:
+        if injection.kind not in kinds:
+            continue
         if injection.sizes:
             sizes = zip(TIMES, injection.sizes)
         else:
             changed = injection.change(log, injection.nominal)
-            one = DETECTABLE * standard_error(log, changed, injection.nominal)
+            one = DETECTABLE * standard_error(log, changed, injection.nominal, injection.channel)
             sizes = [(times, times * one) for times in TIMES]
         out += [(injection, times, size, injection.change(log, size)) for times, size in sizes]
     return out
@@ -226,6 +266,7 @@ class Outcome:
     times: float
     size: float
     answer: object
+    before: frozenset = frozenset()  # what was said about the part as it is
 
     @property
     def said(self):
@@ -238,10 +279,10 @@ class Outcome:
 
     @property
     def right(self):
-        """The untouched part is clean; an injected effect, or one that such a log cannot tell from it, is reported."""
+        """The untouched part is clean; what was injected, or what such a log cannot tell from it, is newly reported."""
         if self.injection is None:
             return self.answer.verdict == "no_discrepancy"
-        return bool(self.said & set(self.injection.names))
+        return bool((self.said - self.before) & set(self.injection.names))
 
 
 def run(binary, data, folder, running, tell):
@@ -253,10 +294,13 @@ def run(binary, data, folder, running, tell):
         place.mkdir()
         write(place / "reference_0.csv", reference)
         identify(binary, place, recording)
-        for injection, times, size, changed in questions(log):
+        for injection, times, size, changed in questions(log, recording.kinds):
             tell(f"{recording.name}, question {len(out) + 1}")
             write(place / "log.csv", changed)
-            out.append(Outcome(recording.name, injection, times, size, tool.ask(binary, place, 1, "", running)))
+            answer = tool.ask(binary, place, 1, "", running)
+            if injection is None:
+                before = frozenset(Outcome(recording.name, None, 0.0, 0.0, answer).said)
+            out.append(Outcome(recording.name, injection, times, size, answer, before))
             (place / "answer.json").unlink(missing_ok=True)
     return out
 

@@ -30,6 +30,7 @@ class Plan:
     left_out: float  # share of the clear single cases that are asked again without their cause
     duration_s: float
     causes: tuple  # of single effects
+    family: str  # of the cells' physics, a key of world.FAMILIES
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def prepare(binary, folder, plan, kind, seed):
     """In a process of its own: one world, its model, the folders of its cases. Returns [(Question, label)]."""
     rng = np.random.default_rng(seed)
     wanted = [name for name in plan.causes if kind in cases.effects.BY_NAME[name].kinds]
-    maker = cases.Maker(rng, kind, plan.duration_s, wanted, plan.clean, plan.references, plan.pairs)
+    maker = cases.Maker(rng, kind, plan.duration_s, wanted, plan.clean, plan.references, plan.pairs, plan.family)
     made = maker.make()
     cases.leave_out(rng, made, plan.left_out)
     base = Path(tempfile.mkdtemp(dir=folder, prefix="w"))

@@ -162,13 +162,7 @@ class Pack:
     def advance(self, voltage, step_s, ambient_k, standing):
         """Moves by one step after voltage(); ambient_k and standing (cases,)."""
         p, through = self.p, self._through
-        for shells, rate, flow in zip((self.negative, self.positive), self._rates, self._flows):
-            inner = self._area * rate * np.diff(shells, axis=0) / self._width
-            change = np.zeros_like(shells)
-            change[:-1] += inner
-            change[1:] -= inner
-            change[-1] += flow
-            shells += step_s * change / self._volume
+        self._diffuse(step_s)
         self.charge -= step_s * through / (3600.0 * p.capacity_ah)
         self.electrolyte += (1.0 - np.exp(-step_s / p.electrolyte_lag_s)) * (through - self.electrolyte)
         self.branch += (1.0 - np.exp(-step_s / p.branch_lag_s)) * (through - self.branch)
@@ -183,9 +177,22 @@ class Pack:
             between = p.neighbour_w_per_k[:, 1:] * np.diff(self.surface, axis=1)
             exchanged[:, :-1] += between
             exchanged[:, 1:] -= between
-        self.core += step_s * (heat - to_surface) / p.core_j_per_k
-        to_air = air * (self.surface - ambient_k[:, None])
-        self.surface += step_s * (to_surface - to_air + exchanged) / p.surface_j_per_k
+        self._warm(step_s, heat, to_surface, exchanged - air * (self.surface - ambient_k[:, None]))
+
+    def _diffuse(self, step_s):
+        """Lithium within the spheres."""
+        for shells, rate, flow in zip((self.negative, self.positive), self._rates, self._flows):
+            inner = self._area * rate * np.diff(shells, axis=0) / self._width
+            change = np.zeros_like(shells)
+            change[:-1] += inner
+            change[1:] -= inner
+            change[-1] += flow
+            shells += step_s * change / self._volume
+
+    def _warm(self, step_s, heat, to_surface, from_outside):
+        """Heat [W] made in the core, going to the surface, and coming to the surface from outside."""
+        self.core += step_s * (heat - to_surface) / self.p.core_j_per_k
+        self.surface += step_s * (to_surface + from_outside) / self.p.surface_j_per_k
 
 
 @dataclasses.dataclass

@@ -10,12 +10,13 @@ import numpy as np
 
 from . import car as cars
 from . import cell as chemistry
-from . import drive, instruments
+from . import circuit, drive, instruments
 
 ZERO_C = 273.15
 CELLS = {"cell": 1, "pack": 8, "car": 16}
 CAPACITY_AH = {"cell": (15.0, 40.0), "pack": (15.0, 40.0), "car": (90.0, 130.0)}
 THERMISTOR_EVERY = 2
+FAMILIES = {"particle": chemistry.Pack, "circuit": circuit.Circuit}  # another physics than the tool's, and its own
 
 
 def channel_kind(name):
@@ -49,6 +50,7 @@ class World:
     cells: chemistry.Cells
     car: cars.Car | None
     instruments: Instruments
+    family: str = "particle"
 
     @property
     def shape(self):
@@ -75,11 +77,11 @@ class Situation:
     ambient_shift_k: np.ndarray = 0.0  # the air at the cells against the air that is reported
 
 
-def make(rng, kind, cases):
+def make(rng, kind, cases, family="particle"):
     """Sound worlds of random make."""
     shape = (cases, CELLS[kind])
     cells = chemistry.design(rng, *shape, CAPACITY_AH[kind]).widened(shape)
-    return World(kind, cells, cars.design(rng, cases) if kind == "car" else None, Instruments())
+    return World(kind, cells, cars.design(rng, cases) if kind == "car" else None, Instruments(), family)
 
 
 def situation(rng, world, duration_s):
@@ -125,7 +127,7 @@ def happens(drives):
     charge, temperature = (np.concatenate([getattr(now, name) for now in nows]) for name in ("charge", "temperature_k"))
     speed, slope = (np.concatenate([getattr(now, name) for now in nows]) for name in ("speed_mps", "slope"))
     air_k = np.concatenate([now.ambient_k + now.ambient_shift_k for now in nows])
-    pack, standing, demand = chemistry.Pack(cells, charge, temperature), speed < 0.05, None
+    pack, standing, demand = FAMILIES[drives[0][0].family](cells, charge, temperature), speed < 0.05, None
     if kind == "car":
         demand = cars.drive(_side_by_side([part for _, part in made]), speed, slope, drive.STEP_S)
         history = chemistry.run(pack, drive.STEP_S, air_k, standing, power_w=demand.power_w)
