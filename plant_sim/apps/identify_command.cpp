@@ -91,8 +91,9 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
 }
 
 std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& data) const {
-  const std::optional<RoleMap> map = recordings_.role_map(data);
+  const std::vector<std::optional<RoleMap>> maps = recordings_.role_maps(data);
   std::vector<CellData> cells;
+  std::size_t file = 0;
   for (const Recording& recording : recordings()) {
     LogOptions options = recordings_.whole();
     options.window_begin_s = recording.window_begin_s;
@@ -100,6 +101,7 @@ std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& d
     const std::string name = cell_.empty() ? cell_of_file(recording.path) : recording.cell;
     auto cell = std::find_if(cells.begin(), cells.end(), [&](const CellData& c) { return c.name == name; });
     if (cell == cells.end()) cell = cells.insert(cells.end(), {name, {}, {}});
+    const std::optional<RoleMap>& map = maps.at(file++);
     cell->logs.push_back(read_cell_log(recording.path, map ? &*map : nullptr, data, options));
     CellLog& log = cell->logs.back();
     double mean = recording.temperature_c;
@@ -157,7 +159,7 @@ void IdentifyCommand::take_ocv(const DataFolder& data, IdentifyOptions& options)
     options.capacity_fallback_ah = cell.capacity_ah;
     return;
   }
-  const std::optional<RoleMap> map = recordings_.role_map(data);
+  const std::optional<RoleMap> map = recordings_.first_map(data);
   const SlowTest slow = ocv_from_slow_test(read_cell_log(ocv_, map ? &*map : nullptr, data, recordings_.whole()));
   options.ocv = slow.ocv;
   options.capacity_fallback_ah = slow.capacity_ah;

@@ -6,9 +6,13 @@
 namespace voltlap::plant {
 
 void RecordingOptions::add(CLI::App& command) {
-  command.add_option("data", files, "Tables of time, current and voltage; CSV, also gzipped")->required();
-  command.add_option("--map", map,
-                     "Role map: name or path; default: by column names, or a shipped map by its header");
+  command_ = &command;
+  command.add_option("data", files, "Recordings of time, current and voltage: CSV, also gzipped, or a CAN log with its --map")->required();
+  command
+      .add_option("--map", maps,
+                  "Role map: name or path; given again, of the files after it; default: by column names, or a shipped "
+                  "map by its header")
+      ->allow_extra_args(false);
   command.add_option("--cells-in-series", cells_in_series, "Cells in series behind the recorded voltage")
       ->check(whole_number(1, 1000))
       ->capture_default_str();
@@ -17,9 +21,22 @@ void RecordingOptions::add(CLI::App& command) {
       ->capture_default_str();
 }
 
-std::optional<RoleMap> RecordingOptions::role_map(const DataFolder& data) const {
-  if (map.empty()) return std::nullopt;
-  return load_role_map(data.find("maps", map, "--map"));
+std::vector<std::optional<RoleMap>> RecordingOptions::role_maps(const DataFolder& data) const {
+  std::vector<std::optional<RoleMap>> out;
+  std::optional<RoleMap> next;
+  if (maps.size() == 1) next = first_map(data);
+  std::size_t given = 0;
+  for (const CLI::Option* option : command_->parse_order()) {
+    if (option->get_name() == "--map" && maps.size() > 1)
+      next = load_role_map(data.find("maps", maps.at(given++), "--map"));
+    if (option->get_name() == "data") out.push_back(next);
+  }
+  return out;
+}
+
+std::optional<RoleMap> RecordingOptions::first_map(const DataFolder& data) const {
+  if (maps.empty()) return std::nullopt;
+  return load_role_map(data.find("maps", maps.front(), "--map"));
 }
 
 }  // namespace voltlap::plant

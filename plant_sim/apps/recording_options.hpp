@@ -12,15 +12,21 @@ namespace voltlap::plant {
 
 struct RecordingOptions {
   std::vector<std::string> files;
-  std::string map;
+  std::vector<std::string> maps;
   int cells_in_series = 1, cells_in_parallel = 1;
 
   /// Adds `data` and the flags.
   void add(CLI::App& command);
 
-  /// The map that --map names; none without it.
-  [[nodiscard]] std::optional<RoleMap> role_map(const DataFolder& data) const;
+  /// The map of each file; none without --map. One map is that of all files, of several each holds for the files
+  /// after it.
+  [[nodiscard]] std::vector<std::optional<RoleMap>> role_maps(const DataFolder& data) const;
+  /// The first map, for a table that stands beside the files.
+  [[nodiscard]] std::optional<RoleMap> first_map(const DataFolder& data) const;
   [[nodiscard]] LogOptions whole() const { return {-1e300, 1e300, cells_in_series, cells_in_parallel}; }
+
+ private:
+  CLI::App* command_ = nullptr;
 };
 
 }  // namespace voltlap::plant

@@ -62,11 +62,12 @@ void ValidateCommand::refuse_shared_files() const {
 }
 
 std::vector<CellLog> ValidateCommand::read(const DataFolder& data, ProgressLine& progress) const {
-  const std::optional<RoleMap> map = recordings_.role_map(data);
+  const std::vector<std::optional<RoleMap>> maps = recordings_.role_maps(data);
   std::vector<CellLog> logs;
   for (const std::string& file : recordings_.files) {
     progress.show("reading " + file,
                   static_cast<double>(logs.size()) / static_cast<double>(recordings_.files.size()));
+    const std::optional<RoleMap>& map = maps.at(logs.size());
     logs.push_back(read_cell_log(file, map ? &*map : nullptr, data, recordings_.whole()));
   }
   return logs;

@@ -59,6 +59,17 @@ def test_leaf_predicts_discharges_it_never_saw(leaf, tmp_path):
     assert one_c["soc_start_from"] == "full charge"
 
 
+def test_leaf_thermal_model_predicts_the_discharge_it_was_not_fitted_to(leaf, tmp_path):
+    path = tmp_path / "thermal.json"
+    voltlap("validate", leaf[0], "--map", "leaf_discharge_1c", recording("leaf_cell_ornl/discharge_1C"),
+            "--map", "leaf_discharge_2c", recording("leaf_cell_ornl/discharge_2C"), "--thermal", "--json", path)
+    thermal = json.loads(path.read_text())["thermal"]
+    assert thermal["capacity_ci95_share"] < 0.15 and thermal["conductance_ci95_share"] < 0.10
+    for file in thermal["files"]:
+        assert file["ambient_recorded"]
+        assert file["rms_held_out_c"] <= 0.5 < 1.0 < file["rms_as_given_c"]
+
+
 def test_panasonic_predicts_drives_it_never_saw(panasonic, tmp_path):
     la92, us06 = errors(panasonic[0], tmp_path, "panasonic_18650pf/la92_25C", "panasonic_18650pf/us06_25C")
     assert la92["rms_v"] <= 15e-3

@@ -75,6 +75,24 @@ def test_reductions_cost_what_the_tables_hold(bench, tmp_path):
     assert "r2 without temperature" in rms and "em without current" not in rms
 
 
+def test_each_map_holds_for_the_files_after_it(bench, tmp_path):
+    plain = table(bench / "random_resistors")
+    for name, column in (("one", "temperature_c"), ("two", "ambient_c")):
+        (tmp_path / f"{name}.toml").write_text(f'''[roles]
+time = {{column = "time_s", unit = "s"}}
+current = {{column = "current_a", unit = "A", discharge = "+"}}
+voltage = {{column = "voltage_v", unit = "V"}}
+temperature_1 = {{column = "{column}", unit = "degC"}}
+''')
+    maps = tmp_path / "one.toml", tmp_path / "two.toml"
+    _, found = validated(tmp_path, "--map", maps[0], plain, "--map", maps[1], plain)
+    cell, air = (file["temperature_rms_c"] for file in found["files"])
+    assert cell != air
+    for arguments, expected in (((plain, plain, "--map", maps[1]), [air, air]), (("--map", maps[0], plain), [cell])):
+        _, found = validated(tmp_path, *arguments)
+        assert [file["temperature_rms_c"] for file in found["files"]] == expected
+
+
 def test_error_over_time_is_a_table(bench, tmp_path):
     recording = table(bench / "random_resistors")
     voltlap("validate", CELL, recording, "--csv", tmp_path / "e.csv.gz")
