@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -13,7 +14,7 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr int kTablePoints = 21;        // SOC in steps of 5 %
+constexpr int kResistancePoints = 21;   // SOC in steps of 5 %
 constexpr double kTripMarginV = 0.1;    // below the least cell voltage, where the limit already holds it
 constexpr double kTripMarginHighV = 0.05;
 constexpr double kCurrentTripFactor = 1.2;
@@ -34,19 +35,51 @@ double group_resistance(const VehicleParameters& car, const CellTables& tables, 
   return (p.r0_ohm + p.r1_ohm + p.r2_ohm) / car.battery.cells_in_parallel;
 }
 
+/// SOC of the OCV table in thousandths: both ends, then again and again where straight lines are farthest from the curve,
+/// until they are within a step of it or the table is full. A cell's curve bends most near empty.
+std::vector<int> ocv_points(const CellTables& tables) {
+  constexpr int kFull = 1000;
+  constexpr double kStep = 1e-4;
+  const auto curve = [&](int at) { return tables.ocv(static_cast<double>(at) / kFull).voltage_v; };
+  std::vector<int> points{0, kFull};
+  while (points.size() < bms::kMaxTablePoints) {
+    double farthest = kStep;
+    int place = -1;
+    for (std::size_t k = 1; k < points.size(); ++k) {
+      const int left = points[k - 1], right = points[k];
+      for (int at = left + 1; at < right; ++at) {
+        const double straight = curve(left) + (curve(right) - curve(left)) * (at - left) / (right - left);
+        if (std::abs(curve(at) - straight) <= farthest) continue;
+        farthest = std::abs(curve(at) - straight);
+        place = at;
+      }
+    }
+    if (place < 0) break;
+    points.insert(std::upper_bound(points.begin(), points.end(), place), place);
+  }
+  return points;
+}
+
+void fill_ocv(const CellTables& tables, bms::OcvTable& table) {
+  std::int32_t last = 0;
+  for (const int at : ocv_points(tables)) {
+    table.soc[table.count] = Soc::from_raw(at * 1000);
+    // A plateau of the curve still rises by one step of 0.1 mV a point: the BMS inverts the table.
+    last = std::max(cell_volts(tables.ocv(1e-3 * at).voltage_v).raw(), last + 1);
+    table.voltage[table.count++] = CellVoltage::from_raw(last);
+  }
+}
+
 void fill_tables(const VehicleParameters& car, bms::Config& config) {
   const CellTables tables(car.cell);
   const double reference = car.cell.reference_temperature_c;
-  std::int32_t last = 0;
-  for (int i = 0; i < kTablePoints; ++i) {
-    const double soc = static_cast<double>(i) / (kTablePoints - 1);
-    config.ocv.soc[i] = config.resistance.soc[i] = units<Soc>(soc, 1e6);
-    // A plateau of the curve still rises by one step of 0.1 mV a point: the BMS inverts the table.
-    last = std::max(cell_volts(tables.ocv(soc).voltage_v).raw(), last + 1);
-    config.ocv.voltage[i] = CellVoltage::from_raw(last);
+  fill_ocv(tables, config.ocv);
+  for (int i = 0; i < kResistancePoints; ++i) {
+    const double soc = static_cast<double>(i) / (kResistancePoints - 1);
+    config.resistance.soc[i] = units<Soc>(soc, 1e6);
     config.resistance.resistance[i] = units<Resistance>(group_resistance(car, tables, soc, reference), 1e6);
   }
-  config.ocv.count = config.resistance.count = kTablePoints;
+  config.resistance.count = kResistancePoints;
   config.resistance.reference = celsius(reference);
   // Relative change per kelvin of the resistance at the reference temperature: (dR/dT) / R_reference.
   constexpr double kMiddle = 0.5, kSpanK = 5.0;
@@ -69,12 +102,16 @@ void round_ocv(const CellTables& tables, const bms::OcvTable& table, TableRoundi
     if (raised) ++out.ocv_raised_points;
     double& largest = raised ? out.ocv_raised_v : out.ocv_points_v;
     largest = std::max(largest, std::abs(off));
-    if (i == 0) continue;
-    const double rise = 0.1 * (table.voltage[i] - table.voltage[i - 1]).raw(),
-                 span = 1e-6 * (table.soc[i] - table.soc[i - 1]).raw();
-    if (span / rise <= out.soc_per_mv) continue;
-    out.soc_per_mv = span / rise;
-    out.soc_per_mv_at = 1e-6 * table.soc[i - 1].raw() + 0.5 * span;
+  }
+  constexpr std::int32_t kMillivolt = 10;
+  const auto soc_at = [&](std::int32_t raw) {
+    return 1e-6 * interpolate(table.voltage, table.soc, table.count, CellVoltage::from_raw(raw)).raw();
+  };
+  for (std::int32_t raw = table.voltage[0].raw(); raw < table.voltage[table.count - 1].raw(); ++raw) {
+    const double span = soc_at(raw + kMillivolt) - soc_at(raw);
+    if (span <= out.soc_per_mv) continue;
+    out.soc_per_mv = span;
+    out.soc_per_mv_at = soc_at(raw) + 0.5 * span;
   }
   for (double k = 0.0; k <= kSamples; k += 1.0) {
     const double off = std::abs(table_voltage(table, k / kSamples) - tables.ocv(k / kSamples).voltage_v);
@@ -138,7 +175,7 @@ TableRounding table_rounding(const VehicleParameters& car, const bms::Config& co
     throw InputError(place + ", ocv",
                      fmt::format("a curve so flat at SOC {:.2f} that a millivolt is {:.0f} % of the charge",
                                  out.soc_per_mv_at, 100.0 * out.soc_per_mv),
-                     fmt::format("one that rises by {:g} mV or more every 5 % of SOC", 0.05 / kFlattest),
+                     fmt::format("one that rises by a millivolt or more every {:g} % of charge", 100.0 * kFlattest),
                      "The BMS starts its count from the OCV: check the curve, or choose a BMS without it");
   }
   for (int i = 0; i < config.resistance.count; ++i) {

@@ -18,7 +18,7 @@ struct TableRounding {
   int ocv_raised_points = 0;                            ///< plateaus that had to rise by a step a point ...
   double ocv_raised_v = 0.0;                            ///< ... and by how much, at most
   double ocv_between_v = 0.0, ocv_between_soc = 0.0;    ///< between them: largest, and where
-  double soc_per_mv = 0.0, soc_per_mv_at = 0.0;         ///< worth of a millivolt where the curve is flattest
+  double soc_per_mv = 0.0, soc_per_mv_at = 0.0;         ///< most that a millivolt of reading moves it
   double resistance_points_share = 0.0;                 ///< relative rounding of the resistances, largest
 };
 /// Throws InputError when a table does not fit into the firmware's numbers: a resistance of a few microohms, a curve

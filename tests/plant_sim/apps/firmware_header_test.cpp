@@ -100,7 +100,7 @@ TEST(FirmwareHeader, EveryFieldOfTheConfigurationIsInIt) {
     bytes[i] ^= 1U;
   }
   // Silent are the unused points of both tables and what the compiler leaves between fields.
-  const std::size_t unused = 2 * (bms::kMaxTablePoints - 21) * 2 * sizeof(std::int32_t);
+  const std::size_t unused = (2 * bms::kMaxTablePoints - changed.ocv.count - changed.resistance.count) * 2 * sizeof(std::int32_t);
   CHECK(silent >= unused);
   CHECK(silent <= unused + 16);
 }
@@ -139,9 +139,19 @@ TEST(FirmwareHeader, RoundingOfAStraightCurveIsThatOfItsSteps) {
 }
 
 TEST(FirmwareHeader, CurveBetweenThePointsIsAsFarAsItsBend) {
-  // 3 V + s^2: a chord of 5 % lies h^2/4 = 0.625 mV above its middle.
+  // 3 V + s^2, halved again and again: 31 stretches are 1/32 long but one of 1/16, and a chord lies h^2/4 above the middle.
   car.cell.ocv_polynomial_v = {3.0, 0.3, 1.0};
-  DOUBLES_EQUAL(0.625e-3, table_rounding(car, bms_config(car)).ocv_between_v, 0.11e-3);
+  DOUBLES_EQUAL(1.0 / 1024.0, table_rounding(car, bms_config(car)).ocv_between_v, 0.11e-3);
+}
+
+TEST(FirmwareHeader, PointsStandWhereTheCurveBends) {
+  // A knee as measured cells have it: 0.9 V within the first tenth.
+  car.cell.ocv_polynomial_v.clear();
+  car.cell.ocv_soc = {0.0, 0.01, 0.02, 0.04, 0.07, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0};
+  car.cell.ocv_v = {2.70, 3.05, 3.25, 3.40, 3.52, 3.60, 3.70, 3.78, 3.90, 4.08, 4.18};
+  const bms::Config config = bms_config(car);
+  LONGS_EQUAL(11, config.ocv.count);  // straight between its own points: no more are needed
+  CHECK(table_rounding(car, config).ocv_between_v <= 1.01e-4);
 }
 
 TEST(FirmwareHeader, PlateauIsRaisedAndSaid) {
