@@ -35,8 +35,8 @@ double group_resistance(const VehicleParameters& car, const CellTables& tables, 
   return (p.r0_ohm + p.r1_ohm + p.r2_ohm) / car.battery.cells_in_parallel;
 }
 
-/// SOC of the OCV table in thousandths: both ends, then again and again where straight lines are farthest from the curve,
-/// until they are within a step of it or the table is full. A cell's curve bends most near empty.
+/// SOC of the OCV table in thousandths: both ends, then again and again where straight lines are farthest from the
+/// curve, until they are within a step of it or the table is full. A cell's curve bends most near empty.
 std::vector<int> ocv_points(const CellTables& tables) {
   constexpr int kFull = 1000;
   constexpr double kStep = 1e-4;

@@ -100,7 +100,8 @@ TEST(FirmwareHeader, EveryFieldOfTheConfigurationIsInIt) {
     bytes[i] ^= 1U;
   }
   // Silent are the unused points of both tables and what the compiler leaves between fields.
-  const std::size_t unused = (2 * bms::kMaxTablePoints - changed.ocv.count - changed.resistance.count) * 2 * sizeof(std::int32_t);
+  const std::size_t points = 2 * bms::kMaxTablePoints - changed.ocv.count - changed.resistance.count;
+  const std::size_t unused = points * 2 * sizeof(std::int32_t);
   CHECK(silent >= unused);
   CHECK(silent <= unused + 16);
 }
@@ -139,7 +140,8 @@ TEST(FirmwareHeader, RoundingOfAStraightCurveIsThatOfItsSteps) {
 }
 
 TEST(FirmwareHeader, CurveBetweenThePointsIsAsFarAsItsBend) {
-  // 3 V + s^2, halved again and again: 31 stretches are 1/32 long but one of 1/16, and a chord lies h^2/4 above the middle.
+  // 3 V + s^2, halved again and again: 31 stretches are 1/32 long but one of 1/16, and a chord lies h^2/4 above its
+  // middle.
   car.cell.ocv_polynomial_v = {3.0, 0.3, 1.0};
   DOUBLES_EQUAL(1.0 / 1024.0, table_rounding(car, bms_config(car)).ocv_between_v, 0.11e-3);
 }
