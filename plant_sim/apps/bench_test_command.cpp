@@ -70,8 +70,11 @@ BenchTestCommand::BenchTestCommand(CLI::App& app)
   add_output_file(*command_, "--truth", truth_,
                   "Write what no instrument shows as CSV (or .csv.gz): voltage, SOC, temperature");
   add_output_file(*command_, "--json", json_, "Write forecast and results as JSON (the index)");
+  add_output_file(*command_, "--report", report_,
+                  "Write the campaign, or with --dry-run its rehearsal, as one HTML file");
   command_->footer(
       "Examples: voltlap bench-test pulse_15 --dry-run\n"
+      "          voltlap bench-test pulse_15 --dry-run --report plan.html\n"
       "          voltlap bench-test random_resistors --out data --truth truth.csv.gz --set "
       "instruments.systematic=false\n"
       "Exit code: 0 done, 2 usage or input, 130 interrupted.");
@@ -84,8 +87,12 @@ Campaign BenchTestCommand::campaign(const DataFolder& data) const {
 }
 
 void BenchTestCommand::refuse_shared_files() const {
-  if (!json_.empty() && json_ == truth_) {
-    throw InputError("--json, --truth", "one file for both", "a file for each", "Give different names");
+  const std::string* files[] = {&json_, &truth_, &report_};
+  for (const std::string* one : files) {
+    for (const std::string* other : files) {
+      if (one != other && !one->empty() && *one == *other)
+        throw InputError("--json, --truth, --report", "one file for two", "a file for each", "Give different names");
+    }
   }
   if (dry_run_ && !truth_.empty()) {
     throw InputError("--truth", "a file for the truth of a dry run", "no --truth: nothing is measured",
@@ -100,11 +107,13 @@ int BenchTestCommand::run(const DataFolder& data) {
                      "Name it behind bench-test");
   }
   refuse_shared_files();
-  summary_ = summary_stream({json_, truth_});
+  summary_ = summary_stream({json_, truth_, report_});
   const Campaign chosen = campaign(data);
   catch_interrupt();  // before there is a file that must not stay behind
   std::optional<AtomicFile> json;
   if (!json_.empty()) json.emplace(json_);
+  std::optional<BenchReport> report;
+  if (!report_.empty()) report.emplace(report_, chosen);
   CampaignFiles files(chosen, {dry_run_ ? "" : out_, gzip_, truth_});
 
   ProgressLine progress("rehearsing");
@@ -118,8 +127,14 @@ int BenchTestCommand::run(const DataFolder& data) {
   fmt::print(summary_, "{}", forecast_text(chosen, planned));
   std::fflush(summary_);
   if (!dry_run_) {
-    const int code = run_tests(chosen, planned, files);
+    const int code = run_tests(chosen, planned, files, report ? &*report : nullptr);
     if (code != kExitOk) return code;
+  } else if (report) {
+    for (std::size_t i = 0; i < chosen.tests().size(); ++i) report->add(chosen.rehearse(i));
+  }
+  if (report) {
+    report->finish(planned, files.results(), settings_);
+    report->commit();
   }
   if (json) {
     json->write(files.index(planned, settings_));
@@ -128,7 +143,8 @@ int BenchTestCommand::run(const DataFolder& data) {
   return kExitOk;
 }
 
-int BenchTestCommand::run_tests(const Campaign& chosen, const Forecast& planned, CampaignFiles& files) {
+int BenchTestCommand::run_tests(const Campaign& chosen, const Forecast& planned, CampaignFiles& files,
+                                BenchReport* report) {
   const auto begin = std::chrono::steady_clock::now();
   ProgressLine progress("on the bench");
   double done_s = 0.0;
@@ -143,6 +159,7 @@ int BenchTestCommand::run_tests(const Campaign& chosen, const Forecast& planned,
     }
     done_s += planned.tests[i].duration_s;
     files.add(record);
+    if (report != nullptr) report->add(record);
   }
   progress.end();
   files.commit(files.index(planned, settings_));

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/campaign_files.hpp"
+#include "bench/bench_report.hpp"
 #include "core/parameter_file.hpp"
 
 namespace voltlap::plant {
@@ -23,10 +23,11 @@ class BenchTestCommand {
  private:
   [[nodiscard]] Campaign campaign(const DataFolder& data) const;
   void refuse_shared_files() const;
-  int run_tests(const Campaign& campaign, const Forecast& forecast, CampaignFiles& files);
+  /// `report` may be null.
+  int run_tests(const Campaign& campaign, const Forecast& forecast, CampaignFiles& files, BenchReport* report);
 
   CLI::App* command_;
-  std::string plan_, cell_ = "aesc_e5_2p", out_, truth_, json_;
+  std::string plan_, cell_ = "aesc_e5_2p", out_, truth_, json_, report_;
   std::vector<std::string> settings_;
   std::uint64_t seed_ = 1;
   std::FILE* summary_ = stdout;

@@ -9,18 +9,11 @@
 
 #include "core/parameter_source.hpp"
 #include "report/html_page.hpp"
+#include "report/html_parts.hpp"
 #include "report/run_text.hpp"
 
 namespace voltlap::plant {
 namespace {
-
-std::string tile(const std::string& label, const std::string& value, const std::string& unit,
-                 const std::string& note = {}) {
-  return fmt::format("<div class=\"tile\"><dt>{}</dt><dd><b>{}</b>{}{}</dd></div>\n", html_text(label),
-                     html_text(value),
-                     unit.empty() ? "" : fmt::format(" <span class=\"unit\">{}</span>", html_text(unit)),
-                     note.empty() ? "" : fmt::format("<small>{}</small>", html_text(note)));
-}
 
 std::string at_time(double seconds) {
   const int tenths = static_cast<int>(std::floor(seconds * 10.0));
@@ -31,7 +24,7 @@ std::string best_lap(const EnduranceResult& result) {
   if (result.lap_rows.size() < 2) return {};
   const auto best = std::min_element(result.lap_rows.begin(), result.lap_rows.end(),
                                      [](const LapRow& a, const LapRow& b) { return a.time_s < b.time_s; });
-  return tile("Fastest lap", fmt::format("{:.2f}", best->time_s), "s", fmt::format("lap {}", best->lap));
+  return html_tile("Fastest lap", fmt::format("{:.2f}", best->time_s), "s", fmt::format("lap {}", best->lap));
 }
 
 std::string tiles(const ReportedRun& reported) {
@@ -39,30 +32,30 @@ std::string tiles(const ReportedRun& reported) {
   const ExtremeTimes& at = r.extreme_times;
   const bool drove = was_ready(r), drive = reported.run.lap_start == "drive";
   std::string out;
-  out += tile(r.finished ? "Total time" : "Failed after", fmt::format("{:.1f}", r.total_time_s), "s",
+  out += html_tile(r.finished ? "Total time" : "Failed after", fmt::format("{:.1f}", r.total_time_s), "s",
               duration_text(r.total_time_s));
-  if (!drive) out += tile("Laps", fmt::format("{}", r.laps), fmt::format("of {}", reported.run.laps));
+  if (!drive) out += html_tile("Laps", fmt::format("{}", r.laps), fmt::format("of {}", reported.run.laps));
   out += best_lap(r);
-  out += tile("Distance", fmt::format("{:.2f}", r.distance_m / 1000.0), "km");
-  out += tile("Charge left", fmt::format("{:.1f}", r.end_soc_pct), "% SOC",
+  out += html_tile("Distance", fmt::format("{:.2f}", r.distance_m / 1000.0), "km");
+  out += html_tile("Charge left", fmt::format("{:.1f}", r.end_soc_pct), "% SOC",
               drove ? fmt::format("BMS estimate off by {:.2f} points at most", r.bms_soc_error_pct) : "");
-  out += tile("Energy out", fmt::format("{:.3f}", r.energy_out_kwh), "kWh", "at the pack's terminals");
+  out += html_tile("Energy out", fmt::format("{:.3f}", r.energy_out_kwh), "kWh", "at the pack's terminals");
   if (drove) {
-    out += tile("Hottest cell", fmt::format("{:.1f}", r.max_battery_temp_c), "°C", at_time(at.battery_temp_s));
-    out += tile("Peak current", fmt::format("{:.1f}", r.max_battery_current_a), "A", at_time(at.battery_current_s));
+    out += html_tile("Hottest cell", fmt::format("{:.1f}", r.max_battery_temp_c), "°C", at_time(at.battery_temp_s));
+    out += html_tile("Peak current", fmt::format("{:.1f}", r.max_battery_current_a), "A", at_time(at.battery_current_s));
     out +=
-        tile("Lowest pack voltage", fmt::format("{:.1f}", r.min_pack_voltage_v), "V", at_time(at.pack_voltage_s));
-    out += tile("Lowest cell voltage", fmt::format("{:.3f}", r.min_cell_voltage_v), "V",
+        html_tile("Lowest pack voltage", fmt::format("{:.1f}", r.min_pack_voltage_v), "V", at_time(at.pack_voltage_s));
+    out += html_tile("Lowest cell voltage", fmt::format("{:.3f}", r.min_cell_voltage_v), "V",
                 fmt::format("{}, {}",
                             cells_alike(reported.run, reported.car.parameters) ? "all cells alike"
                                                                                : fmt::format("cell {}", r.min_cell),
                             at_time(at.cell_voltage_s)));
-    out += tile("Top speed", fmt::format("{:.1f}", r.max_speed_mps), "m/s",
+    out += html_tile("Top speed", fmt::format("{:.1f}", r.max_speed_mps), "m/s",
                 fmt::format("{:.0f} km/h, {}", r.max_speed_mps * 3.6, at_time(at.speed_s)));
     const bool limited = limits_text(r) != "none";
     double held_s = 0.0;
     for (std::size_t i = 1; i < kLimitReasons; ++i) held_s += r.limit_active_s[i];
-    out += tile("Held back by limits", limited ? fmt::format("{:.1f}", held_s) : "never", limited ? "s" : "",
+    out += html_tile("Held back by limits", limited ? fmt::format("{:.1f}", held_s) : "never", limited ? "s" : "",
                 limited ? limits_text(r) : "");
   }
   return out;
@@ -122,22 +115,18 @@ std::string parameter_table_rows(const LoadedVehicle& car) {
   return out;
 }
 
-std::string fact(const std::string& name, const std::string& value) {
-  return fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", html_text(name), html_text(value));
-}
-
 std::string run_facts(const ReportedRun& reported) {
   const RunDescription& run = reported.run;
   std::string settings;
   for (const std::string& setting : run.settings) settings += (settings.empty() ? "" : " ") + setting;
-  return fact("vehicle", run.vehicle) + fact("course", run.course) + fact("lap start", run.lap_start) +
-         fact("cells", run.cells) + fact("--set", settings.empty() ? "nothing" : settings) +
-         fact("seed", fmt::format("{}", run.seed)) + fact("version", VOLTLAP_VERSION) +
-         fact("CAN frames", fmt::format("{}", reported.result.frames)) +
-         fact("computed in", fmt::format("{:.1f} s", reported.wall_s)) + fact("trace hash", reported.hash.trace) +
-         fact("hash of the plant's frames", reported.hash.plant) +
-         fact("hash of the BMS's frames", reported.hash.bms) +
-         fact("hash of the master's frames", reported.hash.master);
+  return html_fact("vehicle", run.vehicle) + html_fact("course", run.course) + html_fact("lap start", run.lap_start) +
+         html_fact("cells", run.cells) + html_fact("--set", settings.empty() ? "nothing" : settings) +
+         html_fact("seed", fmt::format("{}", run.seed)) + html_fact("version", VOLTLAP_VERSION) +
+         html_fact("CAN frames", fmt::format("{}", reported.result.frames)) +
+         html_fact("computed in", fmt::format("{:.1f} s", reported.wall_s)) + html_fact("trace hash", reported.hash.trace) +
+         html_fact("hash of the plant's frames", reported.hash.plant) +
+         html_fact("hash of the BMS's frames", reported.hash.bms) +
+         html_fact("hash of the master's frames", reported.hash.master);
 }
 
 }  // namespace

@@ -309,13 +309,7 @@
       voltlap.onThemeChange(() => flow.draw());
     }
     voltlap.searchable($("search"), $("parameters"), $("found"));
-    requestAnimationFrame(() => requestAnimationFrame(tellReady));
-  };
-
-  /** Everything is on the screen. */
-  const tellReady = () => {
-    performance.mark("voltlap-ready");
-    document.documentElement.dataset.ready = performance.now().toFixed(0);
+    voltlap.tellReady();
   };
 
   // The sentence and the numbers are painted first.

@@ -53,6 +53,15 @@ const voltlap = (() => {
     apply();
   };
 
+  /** Two frames later everything that was drawn is on the screen. */
+  const tellReady = () =>
+    requestAnimationFrame(() =>
+      requestAnimationFrame(() => {
+        performance.mark("voltlap-ready");
+        root.dataset.ready = performance.now().toFixed(0);
+      }),
+    );
+
   const data = JSON.parse(document.getElementById("voltlap-data").textContent);
-  return { data, color, onThemeChange, clock, quantity, element, font, searchable };
+  return { data, color, onThemeChange, clock, quantity, element, font, searchable, tellReady };
 })();
