@@ -2,6 +2,7 @@
 #include "apps/identify_command.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include "battery/cell_tables.hpp"
 #include "core/errors.hpp"
 #include "identify/cell_file.hpp"
+#include "identify/cell_report.hpp"
 #include "identify/identify_text.hpp"
 #include "identify/rests_and_steps.hpp"
 #include "report/atomic_file.hpp"
@@ -65,6 +67,8 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--blocks", blocks_, "SECONDS:even|odd: fit every other block, print the RMS on the rest");
   add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
   add_output_file(*command_, "--json", json_, "Write everything found as JSON");
+  add_output_file(*command_, "--report", report_,
+                  "Write model against recordings, coverage and every parameter as one HTML file");
   command_->footer(
       "Examples: voltlap identify hppc.csv.gz --out cell.toml --json cell.json\n"
       "          voltlap identify bench/30c_200a_cell*.csv --method all");
@@ -190,15 +194,36 @@ std::vector<MethodScore> IdentifyCommand::compare(const std::vector<CellData>& c
   return scores;
 }
 
+void IdentifyCommand::refuse_shared_files() const {
+  const std::string* files[] = {&out_, &json_, &report_};
+  for (const std::string* one : files) {
+    for (const std::string* other : files) {
+      if (one != other && !one->empty() && *one == *other)
+        throw InputError("--out, --json, --report", "one file for two", "a file for each", "Give different names");
+    }
+  }
+}
+
+std::vector<std::pair<std::string, std::string>> IdentifyCommand::flags() const {
+  std::vector<std::pair<std::string, std::string>> out;
+  for (const CLI::Option* option : command_->get_options()) {
+    if (option->count() == 0) continue;
+    out.emplace_back(option->get_name(), fmt::format("{}", fmt::join(option->results(), " ")));
+  }
+  return out;
+}
+
 int IdentifyCommand::run(const DataFolder& data) {
   IdentifyOptions options;
   options.branches = branches_;
   take_method(options);
   take_blocks(options);
   take_ocv(data, options);
-  std::optional<AtomicFile> out, json;
+  std::optional<AtomicFile> out, json, report;
+  refuse_shared_files();
   if (!out_.empty()) out.emplace(out_);
   if (!json_.empty()) json.emplace(json_);
+  if (!report_.empty()) report.emplace(report_);
   if (out && branches_ == 3) {
     throw InputError("--out", "--rc 3", "one or two branches", "A cell file holds two; write three to --json");
   }
@@ -215,7 +240,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   if (cells.size() > 1) mean = mean_cell(each, names);
   CellTests tests = mean ? mean->tests : each.front();
   const CellParameters cell = cell_parameters(tests, like, name, tests.groups[tests.reference].result.notes);
-  std::FILE* to = summary_stream({out_, json_});
+  std::FILE* to = summary_stream({out_, json_, report_});
   fmt::print(to, "{}", identification_text(cell, tests, recordings_.cells_in_series));
   if (mean) fmt::print(to, "{}", spread_text(*mean));
   std::vector<MethodScore> scores;
@@ -225,8 +250,12 @@ int IdentifyCommand::run(const DataFolder& data) {
     out->write(cell_toml(cell, tests, kThermalFrom) + (mean ? spread_comment(*mean) : ""));
     out->commit();
   }
+  std::string text = identification_json(cell, tests, VOLTLAP_VERSION);
+  if (report) {
+    report->write(cell_report({cell, tests, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
+    report->commit();
+  }
   if (json) {
-    std::string text = identification_json(cell, tests, VOLTLAP_VERSION);
     if (mean) {
       for (std::size_t c = 0; c < each.size(); ++c) {
         std::vector<std::string> notes;

@@ -38,6 +38,9 @@ class IdentifyCommand {
   [[nodiscard]] std::vector<MethodScore> compare(const std::vector<CellData>& cells,
                                                  const std::vector<CellTests>& full, IdentifyOptions options) const;
   void take_method(IdentifyOptions& options) const;
+  void refuse_shared_files() const;
+  /// What was given on the command line, to repeat it.
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> flags() const;
   void take_blocks(IdentifyOptions& options) const;
   void take_ocv(const DataFolder& data, IdentifyOptions& options) const;
 
@@ -46,7 +49,7 @@ class IdentifyCommand {
   std::vector<std::string> cell_;
   std::vector<double> temperatures_;
   std::vector<std::string> windows_;
-  std::string method_, ocv_, blocks_, out_, json_;
+  std::string method_, ocv_, blocks_, out_, json_, report_;
   int branches_ = 0;
 };
 

@@ -28,6 +28,7 @@ FileFinding file_finding(const PreparedLog& prepared, const TestRun& whole, cons
   };
   file.rms_v = rms_from(0);
   file.rms_pulses_v = rms_from(static_cast<Index>(prepared.run.anchor.row));
+  file.trace = {whole.time_s, whole.current_a, whole.voltage_v, error_v, whole.soc, whole.weight_s};
   return file;
 }
 

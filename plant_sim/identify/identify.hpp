@@ -27,6 +27,11 @@ struct IdentifyOptions {
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
 };
 
+/// A recording and the model's answer to it, row by row.
+struct FileTrace {
+  Eigen::VectorXd time_s, current_a, voltage_v, error_v, soc, weight_s;  ///< error: model less recorded
+};
+
 /// What was found out about one recording before the fit.
 struct FileFinding {
   std::string path, map;
@@ -38,6 +43,7 @@ struct FileFinding {
   double voltage_low_v = 0.0, voltage_high_v = 0.0;  ///< of the rows that the model follows
   Eigen::Index rows = 0;
   double rms_v = 0.0, rms_pulses_v = 0.0;  ///< of the fit: all rows; from the full charge on
+  FileTrace trace{};
 };
 
 struct OrderScore {
