@@ -26,9 +26,10 @@ double single_current(const CellLog& log) {
   }
   if (drawn.size() < 10) return 0.0;
   std::sort(drawn.begin(), drawn.end());
-  const double low = drawn[drawn.size() / 20], high = drawn[drawn.size() * 19 / 20],
+  // A resistor's current falls with the voltage, most in the last pulse: a third between a tenth and nine tenths of the
+  // rows is still one test.
+  const double low = drawn[drawn.size() / 10], high = drawn[drawn.size() * 9 / 10],
                middle = drawn[drawn.size() / 2];
-  // A resistor's current falls with the voltage: a third between full and empty is still one test.
   return high - low < 0.35 * middle ? middle : 0.0;
 }
 

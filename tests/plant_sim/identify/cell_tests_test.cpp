@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "identify/cell_tests.hpp"
 
+#include <algorithm>
+
 #include "../core/scratch.hpp"
 #include "battery/cell_tables.hpp"
 #include "identify/cell_file.hpp"
@@ -72,6 +74,22 @@ TEST(CellTests, OcvThatFallsIsLevelledALittleAndRefusedBeyond) {
   STRCMP_CONTAINS("levelled by up to", notes.back().c_str());
   em(10) = right - 5.0;
   STRCMP_CONTAINS("no rest tells it", complaint([&] { (void)written_and_read(tests); }).c_str());
+}
+
+TEST(CellTests, ResistorsCurrentThatFallsInItsLastPulseIsStillOneCurrent) {
+  std::vector<CellLog> logs;
+  for (const double current : {20.0, 60.0}) {
+    std::vector<double> plan = cell.pulse_plan(current, 500, 0.0);
+    const auto drawn = std::count(plan.begin(), plan.end(), current);
+    auto left = drawn * 8 / 100;
+    for (auto row = plan.rbegin(); left > 0; ++row) {
+      if (*row == 0.0) continue;
+      *row *= 0.6;
+      --left;
+    }
+    logs.push_back(cell.record(plan));
+  }
+  LONGS_EQUAL(2, identify_cell(logs, {25.0, 25.0}, options).currents_a.size());
 }
 
 TEST(CellTests, PlaceWithoutATestIsFilledFromItsNeighbourInCurrent) {
