@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <memory>
 #include <unordered_map>
@@ -16,16 +15,10 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr std::string_view kNumber = "<n>";
 constexpr long kMostNumbers = 1000;
 
 std::string text_of(std::uint32_t id) {
   return fmt::format("0x{:0{}X}", id & ~Frame::kExtendedFlag, (id & Frame::kExtendedFlag) != 0 ? 8 : 3);
-}
-
-std::string with_number(std::string text, long n) {
-  const std::size_t at = text.find(kNumber);
-  return at == std::string::npos ? text : text.replace(at, kNumber.size(), fmt::format("{}", n));
 }
 
 /// Rolling counter of one sender's frames.
@@ -130,16 +123,8 @@ const DbcMessage& message_in(const DbcFile& dbc, std::uint32_t id, const std::st
 /// Signals VoltageCell01, VoltageCell02, ... for VoltageCell<n>.
 std::map<long, const DbcSignal*> numbered_signals(const DbcMessage& message, const RoleSource& source) {
   std::map<long, const DbcSignal*> out;
-  const std::size_t at = source.signal.find(kNumber);
-  if (at == std::string::npos) return out;
-  const std::string stem = source.signal.substr(0, at), tail = source.signal.substr(at + kNumber.size());
   for (const DbcSignal& signal : message.signals) {
-    const std::string& name = signal.name;
-    if (name.size() <= stem.size() + tail.size() || !name.starts_with(stem) || !name.ends_with(tail)) continue;
-    long n = 0;
-    const char* last = name.data() + name.size() - tail.size();
-    const auto [end, error] = std::from_chars(name.data() + stem.size(), last, n);
-    if (error == std::errc{} && end == last) out[n] = &signal;
+    if (const auto n = number_in(source.signal, signal.name)) out[*n] = &signal;
   }
   return out;
 }
@@ -235,7 +220,6 @@ class CanTaps {
 
 void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path,
                       const std::map<std::string, RoleSource>& roles, bool main) {
-  constexpr double kEpoch = 1e8;  // s; a clock beyond it is absolute
   CanTaps taps(log, map);
   for (const auto& [role, source] : roles) taps.add(role, source);
   const double shift_s = roles.begin()->second.shift_s;
@@ -244,7 +228,7 @@ void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path
   bool first = true, absolute = false;
   while (recording.next(frame)) {
     if (first) {
-      absolute = frame.time_s > kEpoch;
+      absolute = is_absolute(frame.time_s);
       if (main && absolute) log.origin_s = frame.time_s;
       first = false;
     }

@@ -35,6 +35,11 @@ class ChannelBuilder {
   std::size_t usable_ = 0;
 };
 
+/// A clock that counts from 1970, not from a recording's own beginning [s].
+[[nodiscard]] constexpr bool is_absolute(double time_s) {
+  return time_s > 1e8;
+}
+
 /// Adds one source file's roles to the log. Both throw InputError for a column, frame or signal that is not there.
 void add_table_channels(DriveLog& log, const RoleMap& map, const std::string& path,
                         const std::map<std::string, RoleSource>& roles, bool main);

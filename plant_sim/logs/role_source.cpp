@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 
 #include "core/errors.hpp"
 
@@ -46,13 +47,12 @@ constexpr std::array kUnits{Unit{"1", 1, 0},         Unit{"s", 1, 0},       Unit
                             Unit{"%", 0.01, 0},      Unit{"m/s", 1, 0},     Unit{"km/h", 1 / 3.6, 0},
                             Unit{"mph", 0.44704, 0}, Unit{"rpm", 1, 0},     Unit{"Nm", 1, 0}};
 
+constexpr std::string_view kNumber = "<n>";
+
 bool fits(std::string_view name, std::string_view role) {
-  const std::size_t stem = role.find("<n>");
   if (name == role) return true;
-  if (stem == std::string_view::npos || !name.starts_with(role.substr(0, stem))) return false;
-  const std::string_view number = name.substr(stem);
-  return !number.empty() && number[0] != '0' &&
-         std::all_of(number.begin(), number.end(), [](unsigned char c) { return std::isdigit(c); });
+  const auto number = number_in(role, name);
+  return number.has_value() && *number > 0 && name[role.find(kNumber)] != '0';
 }
 
 }  // namespace
@@ -71,6 +71,29 @@ RoleRange role_range(std::string_view name) {
   const auto at =
       std::find_if(kRoles.begin(), kRoles.end(), [&](const Role& role) { return fits(name, role.name); });
   return at == kRoles.end() ? RoleRange{-kAny, kAny} : at->range;
+}
+
+bool is_numbered(std::string_view pattern) {
+  return pattern.find(kNumber) != std::string_view::npos;
+}
+
+std::string with_number(std::string pattern, long n) {
+  const std::size_t at = pattern.find(kNumber);
+  return at == std::string::npos ? pattern : pattern.replace(at, kNumber.size(), fmt::format("{}", n));
+}
+
+std::optional<long> number_in(std::string_view pattern, std::string_view name) {
+  const std::size_t at = pattern.find(kNumber);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view stem = pattern.substr(0, at), tail = pattern.substr(at + kNumber.size());
+  if (name.size() <= stem.size() + tail.size() || !name.starts_with(stem) || !name.ends_with(tail))
+    return std::nullopt;
+  const std::string_view digits = name.substr(at, name.size() - stem.size() - tail.size());
+  if (!std::all_of(digits.begin(), digits.end(), [](unsigned char c) { return std::isdigit(c); }))
+    return std::nullopt;
+  long n = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), n);
+  return error == std::errc{} ? std::optional<long>(n) : std::nullopt;
 }
 
 Unit unit_of(const std::string& place, const std::string& name) {

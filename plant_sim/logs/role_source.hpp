@@ -40,6 +40,12 @@ struct RoleRange {
 };
 [[nodiscard]] RoleRange role_range(std::string_view role);
 
+/// Names that hold <n> for a number: cell_voltage_<n> with 12 is cell_voltage_12.
+[[nodiscard]] bool is_numbered(std::string_view pattern);
+[[nodiscard]] std::string with_number(std::string pattern, long n);
+/// The number for which the pattern gives that name, leading zeros allowed; nothing when it does for none.
+[[nodiscard]] std::optional<long> number_in(std::string_view pattern, std::string_view name);
+
 struct Unit {
   std::string_view name;
   double scale, offset;

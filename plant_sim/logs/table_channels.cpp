@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -13,8 +12,6 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr std::string_view kNumber = "<n>";
-
 const std::vector<double>& column_of(const MeasuredTable& table, const RoleMap& map, const std::string& column,
                                      const std::string& role) {
   const int index = table.find(column);
@@ -22,11 +19,6 @@ const std::vector<double>& column_of(const MeasuredTable& table, const RoleMap& 
   throw InputError(table.path, fmt::format("no column \"{}\" among {}", column, fmt::join(table.columns, ", ")),
                    fmt::format("that column for the role {} ({})", role, map.source),
                    "Correct the map or the file");
-}
-
-std::string with_number(std::string text, long n) {
-  const std::size_t at = text.find(kNumber);
-  return at == std::string::npos ? text : text.replace(at, kNumber.size(), fmt::format("{}", n));
 }
 
 /// Seconds of the log's clock, row by row.
@@ -41,8 +33,7 @@ std::vector<double> clock_of(DriveLog& log, const RoleMap& map, const MeasuredTa
   const bool own = time != nullptr && source.time.empty();
   std::vector<double> out = column_of(table, map, column, "time");
   for (double& t : out) t = t * (own ? time->scale : 1.0) + (own ? time->offset : 0.0) + source.shift_s;
-  constexpr double kEpoch = 1e8;  // s; a clock beyond it is absolute
-  if (!main && log.origin_s > kEpoch && !out.empty() && out.front() > kEpoch) {
+  if (!main && is_absolute(log.origin_s) && !out.empty() && is_absolute(out.front())) {
     for (double& t : out) t -= log.origin_s;
   }
   return out;
@@ -81,17 +72,8 @@ void add_column(DriveLog& log, const RoleMap& map, const MeasuredTable& table, c
 /// Columns c1_v, c2_v, ... for c<n>_v.
 std::map<long, std::string> numbered_columns(const MeasuredTable& table, const RoleSource& source) {
   std::map<long, std::string> out;
-  const std::size_t at = source.column.find(kNumber);
-  if (at == std::string::npos) return out;
-  const std::string stem = source.column.substr(0, at), tail = source.column.substr(at + kNumber.size());
   for (const std::string& column : table.columns) {
-    if (!column.starts_with(stem) || !column.ends_with(tail) || column.size() <= stem.size() + tail.size())
-      continue;
-    const std::string digits = column.substr(stem.size(), column.size() - stem.size() - tail.size());
-    long n = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), n);
-    if (error == std::errc{} && end == digits.data() + digits.size())
-      out[n - source.first.value_or(1) + 1] = column;
+    if (const auto n = number_in(source.column, column)) out[*n - source.first.value_or(1) + 1] = column;
   }
   return out;
 }
@@ -108,7 +90,7 @@ void add_table_channels(DriveLog& log, const RoleMap& map, const std::string& pa
     const std::vector<double> clock = clock_of(log, map, table, source, main);
     if (!source.index.empty()) {
       add_indexed(log, map, table, role, source, clock);
-    } else if (role.find(kNumber) != std::string::npos) {
+    } else if (is_numbered(role)) {
       const auto columns = numbered_columns(table, source);
       if (columns.empty()) static_cast<void>(column_of(table, map, source.column, role));
       for (const auto& [n, column] : columns)
