@@ -30,16 +30,21 @@ TEST(HtmlBuckets, RowsAfterAStepAreKeptAndLateOnesGathered) {
 
 TEST(HtmlBuckets, NoExtremeIsLostAndTheirOrderIsKept) {
   std::vector<double> values(time_s.size(), 1.0);
-  values[4321] = 7.0;
-  values[4320] = -3.0;
   const auto buckets = growing_buckets(time_s, current_steps(current_a), 200);
   const HtmlSeries times = bucket_times(buckets, time_s), series = bucket_extremes(buckets, "v", 1.0, values);
   LONGS_EQUAL(times.size(), series.size());
   CHECK(times.size() <= 200);
-  std::swap(values[4320], values[4321]);
-  CHECK(series.base64() != bucket_extremes(buckets, "v", 1.0, values).base64());
-  values[4320] = values[4321] = 1.0;
-  CHECK(series.base64() != bucket_extremes(buckets, "v", 1.0, values).base64());
+  const auto encoded = [&](double first, double second) {
+    values[4320] = first;
+    values[4321] = second;
+    return bucket_extremes(buckets, "v", 1.0, values).base64();
+  };
+  const std::string rising = encoded(-3.0, 7.0), falling = encoded(7.0, -3.0);
+  CHECK(rising != falling);
+  CHECK(encoded(-3.0, 6.0) != rising);
+  CHECK(encoded(-2.0, 7.0) != rising);
+  CHECK(encoded(6.0, -3.0) != falling);
+  CHECK(encoded(7.0, -2.0) != falling);
 }
 
 TEST(HtmlBuckets, DriveFullOfStepsIsGatheredEvenly) {
