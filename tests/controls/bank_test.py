@@ -398,4 +398,4 @@ def test_interrupted_trial_ends_at_once_and_leaves_nothing(number, tmp_path):
 )
 def test_wrong_flags_are_answered_in_one_line(flags, words):
     result = subprocess.run([*map(str, BENCH), *flags], capture_output=True, text=True)
-    assert result.returncode != 0 and words in result.stderr and "Traceback" not in result.stderr
+    assert result.returncode == 2 and words in result.stderr and "Traceback" not in result.stderr

@@ -83,25 +83,31 @@ def plan_of(given):
     )
 
 
+def refuse(text):
+    """Usage or input that cannot be used: one line, exit code 2 as of every command."""
+    print("explain-bench: " + text, file=sys.stderr)
+    sys.exit(2)
+
+
 def check(given):
     for name, low in (("seed", 0), ("worlds", 1), ("clean", 0), ("references", 0), ("duration", 460), ("jobs", 1)):
         value = getattr(given, name)
         if value is not None and value < low:
-            sys.exit(f"explain-bench: --{name} {value}: expected {low} or more")
+            refuse(f"--{name} {value}: expected {low} or more")
     if not os.access(given.tool, os.X_OK):
-        sys.exit(f"explain-bench: {given.tool} is not there; run ./voltlap build")
+        refuse(f"{given.tool} is not there; run ./voltlap build")
     if given.ledger is not None:
         try:
             given.ledger.mkdir(parents=True)
         except OSError as error:
-            sys.exit(f"explain-bench: --ledger {given.ledger}: {error.strerror}; give a folder that is not there yet")
+            refuse(f"--ledger {given.ledger}: {error.strerror}; give a folder that is not there yet")
 
 
 def real_recordings(binary):
     """Prints what was said about recordings of real cars with effects put into them."""
     data = os.environ.get("VOLTLAP_DATA")
     if not data:
-        sys.exit("explain-bench: --real needs the folder of measured data in VOLTLAP_DATA")
+        refuse("--real needs the folder of measured data in VOLTLAP_DATA")
     running = set()
     with tempfile.TemporaryDirectory(prefix="explain-bench-") as folder:
         try:
