@@ -242,7 +242,6 @@ OcvPolynomial ocv_polynomial(const CircuitModel& model) {
 }
 
 bool is_excited(const IdentifyResult& result, Index table, Index node) {
-  constexpr double kNarrow = 0.1;  // sigma of the logarithm: +- 20 % at 95 %
   const double soc = result.model.grid.at(node);
   double low = 1.0, high = 0.0;
   for (const FileFinding& file : result.files) {
@@ -250,7 +249,9 @@ bool is_excited(const IdentifyResult& result, Index table, Index node) {
     high = std::max(high, file.soc_high);
   }
   const Index at = result.model.em.size() + table * result.model.grid.size() + node;
-  return soc > low - 0.01 && soc < high + 0.01 && result.uncertainty.sigma(at) < kNarrow;
+  constexpr double kTwoSided = 1.96, kSeries = 0.01, kBranch = 0.05, kTau = 0.10;
+  const double narrow = table == 0 ? kSeries : table <= result.model.branches() ? kBranch : kTau;
+  return soc > low - 0.01 && soc < high + 0.01 && kTwoSided * result.uncertainty.sigma(at) < narrow;
 }
 
 }  // namespace voltlap::plant

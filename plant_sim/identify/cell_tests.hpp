@@ -44,7 +44,8 @@ struct OcvPolynomial {
 };
 [[nodiscard]] OcvPolynomial ocv_polynomial(const CircuitModel& model);
 
-/// A node counts as excited when its recordings pass it and its interval is narrower than +- 20 %.
+/// A node counts as excited when the recordings pass it and say enough: its 95 % interval, in which smoothness counts
+/// only as much as it was found in these recordings, is narrower than +- 1 % (R0), 5 % (R1 .. RK), 10 % (tau).
 [[nodiscard]] bool is_excited(const IdentifyResult& result, Eigen::Index table, Eigen::Index node);
 
 }  // namespace voltlap::plant

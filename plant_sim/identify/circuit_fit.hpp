@@ -11,8 +11,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "identify/circuit_model.hpp"
-#include "identify/test_run.hpp"
+#include "identify/circuit_rows.hpp"
 
 namespace voltlap::plant {
 
@@ -24,12 +23,17 @@ struct OcvKnowledge {
 struct FitPriors {
   double smoothness = 0.5;         ///< c [1]
   double resistance_scale = 1e-3;  ///< R_typical [ohm]
-  double em_roughness_v = 3.0;     ///< m [V]
+  double em_roughness_v = 1.0;     ///< m [V]
   double noise_v2_s = 1e-4;        ///< n^2 [V^2 s]
   double state_sigma_v = 0.03;     ///< of a branch's unknown voltage after a gap
   double log_tau_roughness = 1.0;  ///< roughness of ln(tau) over SOC that counts as one s
+  double log_tau_sigma = 0.5;      ///< how far a node's ln(tau) may stray from its branch's centre, for one sigma
   double tau_longest_s = 5000.0;   ///< what the longest rest can still tell from a drift of the OCV
   std::vector<OcvKnowledge> ocv;
+  /// Weight of the roughness of each table [V s^0.5 over its unit]: Em, R0 .. RK, ln tau1 .. ln tauK. Empty: from
+  /// `smoothness`.
+  Eigen::VectorXd roughness_weights;
+  [[nodiscard]] double roughness_weight(Eigen::Index table, Eigen::Index branches) const;
 };
 
 struct LinearSolution {
@@ -50,26 +54,24 @@ class CircuitFit {
   [[nodiscard]] Eigen::Index em_count() const { return ocv_.size(); }
   [[nodiscard]] Eigen::Index r_count() const { return grid_.size(); }
   [[nodiscard]] Eigen::Index branches() const { return branches_; }
-  [[nodiscard]] Eigen::Index state_count() const { return states_; }
-  [[nodiscard]] Eigen::Index linear_count() const { return em_count() + r_count() * (branches_ + 1) + states_; }
+  [[nodiscard]] Eigen::Index state_count() const { return rows_.states; }
+  [[nodiscard]] Eigen::Index linear_count() const { return em_count() + r_count() * (branches_ + 1) + rows_.states; }
   [[nodiscard]] const std::vector<TestRun>& runs() const { return runs_; }
   [[nodiscard]] const FitPriors& priors() const { return priors_; }
   [[nodiscard]] const SocGrid& ocv() const { return ocv_; }
   [[nodiscard]] const SocGrid& grid() const { return grid_; }
 
+  [[nodiscard]] const CircuitRows& rows() const { return rows_; }
+  [[nodiscard]] CircuitLayout layout() const { return {em_count(), r_count(), branches_, rows_.states}; }
+
  private:
-  struct Normal {
-    Eigen::MatrixXd n;
-    Eigen::VectorXd g;
-    double yy = 0.0;
-  };
-  void add_run(const TestRun& run, Eigen::Index first_state, const Eigen::MatrixXd& tau_s, Normal& normal) const;
-  void add_priors(Normal& normal) const;
+  void add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, double& square) const;
 
   const std::vector<TestRun>& runs_;
   SocGrid ocv_ = ocv_grid(), grid_ = breakpoint_grid();
-  Eigen::Index branches_, states_ = 0;
+  Eigen::Index branches_;
   FitPriors priors_;
+  CircuitRows rows_;
   Eigen::MatrixXd em_rough_, r_rough_;
 };
 

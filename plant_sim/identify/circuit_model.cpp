@@ -15,9 +15,28 @@ SocGrid::Place SocGrid::find(double soc) const {
   return {node, std::clamp((soc - low) / (high - low), 0.0, 1.0)};
 }
 
+SocGrid::Weights SocGrid::weights(double soc) const {
+  const Eigen::Index first = std::clamp<Eigen::Index>(find(soc).node - 1, 0, size() - 4);
+  const double x = std::clamp(soc, at_.front(), at_.back());
+  Weights out{first, {1.0, 1.0, 1.0, 1.0}};
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    for (Eigen::Index other = 0; other < 4; ++other) {
+      if (other == k) continue;
+      out.weight[static_cast<std::size_t>(k)] *= (x - at(first + other)) / (at(first + k) - at(first + other));
+    }
+  }
+  return out;
+}
+
 double SocGrid::value(const Eigen::Ref<const Eigen::VectorXd>& y, double soc) const {
-  const Place p = find(soc);
-  return y(p.node) + p.fraction * (y(p.node + 1) - y(p.node));
+  if (shape_ == Shape::kStraight) {
+    const Place p = find(soc);
+    return y(p.node) + p.fraction * (y(p.node + 1) - y(p.node));
+  }
+  const Weights w = weights(soc);
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < 4; ++k) sum += w.weight[static_cast<std::size_t>(k)] * y(w.first + k);
+  return sum;
 }
 
 Eigen::MatrixXd SocGrid::roughness() const {
@@ -41,7 +60,7 @@ SocGrid ocv_grid() {
   std::vector<double> at;
   for (int k = 0; k < 12; ++k) at.push_back(k / 120.0);
   for (int k = 4; k <= 40; ++k) at.push_back(k / 40.0);
-  return SocGrid(std::move(at));
+  return SocGrid(std::move(at), SocGrid::Shape::kSmooth);
 }
 
 IntervalResponse interval_response(double dt_s, double tau_s) {

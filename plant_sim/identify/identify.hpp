@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "identify/blocks.hpp"
 #include "identify/circuit_cost.hpp"
+#include "identify/selection.hpp"
+#include "identify/systematic.hpp"
 #include "identify/stage_methods.hpp"
 #include "identify/uncertainty.hpp"
 #include "logs/cell_log.hpp"
@@ -21,6 +22,8 @@ struct IdentifyOptions {
   std::vector<OcvKnowledge> ocv;               ///< from a slow test or another cell file; empty: from the rests
   std::optional<double> capacity_ah;           ///< known from another recording of the cell; empty: from these
   std::optional<double> capacity_fallback_ah;  ///< used when the recordings span clearly less
+  std::optional<CurrentHold> hold;             ///< declared; empty: found in each recording
+  InstrumentLimits instruments;                ///< what the intervals must cover beside noise
   double block_s = 0.0;                        ///< > 0: fit every other block of this length, predict the rest
   bool fit_even_blocks = true;
   std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start
@@ -46,20 +49,16 @@ struct FileFinding {
   FileTrace trace{};
 };
 
-struct OrderScore {
-  int branches;
-  double heldout_rms_v, information_criterion;
-};
-
 struct IdentifyResult {
   CircuitModel model;
   Uncertainty uncertainty;  ///< of the packed parameters, see CircuitCost
   Eigen::VectorXd packed;
   std::vector<FileFinding> files;
   std::vector<OrderScore> orders;
-  std::vector<std::pair<double, double>> smoothness_scores;  ///< smoothness, held-out rms [V]
+  std::string smoothness_from;         ///< evidence, held-out pulses
+  SmoothnessScores smoothness_scores;  ///< of held-out pulses
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
-  double rms_v = 0.0;
+  double rms_v = 0.0;  ///< of all rows that were used
   std::vector<SectionScore> sections;  ///< of a pulse or layered method its sections, of a full fit its recordings
   double noise_floor_v2 = 0.0;         ///< of the voltage's instrument, see noise_floor
   std::optional<double> rms_other_blocks_v;  ///< with block_s

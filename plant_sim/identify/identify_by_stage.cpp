@@ -18,7 +18,7 @@ StageFit mean_fit(const std::vector<PreparedLog>& prepared, Method method) {
   StageFit mean;
   for (const PreparedLog& one : prepared) {
     const TestRun whole = make_run(*one.log, one.run);
-    StageFit fit = stage_fit(whole, thinned(whole, kRestThinning), method);
+    StageFit fit = stage_fit(whole, averaged(whole), method);
     mean.sections.insert(mean.sections.end(), fit.sections.begin(), fit.sections.end());
     mean.iterations += fit.iterations;
     if (mean.model.em.size() == 0) {
@@ -53,7 +53,8 @@ IdentifyResult identify_by_stage(const std::vector<CellLog>& logs, const Identif
   IdentifyResult result;
   const std::vector<PreparedLog> prepared = prepare(
       logs,
-      {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c, options.per_kelvin},
+      {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c, options.per_kelvin,
+       options.hold},
       result.notes);
   for (const PreparedLog& one : prepared) {
     if (!one.anchored) {

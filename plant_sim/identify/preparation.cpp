@@ -29,17 +29,11 @@ void require_excitation(const CellLog& log) {
   }
 }
 
-/// Charge from the last full charge to the lowest point after it.
-double span_ah(const CellLog& log, std::size_t full, CurrentHold hold) {
-  const std::vector<double> drawn = charge_drawn_ah(log, hold);
-  return *std::max_element(drawn.begin() + static_cast<std::ptrdiff_t>(full), drawn.end()) - drawn[full];
-}
-
 /// How well a plain circuit follows the rows at which the current has just jumped, weighted by time: there the
 /// holds differ most, since a wrong one puts a wrong charge and a wrong relaxation into the interval.
 double error_at_jumps(const CellLog& log, const RunOptions& options) {
   constexpr double kJump = 0.05;
-  std::vector<TestRun> runs{thinned(make_run(log, options), kRestThinning)};
+  std::vector<TestRun> runs{averaged(make_run(log, options))};
   FitPriors priors;
   priors.smoothness = 1.0;
   const auto steps = resistance_steps(runs[0]);
@@ -60,7 +54,12 @@ double error_at_jumps(const CellLog& log, const RunOptions& options) {
   return sum / weight;
 }
 
-void choose_hold(PreparedLog& one, const std::vector<PreparedLog>& before, bool capacity_known) {
+void choose_hold(PreparedLog& one, const std::vector<PreparedLog>& before, const BeforeTheFit& known) {
+  if (known.hold) {
+    one.run.hold = *known.hold;
+    one.hold_from = "the command";
+    return;
+  }
   const auto counted = hold_from_counter(*one.log);
   if (!counted.empty()) {
     one.run.hold = counted[0].hold;
@@ -70,24 +69,27 @@ void choose_hold(PreparedLog& one, const std::vector<PreparedLog>& before, bool 
   if (!one.anchored && !before.empty()) {
     one.run.hold = before[0].run.hold;
     one.hold_from = "like the first file";
+    one.hold_certain = before[0].hold_certain;
     return;
   }
-  double least = 1e300;
+  constexpr double kClearly = 0.9;  // on a regular grid the candidates hardly differ
+  double least = 1e300, most = 0.0;
   for (const CurrentHold hold : {CurrentHold::kNext, CurrentHold::kPrevious, CurrentHold::kLinear}) {
     RunOptions tried = one.run;
     tried.hold = hold;
-    if (!capacity_known) tried.capacity_ah = std::max(1e-3, span_ah(*one.log, tried.anchor.row, hold));
+    if (!known.capacity_ah) tried.capacity_ah = std::max(1e-3, span_ah(*one.log, tried.anchor.row, hold));
     const double error = error_at_jumps(*one.log, tried);
-    // A later candidate must be clearly better: on a regular grid they hardly differ.
-    if (error < 0.9 * least) {
+    most = std::max(most, error);
+    if (error < kClearly * least) {
       least = error;
       one.run.hold = hold;
     }
   }
-  one.hold_from = "its voltage";
+  one.hold_certain = least < kClearly * most;
+  one.hold_from = one.hold_certain ? "its voltage" : "habit: its voltage does not tell";
 }
 
-double settled_capacity(double spanned, const KnownCell& known, std::vector<std::string>& notes) {
+double settled_capacity(double spanned, const BeforeTheFit& known, std::vector<std::string>& notes) {
   constexpr double kWhole = 0.9;
   if (known.capacity_ah) {
     notes.push_back(
@@ -130,7 +132,12 @@ void require_more_than_one_pulse(const std::vector<CellLog>& logs) {
 
 }  // namespace
 
-std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const KnownCell& known,
+double span_ah(const CellLog& log, std::size_t from, CurrentHold hold) {
+  const std::vector<double> drawn = charge_drawn_ah(log, hold);
+  return *std::max_element(drawn.begin() + static_cast<std::ptrdiff_t>(from), drawn.end()) - drawn[from];
+}
+
+std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const BeforeTheFit& known,
                                  std::vector<std::string>& notes) {
   std::vector<PreparedLog> out;
   double capacity = 0.0;
@@ -145,7 +152,7 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const KnownCe
     if (one.anchored) one.run.anchor = {full.back(), 1.0, "full charge"};
     one.run.full_rows = full;
     if (known.capacity_ah) one.run.capacity_ah = *known.capacity_ah;
-    choose_hold(one, out, known.capacity_ah.has_value());
+    choose_hold(one, out, known);
     // A full charge at the end of a recording spans nothing: then the one before which most was drawn.
     if (one.anchored) {
       double most = -1.0;
@@ -214,10 +221,12 @@ void anchor_by_model(std::vector<PreparedLog>& prepared, const CircuitModel& mod
   }
 }
 
-std::vector<TestRun> runs_of(const std::vector<PreparedLog>& prepared) {
+std::vector<TestRun> runs_of(const std::vector<PreparedLog>& prepared, bool every_row) {
   std::vector<TestRun> runs;
   for (const PreparedLog& one : prepared) {
-    if (one.anchored) runs.push_back(thinned(make_run(*one.log, one.run), kRestThinning));
+    if (!one.anchored) continue;
+    const TestRun run = make_run(*one.log, one.run);
+    runs.push_back(every_row ? run : averaged(run));
   }
   return runs;
 }

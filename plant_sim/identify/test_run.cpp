@@ -97,38 +97,74 @@ TestRun make_run(const CellLog& log, const RunOptions& options) {
   return run;
 }
 
-TestRun thinned(const TestRun& run, double share) {
-  std::vector<Index> keep{0};
-  double step_at = run.time_s(0);
-  const double quiet = kRestShare * run.current_a.cwiseAbs().maxCoeff();
-  for (Index row = 1; row < run.rows(); ++row) {
-    const auto resting = [&](Index at) {
-      return std::abs(run.current_begin_a(at)) <= quiet && std::abs(run.current_end_a(at)) <= quiet &&
-             std::abs(run.current_a(at)) <= quiet;
+namespace {
+
+/// Rows that may be taken together: the current is the same before and after them, and nothing begins or jumps there.
+std::vector<bool> steady_rows(const TestRun& run) {
+  constexpr double kSame = 0.01, kJump = 0.02;  // of the largest current; V: a glitch stays by itself
+  const double most = run.current_a.cwiseAbs().maxCoeff();
+  std::vector<bool> out(static_cast<std::size_t>(run.rows()), false);
+  for (Index row = 1; row + 1 < run.rows(); ++row) {
+    const auto same = [&](Index other) {
+      const bool at_row = std::abs(run.current_a(other) - run.current_a(row)) <= kSame * most;
+      const bool between = std::abs(run.current_begin_a(std::max(row, other)) - run.current_a(row)) <= kSame * most &&
+                           std::abs(run.current_end_a(std::max(row, other)) - run.current_a(row)) <= kSame * most;
+      return at_row && between && run.weight_s(other) > 0.0 &&
+             std::abs(run.voltage_v(other) - run.voltage_v(row)) < kJump;
     };
-    const bool still =
-        resting(row) && row + 1 < run.rows() && resting(row + 1) && !run.is_reset(row) && !run.is_reset(row + 1);
-    if (!resting(row)) step_at = run.time_s(row);
-    if (!still || run.time_s(row) - run.time_s(keep.back()) >= share * (run.time_s(row) - step_at))
-      keep.push_back(row);
+    out[static_cast<std::size_t>(row)] =
+        run.weight_s(row) > 0.0 && !run.is_reset(row) && !run.is_reset(row + 1) && same(row - 1) && same(row + 1);
+  }
+  return out;
+}
+
+/// One row for rows first to last (exclusive): means over their weights.
+void add_mean(const TestRun& run, Index first, Index last, Index out_row, TestRun& out) {
+  const auto weights = run.weight_s.segment(first, last - first);
+  const double sum = weights.sum();
+  out.weight_s(out_row) = sum;
+  for (auto member : {&TestRun::time_s, &TestRun::current_a, &TestRun::voltage_v, &TestRun::soc,
+                      &TestRun::resistance_scale}) {
+    (out.*member)(out_row) =
+        last - first == 1 ? (run.*member)(first) : (run.*member).segment(first, last - first).dot(weights) / sum;
+  }
+  const auto before = static_cast<std::size_t>(first);
+  out.reset.push_back(run.reset[before]);
+  out.at_rest_before.push_back(run.at_rest_before[before]);
+}
+
+}  // namespace
+
+TestRun averaged(const TestRun& run, double share) {
+  constexpr double kSocMost = 0.004;
+  const std::vector<bool> steady = steady_rows(run);
+  std::vector<Index> begins{0};
+  double step_at = run.time_s(0);
+  for (Index row = 1; row < run.rows(); ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    if (!steady[at]) step_at = run.time_s(row);
+    const Index first = begins.back();
+    const bool together = steady[at] && steady[static_cast<std::size_t>(first)] &&
+                          run.time_s(row) - run.time_s(first) < share * (run.time_s(row) - step_at) &&
+                          std::abs(run.soc(row) - run.soc(first)) < kSocMost;
+    if (!together) begins.push_back(row);
   }
   TestRun out;
   out.name = run.name;
-  const auto n = static_cast<Index>(keep.size());
-  for (auto member : {&TestRun::time_s, &TestRun::current_a, &TestRun::voltage_v, &TestRun::soc,
-                      &TestRun::current_begin_a, &TestRun::current_end_a, &TestRun::resistance_scale}) {
-    (out.*member).resize(n);
-    for (Index k = 0; k < n; ++k) (out.*member)(k) = (run.*member)(keep[static_cast<std::size_t>(k)]);
-  }
-  out.dt_s = out.weight_s = Eigen::VectorXd::Zero(n);
-  for (Index k = 0, from = 0; k < n; ++k) {
-    const Index row = keep[static_cast<std::size_t>(k)];
-    if (k > 0) out.dt_s(k) = out.time_s(k) - out.time_s(k - 1);
-    out.weight_s(k) = run.weight_s.segment(from, row + 1 - from).sum();
-    if (run.weight_s(row) == 0.0) out.weight_s(k) = 0.0;
-    from = row + 1;
-    out.reset.push_back(run.is_reset(row));
-    out.at_rest_before.push_back(run.at_rest_before[static_cast<std::size_t>(row)]);
+  const auto n = static_cast<Index>(begins.size());
+  for (auto member : {&TestRun::time_s, &TestRun::current_a, &TestRun::voltage_v, &TestRun::soc, &TestRun::dt_s,
+                      &TestRun::current_begin_a, &TestRun::current_end_a, &TestRun::weight_s,
+                      &TestRun::resistance_scale})
+    (out.*member) = Eigen::VectorXd::Zero(n);
+  for (Index k = 0; k < n; ++k) {
+    const Index first = begins[static_cast<std::size_t>(k)],
+                last = k + 1 < n ? begins[static_cast<std::size_t>(k) + 1] : run.rows();
+    add_mean(run, first, last, k, out);
+    if (k == 0) continue;
+    out.dt_s(k) = out.time_s(k) - out.time_s(k - 1);
+    const bool neighbours = last - first == 1 && first - begins[static_cast<std::size_t>(k) - 1] == 1;
+    out.current_begin_a(k) = neighbours ? run.current_begin_a(first) : out.current_a(k - 1);
+    out.current_end_a(k) = neighbours ? run.current_end_a(first) : out.current_a(k);
   }
   return out;
 }

@@ -6,53 +6,123 @@
 #include <cmath>
 
 namespace voltlap::plant {
+namespace {
 
 using Eigen::Index;
 
+struct BlockDensity {
+  double density_v2_s = 0.0, blocks = 0.0;
+};
+
+/// Power density of the means of blocks; length 0: of single rows.
+BlockDensity density_at(const std::vector<TestRun>& runs, const std::vector<Eigen::VectorXd>& errors,
+                        double length_s) {
+  double sum = 0.0, weight = 0.0, blocks = 0.0;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const TestRun& run = runs[k];
+    double part = 0.0, part_weight = 0.0, begin = run.time_s(0);
+    const auto close = [&] {
+      if (part_weight <= 0.0) return;
+      sum += part * part;
+      weight += part_weight;
+      blocks += 1.0;
+      part = part_weight = 0.0;
+    };
+    for (Index row = 0; row < run.rows(); ++row) {
+      if (run.time_s(row) - begin >= length_s || run.is_reset(row)) {
+        close();
+        begin = run.time_s(row);
+      }
+      part += run.weight_s(row) * errors[k](row);
+      part_weight += run.weight_s(row);
+    }
+    close();
+  }
+  return {weight > 0.0 ? sum / weight : 0.0, blocks};
+}
+
+constexpr std::array kLengths{1.0, 3.0, 10.0, 30.0, 100.0, 300.0};
+
+Eigen::MatrixXd inverse_of(Eigen::MatrixXd whole) {
+  whole.diagonal() *= 1.0 + 1e-12;
+  return whole.ldlt().solve(Eigen::MatrixXd::Identity(whole.rows(), whole.cols()));
+}
+
+Eigen::VectorXd data_share(const Eigen::MatrixXd& inverse, const CircuitCost::Sums& sums) {
+  return inverse.cwiseProduct(sums.rest + sums.load).rowwise().sum().array().max(0.0).min(1.0);
+}
+
+}  // namespace
+
 double noise_density(const std::vector<TestRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
-  constexpr std::array kLengths{1.0, 3.0, 10.0, 30.0, 100.0, 300.0};
   constexpr double kFewestBlocks = 20.0;
   double largest = 0.0;
   for (const double length : kLengths) {
-    double sum = 0.0, weight = 0.0, blocks = 0.0;
-    for (std::size_t k = 0; k < runs.size(); ++k) {
-      const TestRun& run = runs[k];
-      double part = 0.0, part_weight = 0.0, begin = run.time_s(0);
-      for (Index row = 0; row < run.rows(); ++row) {
-        if (run.time_s(row) - begin >= length || run.is_reset(row)) {
-          if (part_weight > 0.0) {
-            sum += part * part;
-            weight += part_weight;
-            blocks += 1.0;
-          }
-          part = part_weight = 0.0;
-          begin = run.time_s(row);
-        }
-        part += run.weight_s(row) * errors[k](row);
-        part_weight += run.weight_s(row);
-      }
-    }
-    if (weight > 0.0 && (blocks >= kFewestBlocks || largest == 0.0)) largest = std::max(largest, sum / weight);
+    const BlockDensity at = density_at(runs, errors, length);
+    if (at.blocks >= kFewestBlocks || largest == 0.0) largest = std::max(largest, at.density_v2_s);
   }
   return largest;
 }
 
-Uncertainty uncertainty_of(const CircuitCost& cost, const Eigen::VectorXd& p, double noise_v2_s) {
-  const Index n = cost.parameter_count(), m = cost.residual_count(), data = cost.data_rows();
-  Eigen::VectorXd residuals(m);
-  CircuitCost::RowMajor jacobian(m, n);
-  cost.evaluate(p.data(), residuals.data(), jacobian.data());
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n), prior = information;
-  information.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.topRows(data).transpose());
-  prior.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.bottomRows(m - data).transpose());
-  Eigen::MatrixXd whole = (information + prior).selfadjointView<Eigen::Lower>();
-  whole.diagonal().array() += 1e-12 * whole.diagonal().maxCoeff();
-  const Eigen::MatrixXd inverse = whole.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::MatrixXd data_part = information.selfadjointView<Eigen::Lower>();
+double instrument_noise(const TestRun& run) {
+  constexpr double kLeast = 1e-4, kSame = 0.01, kTrimmed = 0.98;  // V; of the largest current, of dt; of the rows
+  const double most = run.current_a.cwiseAbs().maxCoeff();
+  std::vector<double> squares;
+  for (Index row = 2; row < run.rows(); ++row) {
+    const double dt = run.dt_s(row);
+    const bool equal = std::abs(run.dt_s(row - 1) - dt) < kSame * dt && !run.is_reset(row) && !run.is_reset(row - 1);
+    const bool steady = std::abs(run.current_a(row) - run.current_a(row - 1)) < kSame * most &&
+                        std::abs(run.current_a(row - 1) - run.current_a(row - 2)) < kSame * most;
+    if (!equal || !steady) continue;
+    const double second = run.voltage_v(row) - 2.0 * run.voltage_v(row - 1) + run.voltage_v(row - 2);
+    squares.push_back(second * second / 6.0 * dt);
+  }
+  std::sort(squares.begin(), squares.end());
+  squares.resize(static_cast<std::size_t>(kTrimmed * static_cast<double>(squares.size())));
+  double sum = 0.0;
+  for (const double square : squares) sum += square;
+  return std::max(kLeast * kLeast, squares.empty() ? 0.0 : sum / static_cast<double>(squares.size()));
+}
+
+ResidualColour colour_of(const std::vector<TestRun>& runs, const std::vector<Eigen::VectorXd>& errors,
+                         double instrument_v2_s) {
+  constexpr double kSure = 3.0, kMostOfNoise = 4.0;  // standard errors; ratio
+  const double white = std::max(1e-30, density_at(runs, errors, 0.0).density_v2_s);
+  ResidualColour out;
+  for (const double length : kLengths) {
+    const BlockDensity at = density_at(runs, errors, length);
+    const double ratio = at.density_v2_s / white;
+    if (ratio > 1.0 + kSure * std::sqrt(2.0 / std::max(1.0, at.blocks))) out.ratio = std::max(out.ratio, ratio);
+  }
+  out.is_noise = std::max(out.ratio, white / instrument_v2_s) < kMostOfNoise;
+  return out;
+}
+
+Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd& p, double colour) {
+  const CircuitCost::Sums sums = cost.sums(p);
+  const Eigen::MatrixXd inverse = inverse_of(sums.whole());
+  // Rows that parameters have used up do not count again.
+  const auto rows = static_cast<double>(sums.rest_rows + sums.load_rows);
+  const double left = std::max(0.1, 1.0 - inverse.cwiseProduct(sums.rest + sums.load).sum() / rows);
+  const auto density = [&](double square, Index count) {
+    return colour * square / (left * std::max(1.0, static_cast<double>(count)));
+  };
+  const Eigen::MatrixXd middle = density(sums.rest_square, sums.rest_rows) * sums.rest +
+                                 density(sums.load_square, sums.load_rows) * sums.load +
+                                 density(sums.rest_square + sums.load_square, sums.rest_rows + sums.load_rows) * sums.prior;
   Uncertainty out;
-  const Eigen::VectorXd bias = inverse * (jacobian.bottomRows(m - data).transpose() * residuals.tail(m - data));
+  out.sigma = (inverse * middle).cwiseProduct(inverse).rowwise().sum().array().max(0.0).sqrt();
+  out.data_share = data_share(inverse, sums);
+  return out;
+}
+
+Uncertainty uncertainty_of(const CircuitCost& cost, const Eigen::VectorXd& p, double noise_v2_s) {
+  const CircuitCost::Sums sums = cost.sums(p);
+  const Eigen::MatrixXd inverse = inverse_of(sums.whole());
+  Uncertainty out;
+  const Eigen::VectorXd bias = inverse * sums.prior_gradient;
   out.sigma = (noise_v2_s * inverse.diagonal().array().max(0.0) + bias.array().square()).sqrt();
-  out.data_share = (inverse * data_part).diagonal().array().max(0.0).min(1.0);
+  out.data_share = data_share(inverse, sums);
   return out;
 }
 

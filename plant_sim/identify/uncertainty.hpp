@@ -3,9 +3,12 @@
 // excited.
 //
 //   n^2 = mean square of the residual x its correlation time          [V^2 s]
-//   Cov = n^2 (J^T J + P^T P)^-1;   b = (J^T J + P^T P)^-1 P^T (P p - prior): how far smoothness has pulled p, to
-//   first order sigma_p^2 = Cov_pp + b_p^2,   95 % interval = p +- 1.96 sigma_p, for R and tau in their logarithm
-//   data share of a parameter = 1 - Cov_pp x prior information: 1 when the data alone decide, 0 when the prior does
+// Residual that is noise, rest (r) and load (l) apart, since a current's noise shows under load only:
+//   Cov = A^-1 (n_r^2 A_r + n_l^2 A_l + n^2 P^T P) A^-1,   A = A_r + A_l + P^T P,   A_r = sum w j j^T over rest rows
+// Residual of a circuit that is only an approximation:
+//   Cov = n^2 A^-1 + b b^T,   b = A^-1 P^T (P p - prior): how far smoothness has pulled p, to first order
+// 95 % interval = p +- 1.96 sigma_p, for R and tau in their logarithm.
+// data share of a parameter = 1 - Cov_pp x prior information: 1 when the data alone decide, 0 when the prior does
 #pragma once
 #include <Eigen/Dense>
 
@@ -17,10 +20,25 @@ namespace voltlap::plant {
 /// compared and the largest answer counts, so that a slow error is not taken for many independent samples.
 [[nodiscard]] double noise_density(const std::vector<TestRun>& runs, const std::vector<Eigen::VectorXd>& errors);
 
+/// Noise of the instrument [V^2 s]: second differences of neighbouring rows with a steady current and equal steps. At
+/// least that of 0.1 mV at 1 Hz.
+[[nodiscard]] double instrument_noise(const TestRun& run);
+
+/// Is a residual noise, or the shape of something that the model lacks?
+struct ResidualColour {
+  double ratio = 1.0;    ///< power density of slow parts over that of single rows; 1 when no length differs for sure
+  bool is_noise = true;  ///< no more than twice the instrument's noise, nor twice that of single rows at any length
+};
+[[nodiscard]] ResidualColour colour_of(const std::vector<TestRun>& runs, const std::vector<Eigen::VectorXd>& errors,
+                                       double instrument_v2_s);
+
 struct Uncertainty {
   Eigen::VectorXd sigma;       ///< of each parameter, in the fit's own units (ln for R and tau)
   Eigen::VectorXd data_share;  ///< 0..1
 };
+/// Of a residual that is noise, `colour` times its white density.
+[[nodiscard]] Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd& p, double colour);
+/// Of a residual with this power density that is not.
 [[nodiscard]] Uncertainty uncertainty_of(const CircuitCost& cost, const Eigen::VectorXd& p, double noise_v2_s);
 
 }  // namespace voltlap::plant
