@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <numeric>
 #include <optional>
 
@@ -65,6 +66,21 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--window", windows_, "T0:T1, seconds: only these rows of the files after it")
       ->allow_extra_args(false);
   command_->add_option("--blocks", blocks_, "SECONDS:even|odd: fit every other block, print the RMS on the rest");
+  const std::map<std::string, CurrentHold> holds{{"previous", CurrentHold::kPrevious},
+                                                 {"next", CurrentHold::kNext},
+                                                 {"linear", CurrentHold::kLinear}};
+  command_->add_option("--hold", hold_,
+                       "Current between rows: a row's holds on (previous), has held (next), rows are means "
+                       "(linear); default: found in each file")
+      ->transform(CLI::Transformer(holds));
+  const auto add_limit = [&](const char* flag, double& value, const char* what) {
+    command_->add_option(flag, value, std::string("Intervals allow for ") + what)->check(CLI::NonNegativeNumber);
+  };
+  add_limit("--voltage-error", instruments_.voltage_v, "an offset of the voltage up to this, V");
+  add_limit("--voltage-gain-error", instruments_.voltage_gain, "a gain error of the voltage up to this, 1");
+  add_limit("--current-error", instruments_.current_a, "an offset of the current under load up to this, A");
+  add_limit("--current-gain-error", instruments_.current_gain, "a gain error of the current up to this, 1");
+  add_limit("--rest-current-error", instruments_.rest_current_a, "an offset of the current at rest up to this, A");
   add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
   add_output_file(*command_, "--json", json_, "Write everything found as JSON");
   add_output_file(*command_, "--report", report_,

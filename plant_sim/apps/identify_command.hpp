@@ -2,6 +2,7 @@
 // `voltlap identify`: recordings of a cell to its parameter tables.
 #pragma once
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,8 @@ class IdentifyCommand {
   std::vector<std::string> windows_;
   std::string method_, ocv_, blocks_, out_, json_, report_;
   int branches_ = 0;
+  std::optional<CurrentHold> hold_;
+  InstrumentLimits instruments_;
 };
 
 }  // namespace voltlap::plant

@@ -79,6 +79,7 @@ Json parameters_json(const IdentifyResult& result) {
     em["value"].push_back(model.em(node));
     em["ci95_low"].push_back(model.em(node) - half);
     em["ci95_high"].push_back(model.em(node) + half);
+    em["excited"].push_back(is_ocv_excited(result, node));
   }
   out["em_v"] = em;
   const std::vector<TableName> names = table_names(model.branches());
@@ -169,7 +170,8 @@ std::string identification_json(const CellParameters& cell, const CellTests& tes
     const IdentifyResult& r = group.result;
     Json one = {{"temperature_c", group.temperature_c}, {"current_a", group.current_a},
                 {"branches", r.model.branches()},       {"rms_v", r.rms_v},
-                {"noise_v2_s", r.noise_v2_s},           {"smoothness", r.smoothness},
+                {"noise_v2_s", r.noise_v2_s},           {"smoothness", r.smoothness > 0.0 ? Json(r.smoothness) : Json()},
+                {"smoothness_from", r.smoothness_from},
                 {"iterations", r.iterations},           {"seconds", r.seconds},
                 {"hysteresis_v", r.hysteresis_v},       {"notes", r.notes}};
     one["rms_other_blocks_v"] = r.rms_other_blocks_v ? Json(*r.rms_other_blocks_v) : Json(nullptr);

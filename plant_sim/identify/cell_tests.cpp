@@ -75,6 +75,16 @@ std::vector<double> not_falling(const Eigen::VectorXd& y) {
   return out;
 }
 
+/// Nodes of a curve that a table, straight between its entries, is to follow: three more in each interval.
+std::vector<double> fine(const std::vector<double>& at) {
+  constexpr int kParts = 4;
+  std::vector<double> out{at.front()};
+  for (std::size_t k = 1; k < at.size(); ++k) {
+    for (int part = 1; part <= kParts; ++part) out.push_back(at[k - 1] + (at[k] - at[k - 1]) * part / kParts);
+  }
+  return out;
+}
+
 CellParameterMap table_of(const CellTests& tests, const auto& value_at) {
   CellParameterMap map;
   const Index nodes = breakpoint_grid().size();
@@ -184,11 +194,13 @@ CellParameters cell_parameters(const CellTests& tests, const CellParameters& lik
   cell.voltage_min_v = low;
   cell.voltage_max_v = high;
   cell.ocv_polynomial_v.clear();
-  cell.ocv_soc = model.ocv.nodes();
-  cell.ocv_v = not_falling(model.em);
+  cell.ocv_soc = fine(model.ocv.nodes());
+  Eigen::VectorXd ocv(static_cast<Index>(cell.ocv_soc.size()));
+  for (Index k = 0; k < ocv.size(); ++k) ocv(k) = model.ocv.value(model.em, cell.ocv_soc[static_cast<std::size_t>(k)]);
+  cell.ocv_v = not_falling(ocv);
   double levelled = 0.0;
   for (std::size_t k = 0; k < cell.ocv_v.size(); ++k)
-    levelled = std::max(levelled, std::abs(cell.ocv_v[k] - model.em(static_cast<Index>(k))));
+    levelled = std::max(levelled, std::abs(cell.ocv_v[k] - ocv(static_cast<Index>(k))));
   constexpr double kNoCurve = 1.0;  // V; beyond it this is no open-circuit voltage
   if (levelled > kNoCurve) {
     throw InputError(reference.result.files.front().path,
@@ -241,17 +253,31 @@ OcvPolynomial ocv_polynomial(const CircuitModel& model) {
   return {{c.begin(), c.end()}, (powers * c - model.em).cwiseAbs().maxCoeff()};
 }
 
-bool is_excited(const IdentifyResult& result, Index table, Index node) {
-  const double soc = result.model.grid.at(node);
+namespace {
+
+bool was_passed(const IdentifyResult& result, double soc) {
   double low = 1.0, high = 0.0;
   for (const FileFinding& file : result.files) {
     low = std::min(low, file.soc_low);
     high = std::max(high, file.soc_high);
   }
-  const Index at = result.model.em.size() + table * result.model.grid.size() + node;
-  constexpr double kTwoSided = 1.96, kSeries = 0.01, kBranch = 0.05, kTau = 0.10;
+  return soc > low - 0.01 && soc < high + 0.01;
+}
+
+constexpr double kTwoSided = 1.96;
+
+}  // namespace
+
+bool is_excited(const IdentifyResult& result, Index table, Index node) {
+  constexpr double kSeries = 0.01, kBranch = 0.05, kTau = 0.10;
   const double narrow = table == 0 ? kSeries : table <= result.model.branches() ? kBranch : kTau;
-  return soc > low - 0.01 && soc < high + 0.01 && kTwoSided * result.uncertainty.sigma(at) < narrow;
+  const Index at = result.model.em.size() + table * result.model.grid.size() + node;
+  return was_passed(result, result.model.grid.at(node)) && kTwoSided * result.uncertainty.sigma(at) < narrow;
+}
+
+bool is_ocv_excited(const IdentifyResult& result, Index node) {
+  constexpr double kNarrow = 2e-3;  // V
+  return was_passed(result, result.model.ocv.at(node)) && kTwoSided * result.uncertainty.sigma(node) < kNarrow;
 }
 
 }  // namespace voltlap::plant

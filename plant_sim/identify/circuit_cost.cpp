@@ -156,7 +156,8 @@ RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int i
         out.p += taken;
         out.cost = next.cost();
         sums = std::move(next);
-        damping = gained > 0.75 * predicted ? std::max(1e-9, 0.1 * damping) : gained < 0.25 * predicted ? 4.0 * damping : damping;
+        if (gained > 0.75 * predicted) damping = std::max(1e-9, 0.1 * damping);
+        if (gained < 0.25 * predicted) damping *= 4.0;
       } else {
         if (out.converged) break;
         damping = std::max(1e-6, 10.0 * damping);

@@ -8,6 +8,14 @@
 #include <iterator>
 
 namespace voltlap::plant {
+namespace {
+
+std::string smoothness_text(const IdentifyResult& result) {
+  return result.smoothness > 0.0 ? fmt::format("{:.3g} by {}", result.smoothness, result.smoothness_from)
+                                 : "by " + result.smoothness_from;
+}
+
+}  // namespace
 
 std::string identification_text(const CellParameters& cell, const CellTests& tests, int cells_in_series) {
   std::string out;
@@ -18,7 +26,7 @@ std::string identification_text(const CellParameters& cell, const CellTests& tes
     const IdentifyResult& r = group.result;
     fmt::format_to(to, "\nat {:.1f} degC{}: {} RC branches, RMS {:.2f} mV, smoothness {}, {} iterations, {:.2f} s\n",
                group.temperature_c, group.current_a > 0.0 ? fmt::format(", {:.0f} A", group.current_a) : "",
-               r.model.branches(), 1e3 * r.rms_v, r.smoothness, r.iterations, r.seconds);
+               r.model.branches(), 1e3 * r.rms_v, smoothness_text(r), r.iterations, r.seconds);
     for (const FileFinding& file : r.files) {
       fmt::format_to(to,
                  "  {}\n    current {} (found from {}); SOC {:.3f} to {:.3f}, {:.3f} by {}; RMS {:.2f} mV over all "

@@ -76,7 +76,7 @@ std::vector<OrderScore> score_orders(const std::vector<TestRun>& runs, const Fit
     const double samples = std::max(2.0, seconds * square / density);  // independent ones
     const double parameters = static_cast<double>((2 * branches + 1) * fit.r_count());
     out.push_back({static_cast<int>(branches), heldout_score(runs, taus, priors).mean(),
-                             samples * std::log(square) + parameters * std::log(samples)});
+                   samples * std::log(square) + parameters * std::log(samples)});
   }
   return out;
 }

@@ -47,7 +47,8 @@ TrialFit linear_fit(const std::vector<TestRun>& runs, const Eigen::VectorXd& tau
 
 std::vector<Eigen::VectorXd> errors_of(const TrialFit& fit, const std::vector<TestRun>& runs) {
   std::vector<Eigen::VectorXd> out;
-  for (std::size_t k = 0; k < runs.size(); ++k) out.push_back(simulate(fit.model, runs[k], fit.states[k]) - runs[k].voltage_v);
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    out.push_back(simulate(fit.model, runs[k], fit.states[k]) - runs[k].voltage_v);
   return out;
 }
 

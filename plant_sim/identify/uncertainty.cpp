@@ -107,9 +107,9 @@ Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd&
   const auto density = [&](double square, Index count) {
     return colour * square / (left * std::max(1.0, static_cast<double>(count)));
   };
-  const Eigen::MatrixXd middle = density(sums.rest_square, sums.rest_rows) * sums.rest +
-                                 density(sums.load_square, sums.load_rows) * sums.load +
-                                 density(sums.rest_square + sums.load_square, sums.rest_rows + sums.load_rows) * sums.prior;
+  const double rest = density(sums.rest_square, sums.rest_rows), load = density(sums.load_square, sums.load_rows),
+               both = density(sums.rest_square + sums.load_square, sums.rest_rows + sums.load_rows);
+  const Eigen::MatrixXd middle = rest * sums.rest + load * sums.load + both * sums.prior;
   Uncertainty out;
   out.sigma = (inverse * middle).cwiseProduct(inverse).rowwise().sum().array().max(0.0).sqrt();
   out.data_share = data_share(inverse, sums);
