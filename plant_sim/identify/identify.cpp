@@ -174,7 +174,7 @@ IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions&
     }
   }
   priors.tau_longest_s = std::clamp(kRestShare * longest_rest(runs), 150.0, 5000.0);
-  FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress};
+  FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}};
   for (const PreparedLog& one : prepared)
     fit_options.instrument_v2_s =
         std::max(fit_options.instrument_v2_s, instrument_noise(make_run(*one.log, one.run)));

@@ -18,7 +18,7 @@ StageFit mean_fit(const std::vector<PreparedLog>& prepared, Method method) {
   StageFit mean;
   for (const PreparedLog& one : prepared) {
     const TestRun whole = make_run(*one.log, one.run);
-    StageFit fit = stage_fit(whole, averaged(whole), method);
+    StageFit fit = stage_fit(whole, thinned(whole, kRestThinning), method);
     mean.sections.insert(mean.sections.end(), fit.sections.begin(), fit.sections.end());
     mean.iterations += fit.iterations;
     if (mean.model.em.size() == 0) {

@@ -19,6 +19,21 @@ double largest_current(const CellLog& log) {
 
 }  // namespace
 
+namespace {
+
+/// Rows that are means (hold kLinear) and have a step of the current inside: their mean voltage is not that of their
+/// mean current, by up to an eighth of a row's rise of the branches.
+bool has_step_inside(const CellLog& log, std::size_t row, double most) {
+  constexpr double kStep = 0.02;  // of the largest current
+  if (row < 2 || row + 2 >= log.rows()) return false;
+  const auto change = [&](std::size_t at) { return log.current_a[at] - log.current_a[at - 1]; };
+  const bool between = change(row) * change(row + 1) > 0.0 && std::abs(change(row)) > kStep * most &&
+                       std::abs(change(row + 1)) > kStep * most;
+  return between && std::abs(change(row - 1)) < kStep * most && std::abs(change(row + 2)) < kStep * most;
+}
+
+}  // namespace
+
 std::vector<bool> resting_rows(const CellLog& log) {
   const double threshold = kRestShare * largest_current(log);
   std::vector<bool> out(log.rows());
@@ -87,8 +102,10 @@ TestRun make_run(const CellLog& log, const RunOptions& options) {
     run.weight_s(row) += share;
     run.weight_s(row - 1) += share;
   }
+  const double most = largest_current(log);
   for (Index row = 0; row < n; ++row) {
     const auto at = static_cast<std::size_t>(row);
+    if (options.hold == CurrentHold::kLinear && has_step_inside(log, at, most)) run.weight_s(row) = 0.0;
     if (!std::isfinite(run.voltage_v(row))) run.weight_s(row) = run.voltage_v(row) = 0.0;
     if (!log.temperature_c.empty() && std::isfinite(log.temperature_c[at])) {
       run.resistance_scale(row) += options.per_kelvin * (log.temperature_c[at] - options.reference_temperature_c);
@@ -165,6 +182,42 @@ TestRun averaged(const TestRun& run, double share) {
     const bool neighbours = last - first == 1 && first - begins[static_cast<std::size_t>(k) - 1] == 1;
     out.current_begin_a(k) = neighbours ? run.current_begin_a(first) : out.current_a(k - 1);
     out.current_end_a(k) = neighbours ? run.current_end_a(first) : out.current_a(k);
+  }
+  return out;
+}
+
+TestRun thinned(const TestRun& run, double share) {
+  std::vector<Index> keep{0};
+  double step_at = run.time_s(0);
+  const double quiet = kRestShare * run.current_a.cwiseAbs().maxCoeff();
+  for (Index row = 1; row < run.rows(); ++row) {
+    const auto resting = [&](Index at) {
+      return std::abs(run.current_begin_a(at)) <= quiet && std::abs(run.current_end_a(at)) <= quiet &&
+             std::abs(run.current_a(at)) <= quiet;
+    };
+    const bool still =
+        resting(row) && row + 1 < run.rows() && resting(row + 1) && !run.is_reset(row) && !run.is_reset(row + 1);
+    if (!resting(row)) step_at = run.time_s(row);
+    if (!still || run.time_s(row) - run.time_s(keep.back()) >= share * (run.time_s(row) - step_at))
+      keep.push_back(row);
+  }
+  TestRun out;
+  out.name = run.name;
+  const auto n = static_cast<Index>(keep.size());
+  for (auto member : {&TestRun::time_s, &TestRun::current_a, &TestRun::voltage_v, &TestRun::soc,
+                      &TestRun::current_begin_a, &TestRun::current_end_a, &TestRun::resistance_scale}) {
+    (out.*member).resize(n);
+    for (Index k = 0; k < n; ++k) (out.*member)(k) = (run.*member)(keep[static_cast<std::size_t>(k)]);
+  }
+  out.dt_s = out.weight_s = Eigen::VectorXd::Zero(n);
+  for (Index k = 0, from = 0; k < n; ++k) {
+    const Index row = keep[static_cast<std::size_t>(k)];
+    if (k > 0) out.dt_s(k) = out.time_s(k) - out.time_s(k - 1);
+    out.weight_s(k) = run.weight_s.segment(from, row + 1 - from).sum();
+    if (run.weight_s(row) == 0.0) out.weight_s(k) = 0.0;
+    from = row + 1;
+    out.reset.push_back(run.is_reset(row));
+    out.at_rest_before.push_back(run.at_rest_before[static_cast<std::size_t>(row)]);
   }
   return out;
 }

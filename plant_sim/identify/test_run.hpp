@@ -51,4 +51,10 @@ struct RunOptions {
 /// weight it stands for. Of an exponential it takes w^2 / (24 tau^2) too much: 4e-5 with w = 3 % of tau.
 [[nodiscard]] TestRun averaged(const TestRun& run, double share = 0.03);
 
+/// The same run with fewer rows in its rests, none of them a mean, as the pulse and layered methods take it: a row is
+/// kept when `share` of the time since the last step has passed. Exact for a current held between rows, since nothing
+/// happens in between; weights are summed.
+inline constexpr double kRestThinning = 0.05;
+[[nodiscard]] TestRun thinned(const TestRun& run, double share);
+
 }  // namespace voltlap::plant

@@ -73,6 +73,36 @@ TEST(TestRun, RowsAroundAStepAndGlitchesStayByThemselves) {
   CHECK(!stays(200.0) || !stays(201.0));
 }
 
+TEST(TestRun, ThinningKeepsTimeWeightAndTheSimulatedVoltage) {
+  const CellLog log = cell.record(cell.pulse_plan(30.0, 1800));
+  RunOptions options;
+  options.capacity_ah = cell.capacity_ah;
+  const TestRun whole = make_run(log, options), thin = thinned(whole, 0.05);
+  CHECK(thin.rows() < whole.rows() / 2);
+  DOUBLES_EQUAL(whole.weight_s.sum(), thin.weight_s.sum(), 1e-6);
+  CircuitModel model;
+  model.em = Eigen::VectorXd::LinSpaced(model.ocv.size(), 3.0, 4.2);
+  model.r = Eigen::MatrixXd::Constant(model.grid.size(), 3, 1e-3);
+  model.tau = Eigen::MatrixXd::Constant(model.grid.size(), 2, 50.0);
+  const Eigen::VectorXd all = simulate(model, whole), few = simulate(model, thin);
+  for (Eigen::Index row = 0, at = 0; row < thin.rows(); ++row) {
+    while (whole.time_s(at) < thin.time_s(row)) ++at;
+    DOUBLES_EQUAL(all(at), few(row), 1e-12);
+  }
+}
+
+TEST(TestRun, RowOfMeansWithAStepInsideHasNoWeight) {
+  CellLog log = cell.record(std::vector<double>(100, 30.0));
+  for (std::size_t row = 51; row < 100; ++row) log.current_a[row] = 0.0;
+  log.current_a[50] = 12.0;
+  RunOptions options;
+  options.hold = CurrentHold::kLinear;
+  DOUBLES_EQUAL(0.0, make_run(log, options).weight_s(50), 0.0);
+  DOUBLES_EQUAL(1.0, make_run(log, options).weight_s(51), 0.0);
+  options.hold = CurrentHold::kNext;
+  DOUBLES_EQUAL(1.0, make_run(log, options).weight_s(50), 0.0);
+}
+
 TEST(TestRun, RowWithoutVoltageHasNoWeight) {
   CellLog log = cell.record(std::vector<double>(100, 30.0));
   log.voltage_v[50] = std::nan("");
