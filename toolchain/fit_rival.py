@@ -1,29 +1,8 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The full fit beside scipy: one problem, one start, one objective; processor time of one core.
+"""The objective of the full fit in numpy: tables as matrices, a branch as cumulative sums over blocks of rows."""
+import numpy as np
+from scipy import sparse
 
-The problem is a discharge test of one cell, four hours at 1 Hz, 129 parameters (16 breakpoints of R0, R1, R2, tau1,
-tau2 and 49 nodes of the OCV), with the smoothness that the fit settled. The rival is scipy.optimize.least_squares with
-numerical derivatives; its model is written for numpy: tables as matrices, and the branches' recursion as cumulative
-sums over blocks of rows, without a loop over rows. Costs of both answers are computed by the rival's model.
-"""
-import argparse
-import json
-import os
-import subprocess
-import sys
-import tempfile
-import time
-from pathlib import Path
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-import numpy as np  # noqa: E402
-from scipy import sparse  # noqa: E402
-from scipy.optimize import least_squares  # noqa: E402
-
-GOAL = 100.0
-SAME = 1e-4  # relative difference of costs that counts as none
 BLOCK = 128
 
 
@@ -108,41 +87,3 @@ class Rival:
 
     def cost(self, p):
         return float(np.sum(self.residuals(np.asarray(p)) ** 2))
-
-
-def main():
-    parser = argparse.ArgumentParser(prog="voltlap benchmark-fit", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter,
-                                     epilog="Exit code: 0 at least 100 times faster at the same cost; 1 not; 2 usage.")
-    parser.add_argument("--json", type=Path, help="write the numbers")
-    arguments = parser.parse_args()
-    build = Path(os.environ.get("VOLTLAP_BUILD_DIR", Path(__file__).resolve().parents[1] / "build" / "default"))
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "problem.json"
-        subprocess.run([build / "bin" / "voltlap-fit-problem", "--json", path], check=True)
-        problem = json.loads(path.read_text())
-    rival, start, ours = Rival(problem), np.array(problem["start"]), problem["ours"]
-    print("voltlap: scipy is at it, which takes a minute or more", file=sys.stderr)
-    begin = time.process_time()
-    theirs = least_squares(rival.residuals, start, method="trf", x_scale="jac", ftol=1e-8, xtol=1e-8, gtol=1e-12,
-                           max_nfev=200)
-    seconds = time.process_time() - begin
-    cost, factor = 2 * theirs.cost, seconds / ours["seconds"]
-    own_cost = rival.cost(ours["p"])
-    print(f"{problem['rows']} rows, {problem['hours']:.2f} h at 1 Hz, {len(start)} parameters; start: cost "
-          f"{rival.cost(start):.6e} V^2 s\n\n"
-          f"{'':<28}{'time':>12}{'iterations':>12}{'cost':>16}\n"
-          f"{'voltlap, this problem':<28}{ours['seconds'] * 1e3:>9.0f} ms{ours['iterations']:>12}{own_cost:>16.6e}\n"
-          f"{'scipy least_squares':<28}{seconds:>10.1f} s{theirs.njev:>13}{cost:>16.6e}\n"
-          f"{'voltlap identify, whole':<28}{problem['identify_s'] * 1e3:>9.0f} ms\n\n"
-          f"{factor:.0f} times faster on the same problem; the whole identification, smoothness and all, "
-          f"{seconds / problem['identify_s']:.0f} times")
-    if arguments.json:
-        arguments.json.write_text(json.dumps({
-            "rows": problem["rows"], "parameters": len(start), "voltlap_s": ours["seconds"], "scipy_s": seconds,
-            "identify_s": problem["identify_s"], "voltlap_cost": own_cost, "scipy_cost": cost, "factor": factor}))
-    return 0 if factor >= GOAL and own_cost <= cost * (1 + SAME) else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -5,7 +5,7 @@ import pathlib
 import re
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
-LEFT_OUT = {"build", "vendor", ".git"}
+LEFT_OUT = {"build", "vendor", ".git", ".pytest_cache"}
 FENCE = re.compile(r"^(?:<!-- output of: (?P<of>.+?) -->\n)?```(?P<language>\w*)\n(?P<body>.*?)^```$",
                    re.MULTILINE | re.DOTALL)
 
