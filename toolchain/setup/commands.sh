@@ -33,7 +33,7 @@ stop_ticker() {
 # row NAME RUNS PACKAGES PYTHON OPTIONS TARGET ARGUMENTS WHAT: one row. What is done with it depends on row_action.
 row() { "$row_action" "$@"; }
 
-list_row() { printf '  ./voltlap %-22s %s\n' "$1${7:+ $7}" "$8"; }
+list_row() { printf '  ./voltlap %-28s %s\n' "$1${7:+ $7}" "$8"; }
 
 # Keeps the row of the command that was asked for in row_*.
 find_row() {
