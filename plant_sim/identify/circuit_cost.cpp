@@ -11,6 +11,15 @@ using Eigen::Index;
 
 constexpr double kResistanceFloor = 1e-3;  // of the typical resistance, where the linear fit says zero
 
+/// Where a step leads: a resistance grows by the share itself, not by e to its power: voltages are linear in it.
+Eigen::VectorXd moved(const Eigen::VectorXd& p, const Eigen::VectorXd& step, const CircuitLayout& at) {
+  constexpr double kLeastLeft = 0.1;  // of a resistance: it stays above zero
+  Eigen::VectorXd out = p + step;
+  const auto shares = step.segment(at.em, at.tau(0) - at.em).array();
+  out.segment(at.em, shares.size()) = p.segment(at.em, shares.size()).array() + (1.0 + shares).max(kLeastLeft).log();
+  return out;
+}
+
 }  // namespace
 
 CircuitCost::CircuitCost(const CircuitFit& fit, Eigen::VectorXd tau_centre_s)
@@ -131,11 +140,12 @@ CircuitCost::Sums CircuitCost::sums(const Eigen::VectorXd& p) const {
 }
 
 RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int iterations_max, double tolerance) {
-  constexpr double kMostTrials = 12;
+  constexpr int kMostTrials = 12;
+  const CircuitLayout& at = cost.layout();
   RefineResult out{start};
   CircuitCost::Sums sums = cost.sums(start);
   out.cost = sums.cost();
-  double damping = 1e-4;
+  double damping = 1e-4, growth = 2.0;
   for (; out.iterations < iterations_max && !out.converged; ++out.iterations) {
     const Eigen::MatrixXd whole = sums.whole();
     bool accepted = false;
@@ -143,24 +153,26 @@ RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int i
       Eigen::MatrixXd damped = whole;
       damped.diagonal() *= 1.0 + damping;
       const Eigen::VectorXd step = -damped.ldlt().solve(sums.gradient);
-      // A factor of e at most in any resistance or time constant: beyond it the straight line means nothing.
-      const CircuitLayout& at = cost.layout();
-      const double longest = step.segment(at.em, at.state() - at.em).cwiseAbs().maxCoeff();
+      // A factor of e at most in any time constant: beyond it the straight line means nothing.
+      const double longest = step.segment(at.tau(0), at.state() - at.tau(0)).cwiseAbs().maxCoeff();
       const Eigen::VectorXd taken = step * std::min(1.0, 1.0 / std::max(longest, 1e-12));
       const double predicted = -2.0 * sums.gradient.dot(taken) - taken.dot(whole * taken);
-      CircuitCost::Sums next = cost.sums(out.p + taken);
+      const Eigen::VectorXd there = moved(out.p, taken, at);
+      CircuitCost::Sums next = cost.sums(there);
       const double gained = out.cost - next.cost();
       if (predicted <= tolerance * out.cost && std::abs(gained) <= tolerance * out.cost) out.converged = true;
       if (gained > 0.0) {
         accepted = true;
-        out.p += taken;
+        out.p = there;
         out.cost = next.cost();
         sums = std::move(next);
-        if (gained > 0.75 * predicted) damping = std::max(1e-9, 0.1 * damping);
-        if (gained < 0.25 * predicted) damping *= 4.0;
+        // H. B. Nielsen, IMM-REP-1999-05: the better the prediction, the less damping, without a jump.
+        damping = std::max(1e-9, damping * std::max(0.1, 1.0 - std::pow(2.0 * gained / predicted - 1.0, 3)));
+        growth = 2.0;
       } else {
         if (out.converged) break;
-        damping = std::max(1e-6, 10.0 * damping);
+        damping = std::max(1e-6, growth * damping);
+        growth *= 2.0;
       }
     }
     if (!accepted) break;

@@ -60,7 +60,8 @@ struct RefineResult {
   bool converged = false;
 };
 /// Levenberg and Marquardt's method on the sums: a step solves (A + mu diag A) d = -g; mu follows the ratio of real
-/// and predicted decrease. Ends when a step lowers the cost by less than `tolerance` of it.
+/// and predicted decrease (H. B. Nielsen, IMM-REP-1999-05). Ends when a step lowers the cost by less than `tolerance`
+/// of it.
 [[nodiscard]] RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int iterations_max = 30,
                                   double tolerance = 1e-6);
 

@@ -25,6 +25,17 @@ Roughness roughness_of(const CircuitCost& cost, const Eigen::VectorXd& p, Index 
   return {rows * y, rows * y.asDiagonal()};
 }
 
+/// gamma of a table: how many rows of its roughness the data decide.
+double decided_rows(const CircuitCost& cost, const Roughness& rough, const Eigen::MatrixXd& inverse, Index table) {
+  constexpr double kLeastShare = 0.02;  // of the rows
+  const CircuitLayout& at = cost.layout();
+  const double weight = cost.fit().priors().roughness_weight(table, at.branches);
+  const auto block = inverse.block(at.first(table), at.first(table), at.count(table), at.count(table));
+  const double trace = (rough.by_p * block).cwiseProduct(rough.by_p).sum();
+  const auto rank = static_cast<double>(rough.value.size());
+  return std::max(kLeastShare * rank, rank - weight * weight * trace);
+}
+
 /// What a table's values are measured in.
 double unit_of(const CircuitCost& cost, Index table) {
   const bool is_resistance = table > 0 && table <= cost.layout().branches + 1;
@@ -34,7 +45,7 @@ double unit_of(const CircuitCost& cost, Index table) {
 }  // namespace
 
 Evidence evidence_at(const CircuitCost& cost, const Eigen::VectorXd& p, double colour) {
-  constexpr double kMostChange = 30.0, kLeastShare = 0.02;  // of a variance in one update; of gamma in its rows
+  constexpr double kMostChange = 30.0;  // of a variance in one update
   constexpr double kStraight = 0.05;  // least spread of a roughness in its unit: as good as a straight line
   const CircuitLayout& at = cost.layout();
   const CircuitCost::Sums sums = cost.sums(p);
@@ -49,15 +60,25 @@ Evidence evidence_at(const CircuitCost& cost, const Eigen::VectorXd& p, double c
   for (Index table = 0; table < at.tables(); ++table) {
     const double before = cost.fit().priors().roughness_weight(table, at.branches);
     const Roughness rough = roughness_of(cost, p, table);
-    const auto block = inverse.block(at.first(table), at.first(table), at.count(table), at.count(table));
-    const double trace = (rough.by_p * block).cwiseProduct(rough.by_p).sum();
-    const auto rank = static_cast<double>(rough.value.size());
-    const double gamma = std::max(kLeastShare * rank, rank - before * before * trace);
+    const double gamma = decided_rows(cost, rough, inverse, table);
     const double wanted = out.noise_v2_s * gamma / std::max(rough.value.squaredNorm(), 1e-30);
     const double square = before * before;
     const double least = kStraight * unit_of(cost, table), most = out.noise_v2_s / (least * least);
     out.roughness_weights(table) =
         std::sqrt(std::min(most, std::clamp(wanted, square / kMostChange, square * kMostChange)));
+  }
+  return out;
+}
+
+Eigen::MatrixXd smoothness_spread(const CircuitCost& cost, const Eigen::VectorXd& p, const Eigen::MatrixXd& inverse) {
+  const CircuitLayout& at = cost.layout();
+  Eigen::MatrixXd out(at.size(), at.tables());
+  for (Index table = 0; table < at.tables(); ++table) {
+    const double weight = cost.fit().priors().roughness_weight(table, at.branches);
+    const Roughness rough = roughness_of(cost, p, table);
+    const Eigen::VectorXd pull = weight * weight * (rough.by_p.transpose() * rough.value);
+    out.col(table) = std::sqrt(2.0 / decided_rows(cost, rough, inverse, table)) *
+                     (inverse.middleCols(at.first(table), at.count(table)) * pull);
   }
   return out;
 }

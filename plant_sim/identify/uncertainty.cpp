@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "identify/evidence.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -111,7 +113,8 @@ Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd&
                both = density(sums.rest_square + sums.load_square, sums.rest_rows + sums.load_rows);
   const Eigen::MatrixXd middle = rest * sums.rest + load * sums.load + both * sums.prior;
   Uncertainty out;
-  out.sigma = (inverse * middle).cwiseProduct(inverse).rowwise().sum().array().max(0.0).sqrt();
+  const Eigen::ArrayXd noise = (inverse * middle).cwiseProduct(inverse).rowwise().sum().array().max(0.0);
+  out.sigma = (noise + smoothness_spread(cost, p, inverse).rowwise().squaredNorm().array()).sqrt();
   out.data_share = data_share(inverse, sums);
   return out;
 }
