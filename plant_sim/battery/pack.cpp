@@ -74,31 +74,41 @@ void Pack::renew(double elapsed_s, double ambient_c) {
                             : temperature_[i] + heat_j_[i] / heat_capacity_j_per_k_;
     }
     heat_j_[i] = 0.0;
-
-    const CircuitParameters p = tables_.circuit(soc_[i], temperature_[i], lookup_current_);
-    const double scale = resistance_scale_[i] * resistance_fault_[i];
-    const double r1 = p.r1_ohm * scale;
-    const double r2 = p.r2_ohm * scale;
-    r0_[i] = p.r0_ohm * scale;
-    g1_[i] = 1.0 / r1;
-    g2_[i] = 1.0 / r2;
-    c1_[i] = p.tau1_s / r1;
-    c2_[i] = p.tau2_s / r2;
-    decay1_[i] = std::exp(-step_s_ / p.tau1_s);
-    decay2_[i] = std::exp(-step_s_ / p.tau2_s);
-    gain1_[i] = (1.0 - decay1_[i]) * r1;
-    gain2_[i] = (1.0 - decay2_[i]) * r2;
-    // Mean of v over the step: m v + (1 - m) R I with m = tau (1 - a) / dt.
-    mean_decay1_[i] = p.tau1_s * (1.0 - decay1_[i]) / step_s_;
-    mean_decay2_[i] = p.tau2_s * (1.0 - decay2_[i]) / step_s_;
-    mean_gain1_[i] = (1.0 - mean_decay1_[i]) * r1;
-    mean_gain2_[i] = (1.0 - mean_decay2_[i]) * r2;
-    r_step_[i] = r0_[i] + mean_gain1_[i] + mean_gain2_[i];
-    const OcvPoint ocv = tables_.ocv(soc_[i]);
-    ocv_[i] = ocv.voltage_v;
-    ocv_per_amp_[i] = ocv.slope_v * soc_per_amp_[i];
+    ocv_[i] = tables_.ocv(soc_[i]).voltage_v;
+    look_up(i, soc_[i], lookup_current_);
   }
   sum_thevenin();
+}
+
+void Pack::renew_for(double pack_current_a) {
+  const double current = pack_current_a / parallel_;
+  if (std::abs(current) > lookup_floor_a_) lookup_current_ = std::abs(current);
+  for (std::size_t i = 0; i < count_; ++i) look_up(i, soc_[i] - 0.5 * soc_per_amp_[i] * current, lookup_current_);
+  sum_thevenin();
+}
+
+void Pack::look_up(std::size_t i, double soc, double current_a) {
+  const CircuitParameters p = tables_.circuit(soc, temperature_[i], current_a);
+  const double scale = resistance_scale_[i] * resistance_fault_[i];
+  const double r1 = p.r1_ohm * scale;
+  const double r2 = p.r2_ohm * scale;
+  r0_[i] = p.r0_ohm * scale;
+  g1_[i] = 1.0 / r1;
+  g2_[i] = 1.0 / r2;
+  c1_[i] = p.tau1_s / r1;
+  c2_[i] = p.tau2_s / r2;
+  decay1_[i] = std::exp(-step_s_ / p.tau1_s);
+  decay2_[i] = std::exp(-step_s_ / p.tau2_s);
+  gain1_[i] = (1.0 - decay1_[i]) * r1;
+  gain2_[i] = (1.0 - decay2_[i]) * r2;
+  // Mean of v over the step: m v + (1 - m) R I with m = tau (1 - a) / dt.
+  mean_decay1_[i] = p.tau1_s * (1.0 - decay1_[i]) / step_s_;
+  mean_decay2_[i] = p.tau2_s * (1.0 - decay2_[i]) / step_s_;
+  mean_gain1_[i] = (1.0 - mean_decay1_[i]) * r1;
+  mean_gain2_[i] = (1.0 - mean_decay2_[i]) * r2;
+  ocv_per_amp_[i] = tables_.ocv(soc).slope_v * soc_per_amp_[i];
+  // Half of the step's fall of the OCV: the mean over the step.
+  r_step_[i] = r0_[i] + mean_gain1_[i] + mean_gain2_[i] + 0.5 * ocv_per_amp_[i];
 }
 
 void Pack::sum_thevenin() {
@@ -124,8 +134,9 @@ PackEnergy Pack::advance(double pack_current_a) {
     const double next2 = decay2_[i] * v2_[i] + gain2_[i] * current;
     const double heat0 = r0_[i] * current * charge;
     const double heat12 = (g1_[i] * mean1 * mean1 + g2_[i] * mean2 * mean2) * step_s_;
-    const double voltage = ocv_[i] - mean1 - mean2 - r0_[i] * current;
-    chemical += ocv_[i] * charge;
+    const double ocv = ocv_[i] - 0.5 * ocv_per_amp_[i] * current;
+    const double voltage = ocv - mean1 - mean2 - r0_[i] * current;
+    chemical += ocv * charge;
     r0_heat += heat0;
     rc_heat += heat12;
     rc_stored += c1_[i] * (next1 - v1_[i]) * mean1 + c2_[i] * (next2 - v2_[i]) * mean2;

@@ -144,12 +144,28 @@ class TestBench {
     const long steps = std::max(1L, std::lround(segment.duration_s / step_s_));
     bool on = true;
     for (long i = 0; on && i < steps && !ended_; ++i) {
-      step(segment.kind == BenchSegmentKind::kCurrent ? segment.value
-                                                      : resistor_current(pack_.thevenin(), segment.value));
+      step(settled_current(segment));
       pack_.renew(step_s_, box_.air_c());
       on = may_go_on(segment);
     }
     end();
+  }
+
+  /// Current of the coming step, with the cells' tables at that current: through a resistor each follows the other.
+  double settled_current(const BenchSegment& segment) {
+    constexpr double kSettled = 1e-7;  // of the current
+    constexpr int kPassesMax = 20;
+    double current = drawn_by(segment), before = 0.0;
+    for (int pass = 0; pass < kPassesMax && std::abs(current - before) > kSettled * std::abs(current); ++pass) {
+      before = current;
+      pack_.renew_for(current);
+      current = drawn_by(segment);
+    }
+    return current;
+  }
+  [[nodiscard]] double drawn_by(const BenchSegment& segment) const {
+    return segment.kind == BenchSegmentKind::kCurrent ? segment.value
+                                                      : resistor_current(pack_.thevenin(), segment.value);
   }
 
   /// The stop rules, on the readings.

@@ -59,11 +59,6 @@ InstrumentLimits limits_of(const InstrumentSection& section, double current_a) {
 
 }  // namespace
 
-std::vector<std::string> fine_steps() {
-  return {"sampling.rate_hz=64", "instruments.cell_noise_v=0.0043", "instruments.current_low_noise_a=0.283",
-          "instruments.current_high_noise_a=2.83"};
-}
-
 CellLog log_of(const TestRecord& record, std::size_t cell) {
   CellLog log;
   log.path = fmt::format("{}, cell {}", record.test.name, cell + 1);

@@ -26,10 +26,6 @@ struct Node {
   bool excited = false;
 };
 
-/// The bench integrates its cells in steps of one reading: at 8 Hz that alone shifts R0 by up to 0.1 %, more than its
-/// interval. These settings have 64 readings in a row, each with root 8 times the noise: rows as noisy as at 8 Hz.
-[[nodiscard]] std::vector<std::string> fine_steps();
-
 struct Case {
   std::vector<std::string> settings;  ///< of the plan
   std::string plan = "pulse_long_rests";

@@ -28,7 +28,7 @@ struct Flags {
   int seeds = 200, test = 0, threads = 2;
   Case one{{"instruments.systematic=false", "box.mode=bath"}, "pulse_long_rests", false};
   std::vector<std::string> settings;
-  bool systematic = false, as_shipped = false;
+  bool systematic = false;
 };
 
 int run(int argc, char** argv) {
@@ -43,7 +43,6 @@ int run(int argc, char** argv) {
   app.add_option("--threads", flags.threads, "At once")->check(whole_number(1, 256))->capture_default_str();
   app.add_option("--set", flags.settings, "key=value of the plan");
   app.add_flag("--systematic", flags.systematic, "Lasting errors of the instruments too, and their limits stated");
-  app.add_flag("--as-shipped", flags.as_shipped, "Readings and steps of the bench as the plan has them: 8 Hz, not 64");
   app.footer(kExplanation);
   app.failure_message(voltlap::plant::usage_message);
   try {
@@ -54,9 +53,6 @@ int run(int argc, char** argv) {
   if (flags.systematic) {
     flags.one.settings[0] = "instruments.systematic=true";
     flags.one.limits_stated = true;
-  }
-  if (!flags.as_shipped) {
-    for (const std::string& setting : fine_steps()) flags.one.settings.push_back(setting);
   }
   flags.one.settings.insert(flags.one.settings.end(), flags.settings.begin(), flags.settings.end());
   Tally tally;

@@ -42,6 +42,22 @@ TEST_GROUP(Pack) {
   }
 };
 
+TEST(Pack, VoltageIsTheMeanOfTheStepAlsoWhereTheChargeLowersTheOcv) {
+  constant.cell.ocv_polynomial_v = {3.0, 1.2};
+  constexpr double kCurrent = 200.0, kPulse = 60.0;
+  for (const double step : {0.01, 0.1, 1.0}) {
+    Pack pack(constant, true, step);
+    const PackThevenin before = pack.thevenin();
+    pack.advance(kCurrent);
+    DOUBLES_EQUAL(before.voltage_v - before.resistance_ohm * kCurrent, pack.voltage(), 1e-9);
+    apply(pack, kCurrent, kPulse - step, step);
+    const double soc = 0.5 - kCurrent * (kPulse - 0.5 * step) / 3600.0 / constant.cell.capacity_ah;
+    const double expected = 3.0 + 1.2 * soc - kCurrent * (0.0012 + 0.0004 * mean_rise(kPulse - step, step, 33.0) +
+                                                          0.0008 * mean_rise(kPulse - step, step, 161.0));
+    DOUBLES_EQUAL(expected, pack.cell_voltage(0), 1e-9);
+  }
+}
+
 TEST(Pack, PulseFollowsTheAnalyticResponseAtEveryStep) {
   constexpr double kCurrent = 200.0, kPulse = 60.0;
   for (const double step : {0.001, 0.01, 0.1, 1.0}) {
@@ -71,7 +87,7 @@ TEST(Pack, OpenCircuitVoltageMinusBranchesMinusOhmicDropIsTheTerminalVoltage) {
     const CircuitParameters p = tables.circuit(pack.cell_soc(0), pack.cell_temperature_c(0), pack.lookup_current_a());
     for (int step = 0; step < 10; ++step) {
       double sum = 0.0;
-      const double ocv = tables.ocv(soc).voltage_v;
+      const double ocv = tables.ocv(soc - 0.5 * current * kStep / 3600.0 / 55.2).voltage_v;
       for (int fine = 0; fine < kFine; ++fine) {
         const double d1 = (p.r1_ohm * current - v1) / p.tau1_s * kStep / kFine;
         const double d2 = (p.r2_ohm * current - v2) / p.tau2_s * kStep / kFine;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "bench_fixtures.hpp"
 #include "fixtures.hpp"
@@ -93,6 +94,24 @@ TEST(TestBench, CurrentThroughAResistorIsThatOfTheClosedCircuitAtEveryReading) {
     DOUBLES_EQUAL(record.true_current_a[row] * kLoad, 4.0 * record.cells[0].true_voltage_v[row], 1e-9);
     circuit.advance(kLoad, 0.5 * kReading);
   }
+}
+
+TEST(TestBench, ACellDoesNotKnowHowOftenItIsRead) {
+  // Low charge, where OCV and time constants are steep, and currents that jump from pulse to pulse.
+  const std::vector<std::string> settings = {"load.resistors=[4, 8, 2]", "schedule.pulse_s=40", "rest.seconds=50",
+                                             "cells.initial_soc=0.25", "sampling.log_hz=1"};
+  std::vector<std::string> finely = settings;
+  finely.push_back("sampling.rate_hz=64");
+  const TestRecord seldom = run_equal(one_pulse(settings), vtm16e().cell);
+  const TestRecord often = run_equal(one_pulse(finely), vtm16e().cell);
+  LONGS_EQUAL(often.time_s.size(), seldom.time_s.size());
+  double voltage = 0.0, current = 0.0;
+  for (std::size_t row = 0; row < often.time_s.size(); ++row) {
+    voltage = std::max(voltage, std::abs(often.cells[0].true_voltage_v[row] - seldom.cells[0].true_voltage_v[row]));
+    current = std::max(current, std::abs(often.true_current_a[row] - seldom.true_current_a[row]));
+  }
+  CHECK_TEXT(voltage < 5e-6, std::to_string(1e6 * voltage).c_str());  // a hundredth of a row's noise
+  CHECK_TEXT(current < 1e-3, std::to_string(1e3 * current).c_str());
 }
 
 TEST(TestBench, RelaxationEndsWhenTheDecayOfAKnownCellSaysSo) {
