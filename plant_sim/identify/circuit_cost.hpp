@@ -34,6 +34,7 @@ class CircuitCost {
   [[nodiscard]] Sums sums(const Eigen::VectorXd& p) const;
   [[nodiscard]] const CircuitFit& fit() const { return fit_; }
   [[nodiscard]] const CircuitLayout& layout() const { return at_; }
+  [[nodiscard]] Eigen::VectorXd tau_centre_s() const { return log_centre_.array().exp(); }
 
   [[nodiscard]] Eigen::VectorXd pack(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const;
   [[nodiscard]] CircuitModel model_of(const Eigen::VectorXd& p) const;

@@ -62,8 +62,9 @@ double FitPriors::roughness_weight(Index table, Index branches) const {
   return kScale / (smoothness * (table <= branches + 1 ? resistance_scale : log_tau_roughness));
 }
 
-CircuitFit::CircuitFit(const std::vector<TestRun>& runs, Index branches, FitPriors priors)
+CircuitFit::CircuitFit(const std::vector<TestRun>& runs, Index branches, FitPriors priors, SocGrid grid)
     : runs_(runs),
+      grid_(std::move(grid)),
       branches_(branches),
       priors_(std::move(priors)),
       rows_(runs, ocv_, grid_, branches),

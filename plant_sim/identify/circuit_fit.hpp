@@ -44,7 +44,8 @@ struct LinearSolution {
 class CircuitFit {
  public:
   /// `runs` must outlive the fit.
-  CircuitFit(const std::vector<TestRun>& runs, Eigen::Index branches, FitPriors priors);
+  CircuitFit(const std::vector<TestRun>& runs, Eigen::Index branches, FitPriors priors,
+             SocGrid grid = breakpoint_grid());
 
   [[nodiscard]] LinearSolution solve(const Eigen::MatrixXd& tau_s) const;
   /// Time constants that do not depend on SOC: the best by a simplex search from `start_s`.
@@ -68,7 +69,7 @@ class CircuitFit {
   void add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, double& square) const;
 
   const std::vector<TestRun>& runs_;
-  SocGrid ocv_ = ocv_grid(), grid_ = breakpoint_grid();
+  SocGrid ocv_ = ocv_grid(), grid_;
   Eigen::Index branches_;
   FitPriors priors_;
   CircuitRows rows_;

@@ -56,6 +56,15 @@ SocGrid breakpoint_grid() {
   return SocGrid({0.001, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0});
 }
 
+SocGrid halved(const SocGrid& grid) {
+  std::vector<double> at{grid.at(0)};
+  for (Eigen::Index k = 1; k < grid.size(); ++k) {
+    at.push_back(0.5 * (grid.at(k - 1) + grid.at(k)));
+    at.push_back(grid.at(k));
+  }
+  return SocGrid(std::move(at));
+}
+
 SocGrid ocv_grid() {
   std::vector<double> at;
   for (int k = 0; k < 12; ++k) at.push_back(k / 120.0);

@@ -47,6 +47,8 @@ class SocGrid {
 
 /// The 16 breakpoints of the reference study, 2016, Table 6.9.
 [[nodiscard]] SocGrid breakpoint_grid();
+/// The same nodes and one in the middle of each interval: node k is node 2 k there.
+[[nodiscard]] SocGrid halved(const SocGrid& grid);
 /// Nodes for the OCV, smooth between them: fine at the low end, where it bends.
 [[nodiscard]] SocGrid ocv_grid();
 

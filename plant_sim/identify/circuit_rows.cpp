@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr int kMostNodes = 16, kMostBranches = 3;
+constexpr int kMostNodes = 31, kMostBranches = 3;  // the breakpoints, halved
 constexpr double kQuiet = 0.01;  // of the largest current: below it a row is at rest
 
 CircuitRow::Place place_of(const SocGrid& grid, double soc) {

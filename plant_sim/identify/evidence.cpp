@@ -70,19 +70,6 @@ Evidence evidence_at(const CircuitCost& cost, const Eigen::VectorXd& p, double c
   return out;
 }
 
-Eigen::MatrixXd smoothness_spread(const CircuitCost& cost, const Eigen::VectorXd& p, const Eigen::MatrixXd& inverse) {
-  const CircuitLayout& at = cost.layout();
-  Eigen::MatrixXd out(at.size(), at.tables());
-  for (Index table = 0; table < at.tables(); ++table) {
-    const double weight = cost.fit().priors().roughness_weight(table, at.branches);
-    const Roughness rough = roughness_of(cost, p, table);
-    const Eigen::VectorXd pull = weight * weight * (rough.by_p.transpose() * rough.value);
-    out.col(table) = std::sqrt(2.0 / decided_rows(cost, rough, inverse, table)) *
-                     (inverse.middleCols(at.first(table), at.count(table)) * pull);
-  }
-  return out;
-}
-
 EvidenceFit fit_by_evidence(const std::vector<TestRun>& runs, Index branches, FitPriors priors,
                             const Eigen::VectorXd& tau_centre_s, const Eigen::VectorXd& start, double colour) {
   constexpr int kRounds = 12;

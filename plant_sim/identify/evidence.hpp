@@ -21,12 +21,6 @@ struct Evidence {
 /// One update at the parameters of a fit.
 [[nodiscard]] Evidence evidence_at(const CircuitCost& cost, const Eigen::VectorXd& p, double colour = 1.0);
 
-/// How far the parameters move when one table's ln(1/v) moves by its own standard error, sqrt(2 / gamma): a column for
-/// each table. Evidence gives one value of v; the data leave others possible.
-/// `inverse`: of the whole information A at p. Source: R. E. Kass, D. Steffey, J. Am. Stat. Assoc. 84 (1989) 717.
-[[nodiscard]] Eigen::MatrixXd smoothness_spread(const CircuitCost& cost, const Eigen::VectorXd& p,
-                                                const Eigen::MatrixXd& inverse);
-
 struct EvidenceFit {
   FitPriors priors;
   RefineResult fit;

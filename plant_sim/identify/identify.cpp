@@ -9,11 +9,13 @@
 #include <map>
 
 #include "core/errors.hpp"
+#include "identify/charge_noise.hpp"
 #include "identify/file_finding.hpp"
 #include "identify/full_fit.hpp"
 #include "identify/identify_by_stage.hpp"
 #include "identify/preparation.hpp"
 #include "identify/rests_and_steps.hpp"
+#include "identify/stepped_temperature.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -133,7 +135,9 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Test
 
 }  // namespace
 
-IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions& options) {
+IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
+  std::vector<CellLog> logs = recorded;
+  for (CellLog& log : logs) smooth_stepped_temperature(log);
   if (options.method && *options.method != Method::kFinalFull) return identify_by_stage(logs, options);
   const auto begin = std::chrono::steady_clock::now();
   IdentifyResult result;
@@ -182,9 +186,10 @@ IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions&
   if (options.method) fit_options.start = initial_pulse_model(prepared);
   const FullFit full = full_fit(runs, priors, fit_options, result.notes);
   take(full, options, prepared.front().run.capacity_ah, result);
-  const Eigen::VectorXd systematic =
-      systematic_variance(prepared, options.capacity_ah.has_value(), options.instruments, full);
-  result.uncertainty.sigma = (result.uncertainty.sigma.array().square() + systematic.array()).sqrt();
+  const bool capacity_known = options.capacity_ah.has_value();
+  const Eigen::VectorXd lasting = systematic_variance(prepared, capacity_known, options.instruments, full),
+                        counted = charge_noise_variance(prepared, runs, capacity_known, full);
+  result.uncertainty.sigma = (result.uncertainty.sigma.array().square() + lasting.array() + counted.array()).sqrt();
   if (options.block_s > 0.0) {
     double sum = 0.0, weight = 0.0;
     const auto all = errors_of(full.fit, everything);

@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "identify/evidence.hpp"
-
 namespace voltlap::plant {
 namespace {
 
@@ -52,6 +50,33 @@ Eigen::MatrixXd inverse_of(Eigen::MatrixXd whole) {
 
 Eigen::VectorXd data_share(const Eigen::MatrixXd& inverse, const CircuitCost::Sums& sums) {
   return inverse.cwiseProduct(sums.rest + sums.load).rowwise().sum().array().max(0.0).min(1.0);
+}
+
+/// Parameters of the same straight lines on the halved grid.
+Eigen::VectorXd halved_parameters(const CircuitCost& cost, const Eigen::VectorXd& p, const CircuitLayout& to) {
+  const CircuitLayout& at = cost.layout();
+  Eigen::VectorXd out(to.size());
+  out.head(at.em) = p.head(at.em);
+  out.tail(at.states) = p.tail(at.states);
+  for (Index table = 1; table < at.tables(); ++table) {
+    const Eigen::ArrayXd y = p.segment(at.first(table), at.nodes).array();
+    for (Index k = 0; k < at.nodes; ++k) {
+      out(to.first(table) + 2 * k) = y(k);
+      if (k + 1 < at.nodes) out(to.first(table) + 2 * k + 1) = std::log(0.5 * (std::exp(y(k)) + std::exp(y(k + 1))));
+    }
+  }
+  return out;
+}
+
+/// Where the parameters of a grid stand among those of the halved one.
+std::vector<Index> places_on_halved(const CircuitLayout& at, const CircuitLayout& to) {
+  std::vector<Index> out;
+  for (Index k = 0; k < at.em; ++k) out.push_back(k);
+  for (Index table = 1; table < at.tables(); ++table) {
+    for (Index k = 0; k < at.nodes; ++k) out.push_back(to.first(table) + 2 * k);
+  }
+  for (Index k = 0; k < at.states; ++k) out.push_back(to.state() + k);
+  return out;
 }
 
 }  // namespace
@@ -101,7 +126,11 @@ ResidualColour colour_of(const std::vector<TestRun>& runs, const std::vector<Eig
 }
 
 Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd& p, double colour) {
-  const CircuitCost::Sums sums = cost.sums(p);
+  const CircuitFit& lines = cost.fit();
+  const CircuitFit fit(lines.runs(), lines.branches(), lines.priors(), halved(lines.grid()));
+  const CircuitCost curve(fit, cost.tau_centre_s());
+  const Eigen::VectorXd at = halved_parameters(cost, p, curve.layout());
+  const CircuitCost::Sums sums = curve.sums(at);
   const Eigen::MatrixXd inverse = inverse_of(sums.whole());
   // Rows that parameters have used up do not count again.
   const auto rows = static_cast<double>(sums.rest_rows + sums.load_rows);
@@ -112,11 +141,11 @@ Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd&
   const double rest = density(sums.rest_square, sums.rest_rows), load = density(sums.load_square, sums.load_rows),
                both = density(sums.rest_square + sums.load_square, sums.rest_rows + sums.load_rows);
   const Eigen::MatrixXd middle = rest * sums.rest + load * sums.load + both * sums.prior;
-  Uncertainty out;
   const Eigen::ArrayXd noise = (inverse * middle).cwiseProduct(inverse).rowwise().sum().array().max(0.0);
-  out.sigma = (noise + smoothness_spread(cost, p, inverse).rowwise().squaredNorm().array()).sqrt();
-  out.data_share = data_share(inverse, sums);
-  return out;
+  const Eigen::ArrayXd beside = (inverse * sums.gradient).array().square();
+  const Eigen::VectorXd sigma = (noise + beside).sqrt();
+  const std::vector<Index> nodes = places_on_halved(cost.layout(), curve.layout());
+  return {sigma(nodes), data_share(inverse, sums)(nodes)};
 }
 
 Uncertainty uncertainty_of(const CircuitCost& cost, const Eigen::VectorXd& p, double noise_v2_s) {

@@ -4,8 +4,12 @@
 //
 //   n^2 = mean square of the residual x its correlation time          [V^2 s]
 // Residual that is noise, rest (r) and load (l) apart, since a current's noise shows under load only:
-//   Cov = A^-1 (n_r^2 A_r + n_l^2 A_l + n^2 P^T P) A^-1 + S S^T,   A = A_r + A_l + P^T P,
-//   A_r = sum w j j^T over rest rows,   S: what the smoothness leaves open (evidence.hpp)
+//   Cov = A^-1 (n_r^2 A_r + n_l^2 A_l + n^2 P^T P) A^-1 + d d^T,   A = A_r + A_l + P^T P,
+//   A_r = sum w j j^T over rest rows,   d = -A^-1 g
+//   on a grid twice as fine, since tables of straight lines stand for curves: g is the gradient at those lines, d how
+//   far from them the curve that the data favour passes at a node. The posterior of a smoothing spline covers its
+//   bias, on average over the curve.
+//   Sources: G. Wahba, J. R. Stat. Soc. B 45 (1983) 133; D. Nychka, J. Am. Stat. Assoc. 83 (1988) 1134.
 // Residual of a circuit that is only an approximation:
 //   Cov = n^2 A^-1 + b b^T,   b = A^-1 P^T (P p - prior): how far smoothness has pulled p, to first order
 // 95 % interval = p +- 1.96 sigma_p, for R and tau in their logarithm.

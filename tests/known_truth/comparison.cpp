@@ -15,8 +15,8 @@ namespace {
 
 using namespace plant;
 
-/// Mean load current while the cell was within `reach` of a SOC, nearer rows counting more. Rows in which a pulse begins
-/// or ends are means of current and rest and do not count.
+/// Mean load current while the cell was within `reach` of a SOC, nearer rows counting more. Rows in which a pulse
+/// begins or ends are means of current and rest and do not count.
 double load_current_at(const TestRecord& record, std::size_t cell, double soc) {
   constexpr double kReach = 0.03, kLoad = 1.0;  // SOC; A
   double sum = 0.0, weight = 1e-12, last = 0.0;
@@ -72,7 +72,7 @@ CellLog log_of(const TestRecord& record, std::size_t cell) {
 
 Outcome run_case(const Case& one, std::uint64_t seed, std::size_t test, std::size_t cell) {
   const DataFolder data(VOLTLAP_DATA_FOLDER);
-  const Campaign campaign(load_plan(data, one.plan, one.settings), load_cell(data, "aesc_e5_2p", "known truth"),
+  const Campaign campaign(load_plan(data, one.plan, one.settings), load_cell(data, one.cell, "known truth"),
                           seed);
   const TestRecord record = campaign.run(test);
   IdentifyOptions options;

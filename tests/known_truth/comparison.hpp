@@ -30,6 +30,7 @@ struct Case {
   std::vector<std::string> settings;  ///< of the plan
   std::string plan = "pulse_long_rests";
   bool limits_stated = false;  ///< the fit is told the instruments' limits
+  std::string cell = "aesc_e5_2p";  ///< the truth: name or file
 };
 
 struct Outcome {

@@ -26,7 +26,7 @@ constexpr const char* kExplanation =
 
 struct Flags {
   int seeds = 200, test = 0, threads = 2;
-  Case one{{"instruments.systematic=false", "box.mode=bath"}, "pulse_long_rests", false};
+  Case one{{"instruments.systematic=false", "box.mode=bath"}, "pulse_long_rests"};
   std::vector<std::string> settings;
   bool systematic = false;
 };
@@ -39,6 +39,7 @@ int run(int argc, char** argv) {
       ->check(whole_number(1, 100000))
       ->capture_default_str();
   app.add_option("--plan", flags.one.plan, "Bench plan")->capture_default_str();
+  app.add_option("--cell", flags.one.cell, "The truth: cell file or name")->capture_default_str();
   app.add_option("--test", flags.test, "Which of the plan's tests, from 0")->check(whole_number(0, 100));
   app.add_option("--threads", flags.threads, "At once")->check(whole_number(1, 256))->capture_default_str();
   app.add_option("--set", flags.settings, "key=value of the plan");

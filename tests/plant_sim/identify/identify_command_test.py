@@ -56,7 +56,8 @@ def test_full_fit_sits_at_the_noise_of_the_instrument(compared):
     # Eight readings with 1.5 mV of noise in steps of 1.5 mV make a row.
     floor = (1.5e-3**2 + 1.5e-3**2 / 12) / 8
     assert rows["full"]["noise_floor_v2"] == pytest.approx(floor, rel=0.05)
-    assert rows["full"]["whole_mean_v2"] < 4 * floor
+    # Under load the noise of the current comes on top, through R0: 4 % in this test.
+    assert rows["full"]["whole_mean_v2"] < 1.1 * floor
 
 
 @pytest.mark.parametrize("method", ["ipo", "flo", "ffo"])
