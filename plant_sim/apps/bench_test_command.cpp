@@ -86,14 +86,8 @@ Campaign BenchTestCommand::campaign(const DataFolder& data) const {
   return Campaign(load_plan(data, plan_, of_plan), load_cell(data, cell_, of_cell), seed_);
 }
 
-void BenchTestCommand::refuse_shared_files() const {
-  const std::string* files[] = {&json_, &truth_, &report_};
-  for (const std::string* one : files) {
-    for (const std::string* other : files) {
-      if (one != other && !one->empty() && *one == *other)
-        throw InputError("--json, --truth, --report", "one file for two", "a file for each", "Give different names");
-    }
-  }
+void BenchTestCommand::refuse_files_that_clash() const {
+  refuse_shared_files({{"--json", json_}, {"--truth", truth_}, {"--report", report_}});
   if (dry_run_ && !truth_.empty()) {
     throw InputError("--truth", "a file for the truth of a dry run", "no --truth: nothing is measured",
                      "Leave out one of the two");
@@ -106,7 +100,7 @@ int BenchTestCommand::run(const DataFolder& data) {
                      fmt::format("a name ({}) or a TOML file", fmt::join(data.names("bench"), ", ")),
                      "Name it behind bench-test");
   }
-  refuse_shared_files();
+  refuse_files_that_clash();
   summary_ = summary_stream({json_, truth_, report_});
   const Campaign chosen = campaign(data);
   catch_interrupt();  // before there is a file that must not stay behind

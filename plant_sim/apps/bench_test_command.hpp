@@ -22,7 +22,7 @@ class BenchTestCommand {
 
  private:
   [[nodiscard]] Campaign campaign(const DataFolder& data) const;
-  void refuse_shared_files() const;
+  void refuse_files_that_clash() const;
   /// `report` may be null.
   int run_tests(const Campaign& campaign, const Forecast& forecast, CampaignFiles& files, BenchReport* report);
 

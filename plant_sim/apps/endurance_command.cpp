@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <set>
 
 #include "apps/exit_code.hpp"
 #include "apps/firmware_loop.hpp"
@@ -62,7 +61,7 @@ EnduranceRun::EnduranceRun(CLI::App& command) {
 }
 
 EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
-  refuse_shared_files();
+  refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--candump", candump_}, {"--report", report_}});
   EnduranceOptions out;
   out.vehicle = car_.load_car(data).parameters;
   if (drive_.empty()) {
@@ -90,16 +89,6 @@ RunDescription EnduranceRun::description(const EnduranceOptions& options) const 
           .settings = car_.settings,
           .seed = seed_,
           .laps = options.laps};
-}
-
-void EnduranceRun::refuse_shared_files() const {
-  std::multiset<std::string> names{json_, csv_, candump_, report_};
-  names.erase("");
-  const bool shared = std::any_of(names.begin(), names.end(), [&](const std::string& name) { return names.count(name) > 1; });
-  if (shared) {
-    throw InputError("--json, --csv, --candump, --report", "one file for two of them", "a file for each",
-                     "Give different names");
-  }
 }
 
 int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, Exchange& bus, const SocketBus* socket) const {

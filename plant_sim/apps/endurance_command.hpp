@@ -23,7 +23,6 @@ class EnduranceRun {
 
  private:
   [[nodiscard]] RunDescription description(const EnduranceOptions& options) const;
-  void refuse_shared_files() const;
 
   CarOptions car_;
   std::string drive_, cells_ = "all", json_, csv_, candump_, report_;

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "core/errors.hpp"
 #include "core/parameter_table.hpp"
 #include "report/atomic_file.hpp"
 
@@ -131,6 +132,16 @@ CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::st
   return command.add_option(flag, file, help)
       ->type_name("FILE")
       ->check(some_name("a path, or - for standard output"));
+}
+
+void refuse_shared_files(const std::vector<std::pair<std::string, std::string>>& file_of_flag) {
+  for (std::size_t k = 0; k < file_of_flag.size(); ++k) {
+    for (std::size_t other = 0; other < k; ++other) {
+      if (file_of_flag[k].second.empty() || file_of_flag[k].second != file_of_flag[other].second) continue;
+      throw InputError(fmt::format("{}, {}", file_of_flag[other].first, file_of_flag[k].first), "one file for two",
+                       "a file for each", "Give different names");
+    }
+  }
 }
 
 std::FILE* summary_stream(std::initializer_list<std::string> result_files) {

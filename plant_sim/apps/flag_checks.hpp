@@ -3,6 +3,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace voltlap::plant {
@@ -21,6 +22,9 @@ namespace voltlap::plant {
 
 /// Adds a flag that names a result file; `-` is standard output.
 CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::string& file, const std::string& help);
+
+/// Two flags that name the same file are refused.
+void refuse_shared_files(const std::vector<std::pair<std::string, std::string>>& file_of_flag);
 
 /// Where the summary for people goes: to standard error when a result file takes standard output.
 [[nodiscard]] std::FILE* summary_stream(std::initializer_list<std::string> result_files);

@@ -210,16 +210,6 @@ std::vector<MethodScore> IdentifyCommand::compare(const std::vector<CellData>& c
   return scores;
 }
 
-void IdentifyCommand::refuse_shared_files() const {
-  const std::string* files[] = {&out_, &json_, &report_};
-  for (const std::string* one : files) {
-    for (const std::string* other : files) {
-      if (one != other && !one->empty() && *one == *other)
-        throw InputError("--out, --json, --report", "one file for two", "a file for each", "Give different names");
-    }
-  }
-}
-
 std::vector<std::pair<std::string, std::string>> IdentifyCommand::flags() const {
   std::vector<std::pair<std::string, std::string>> out;
   for (const CLI::Option* option : command_->get_options()) {
@@ -236,7 +226,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   take_blocks(options);
   take_ocv(data, options);
   std::optional<AtomicFile> out, json, report;
-  refuse_shared_files();
+  refuse_shared_files({{"--out", out_}, {"--json", json_}, {"--report", report_}});
   if (!out_.empty()) out.emplace(out_);
   if (!json_.empty()) json.emplace(json_);
   if (!report_.empty()) report.emplace(report_);

@@ -39,7 +39,6 @@ class IdentifyCommand {
   [[nodiscard]] std::vector<MethodScore> compare(const std::vector<CellData>& cells,
                                                  const std::vector<CellTests>& full, IdentifyOptions options) const;
   void take_method(IdentifyOptions& options) const;
-  void refuse_shared_files() const;
   /// What was given on the command line, to repeat it.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> flags() const;
   void take_blocks(IdentifyOptions& options) const;

@@ -50,17 +50,6 @@ ValidateCommand::ValidateCommand(CLI::App& app)
       "Example: voltlap validate cell.toml drive.csv.gz --sensitivity --json errors.json");
 }
 
-void ValidateCommand::refuse_shared_files() const {
-  const std::pair<const char*, std::string> files[] = {{"--json", json_}, {"--csv", csv_}, {"--report", report_}};
-  for (const auto& [flag, file] : files) {
-    for (const auto& [other_flag, other] : files) {
-      if (flag == other_flag || file.empty() || file != other) continue;
-      throw InputError(fmt::format("{}, {}", flag, other_flag), "one file for both", "a file for each",
-                       "Give different names");
-    }
-  }
-}
-
 std::vector<CellLog> ValidateCommand::read(const DataFolder& data, ProgressLine& progress) const {
   const std::vector<std::optional<RoleMap>> maps = recordings_.role_maps(data);
   std::vector<CellLog> logs;
@@ -97,7 +86,7 @@ std::string ValidateCommand::command_line() const {
 }
 
 int ValidateCommand::run(const DataFolder& data) {
-  refuse_shared_files();
+  refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--report", report_}});
   const CellParameters cell = load_cell(data, cell_, "cell");
   std::optional<AtomicFile> json, csv, report;
   if (!json_.empty()) json.emplace(json_);

@@ -18,7 +18,6 @@ class ValidateCommand {
   int run(const DataFolder& data);
 
  private:
-  void refuse_shared_files() const;
   [[nodiscard]] std::vector<CellLog> read(const DataFolder& data, ProgressLine& progress) const;
   [[nodiscard]] StudyOptions options(const std::vector<CellLog>& logs, ProgressLine& progress) const;
   [[nodiscard]] std::string command_line() const;

@@ -149,8 +149,9 @@ std::string cell_toml(const CellParameters& cell, const CellTests& tests, const 
   out +=
       fmt::format("soc = {}  # 1\nvoltage_v = {}  # V; identified\n", numbers(cell.ocv_soc), numbers(cell.ocv_v));
   if (!cell.ocv_table_v.empty()) {
-    out += fmt::format("table = {}  # V; as each test found it, [soc][temperature][current]; the plant uses the curve\n",
-                       numbers(cell.ocv_table_v));
+    out += fmt::format(
+        "table = {}  # V; as each test found it, [soc][temperature][current]; the plant uses the curve\n",
+        numbers(cell.ocv_table_v));
   }
   out += section("r0", "ohm", cell.r0_ohm) + section("r1", "ohm", cell.r1_ohm) + section("r2", "ohm", cell.r2_ohm);
   out += section("tau1", "s", cell.tau1_s) + section("tau2", "s", cell.tau2_s);
@@ -170,8 +171,8 @@ std::string identification_json(const CellParameters& cell, const CellTests& tes
     const IdentifyResult& r = group.result;
     Json one = {{"temperature_c", group.temperature_c}, {"current_a", group.current_a},
                 {"branches", r.model.branches()},       {"rms_v", r.rms_v},
-                {"noise_v2_s", r.noise_v2_s},           {"smoothness", r.smoothness > 0.0 ? Json(r.smoothness) : Json()},
-                {"smoothness_from", r.smoothness_from},
+                {"noise_v2_s", r.noise_v2_s},           {"smoothness_from", r.smoothness_from},
+                {"smoothness", r.smoothness > 0.0 ? Json(r.smoothness) : Json()},
                 {"iterations", r.iterations},           {"seconds", r.seconds},
                 {"hysteresis_v", r.hysteresis_v},       {"notes", r.notes}};
     one["rms_other_blocks_v"] = r.rms_other_blocks_v ? Json(*r.rms_other_blocks_v) : Json(nullptr);

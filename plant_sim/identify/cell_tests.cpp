@@ -33,6 +33,25 @@ double single_current(const CellLog& log) {
   return high - low < 0.35 * middle ? middle : 0.0;
 }
 
+/// A recording without a fast current tells the OCV and the capacity, but no resistance: it makes no group of its own.
+bool is_slow(const CellLog& log) {
+  constexpr double kSlow = 1.0 / 8.0;  // C-rate
+  double most = 0.0;
+  for (const double i : log.current_a) most = std::max(most, std::abs(i));
+  const std::vector<double> drawn = charge_drawn_ah(log, CurrentHold::kLinear);
+  const auto [low, high] = std::minmax_element(drawn.begin(), drawn.end());
+  return most < kSlow * (*high - *low);
+}
+
+/// Those of the values whose recordings are fast; all of them when none is.
+std::vector<double> of_fast(const std::vector<double>& values, const std::vector<bool>& slow) {
+  std::vector<double> out;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (!slow[k]) out.push_back(values[k]);
+  }
+  return out.empty() ? values : out;
+}
+
 template <class Same>
 std::vector<double> clusters(std::vector<double> values, const Same& same) {
   std::sort(values.begin(), values.end());
@@ -130,11 +149,18 @@ CellTests identify_cell(std::vector<CellLog> logs, const std::vector<double>& te
                         const IdentifyOptions& options) {
   CellTests tests;
   std::vector<double> currents;
-  for (const CellLog& log : logs) currents.push_back(single_current(log));
-  const bool by_current = std::all_of(currents.begin(), currents.end(), [](double i) { return i > 0.0; });
+  std::vector<bool> slow;
+  for (const CellLog& log : logs) {
+    currents.push_back(single_current(log));
+    slow.push_back(is_slow(log));
+  }
+  const std::vector<double> told = of_fast(currents, slow);
+  const bool by_current = std::all_of(told.begin(), told.end(), [](double i) { return i > 0.0; });
   if (!by_current) std::fill(currents.begin(), currents.end(), 0.0);
-  tests.temperatures_c = clusters(temperatures_c, [](double a, double b) { return b - a < kSameTemperature; });
-  tests.currents_a = clusters(currents, [](double a, double b) { return b - a <= kSameCurrent * a; });
+  tests.temperatures_c =
+      clusters(of_fast(temperatures_c, slow), [](double a, double b) { return b - a < kSameTemperature; });
+  tests.currents_a =
+      clusters(of_fast(currents, slow), [](double a, double b) { return b - a <= kSameCurrent * a; });
   for (std::size_t t = 0; t < tests.temperatures_c.size(); ++t) {
     for (std::size_t i = 0; i < tests.currents_a.size(); ++i) {
       TestGroup group{tests.temperatures_c[t], tests.currents_a[i], {}, {}};

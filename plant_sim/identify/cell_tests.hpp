@@ -28,7 +28,7 @@ struct CellTests {
 };
 
 /// Groups recordings by mean temperature (within 4 K) and, where each draws one current only, by that current
-/// (within 20 %); identifies the reference group, then the others with its capacity, in parallel.
+/// (within 20 %); one that stays below C/8 joins the nearest group. Identifies the reference group, then the others with its capacity, in parallel.
 [[nodiscard]] CellTests identify_cell(std::vector<CellLog> logs, const std::vector<double>& temperatures_c,
                                       const IdentifyOptions& options);
 

@@ -68,7 +68,8 @@ std::string comparison_text(const std::vector<MethodScore>& scores) {
   std::string out = fmt::format(
       "Mean square error in V2 over {} tests; noise of the voltage's instrument {:.1e} V2\n"
       "                 by section                    whole tests, as written        time    reference study, 2016\n"
-      "  method  sections     mean   median    SNR        mean   median      a test    mean   median    SNR      time\n",
+      "  method  sections     mean   median    SNR        mean   median    "
+      "  a test    mean   median    SNR      time\n",
       scores.front().tests, scores.front().noise_floor_v2);
   for (const MethodScore& s : scores) {
     out += fmt::format("  {:<6}  {:8}  {:7.1e}  {:7.1e}  {:5.0f}     {:7.1e}  {:7.1e}  {:8.2f} s", s.name, s.sections,

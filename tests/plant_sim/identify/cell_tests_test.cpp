@@ -54,6 +54,23 @@ TEST(CellTests, TestsAtTwoTemperaturesBecomeATable) {
   DOUBLES_EQUAL(0.5e-3, middle - warm, 5e-5);
 }
 
+TEST(CellTests, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn) {
+  cell.noise_v = 3e-4;
+  std::vector<double> slow(600, 0.0);
+  slow.insert(slow.end(), static_cast<std::size_t>(15.0 * 3600.0), cell.capacity_ah / 15.0);
+  slow.insert(slow.end(), 600, 0.0);
+  options.branches = 0;
+  const CellTests tests =
+      identify_cell({cell.record(cell.pulse_plan(33.0, 640, 0.02)), cell.record(slow)}, {30.0, 25.0}, options);
+  LONGS_EQUAL(1, tests.groups.size());
+  DOUBLES_EQUAL(30.0, tests.groups[0].temperature_c, 0.0);
+  LONGS_EQUAL(2, tests.groups[0].logs.size());
+  const CircuitModel& model = tests.groups[0].result.model;
+  LONGS_EQUAL(2, model.branches());
+  for (Eigen::Index node = 2; node < model.grid.size() - 1; ++node)
+    DOUBLES_EQUAL(1.0, model.r(node, 0) / KnownCell::r0(model.grid.at(node)), 0.02);
+}
+
 TEST(CellTests, OcvOfEachTestIsInTheFileBesideTheCurve) {
   const CellLog log = cell.record(cell.pulse_plan(33.0, 500, 0.0));
   CellLog cold = log;

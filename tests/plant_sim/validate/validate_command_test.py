@@ -128,7 +128,7 @@ def test_from_the_bench_to_the_car(bench, tmp_path):
 ERRORS = {
     "no such cell": (("nowhere.toml", "RECORDING"), "nowhere.toml"),
     "no recording": ((CELL,), "data"),
-    "one file for two": ((CELL, "RECORDING", "--json", "x", "--csv", "x"), "one file for both"),
+    "one file for two": ((CELL, "RECORDING", "--json", "x", "--csv", "x"), "one file for two"),
     "pack of no cells": ((CELL, "RECORDING", "--pack", "0"), "--pack"),
     "no temperature to fit": ((CELL, "BARE", "--thermal"), "no recording with a temperature"),
     "charge alone": ((CELL, "CHARGE"), "no discharge stroke"),
