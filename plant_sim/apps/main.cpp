@@ -7,6 +7,7 @@
 #include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/explain_command.hpp"
 #include "apps/firmware_tables_command.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/guarded_main.hpp"
@@ -30,6 +31,7 @@ int run(int argc, char** argv) {
   app.failure_message(usage_message);
   BenchTestCommand bench_test(app);
   EnduranceCommand endurance(app);
+  ExplainCommand explanation(app);
   FirmwareTablesCommand firmware_tables(app);
   IdentifyCommand identification(app);
   LapCommand lap(app);
@@ -46,6 +48,7 @@ int run(int argc, char** argv) {
   const DataFolder data(VOLTLAP_DATA_FOLDER);
   if (bench_test.chosen()) return bench_test.run(data);
   if (endurance.chosen()) return endurance.run(data);
+  if (explanation.chosen()) return explanation.run(data);
   if (firmware_tables.chosen()) return firmware_tables.run(data);
   if (identification.chosen()) return identification.run(data);
   if (validation.chosen()) return validation.run(data);

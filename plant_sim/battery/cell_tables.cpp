@@ -6,10 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "battery/cell_effects.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
 namespace {
+
+constexpr double kLeastResistance = 1e-9;  // ohm; effects may take away, never turn a resistance round
 
 std::string place(const CellParameters& cell, const std::string& field) {
   return fmt::format("cell {}, {}", cell.name, field);
@@ -92,7 +95,8 @@ CellTables::Axis::Place CellTables::Axis::find(double x) const {
   return {i, (x - at[i]) / (at[i + 1] - at[i])};
 }
 
-CellTables::CellTables(const CellParameters& cell) {
+CellTables::CellTables(const CellParameters& cell)
+    : effects_(cell.effects), reference_temperature_c_(cell.reference_temperature_c) {
   require_increasing(cell, "breakpoints.soc", cell.soc_breakpoints);
   require_increasing(cell, "breakpoints.temperature_c", cell.temperature_breakpoints_c);
   require_increasing(cell, "breakpoints.current_a", cell.current_breakpoints_a);
@@ -119,11 +123,24 @@ CellTables::CellTables(const CellParameters& cell) {
     throw InputError(place(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
                      "Add one of the two");
   }
+  const std::vector<double>& change = cell.effects.ocv_change_v;
+  std::vector<double> change_soc;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    change_soc.push_back(static_cast<double>(i) / static_cast<double>(change.size() - 1));
+  }
+  if (change.size() == 1) {
+    throw InputError(place(cell, "effects.ocv_change_v"), "one value", "two or more, from SOC 0 to 1",
+                     "Add values, or leave the key out");
+  }
   ocv_.resize(kOcvIntervals + 1);
   for (std::size_t i = 0; i <= kOcvIntervals; ++i) {
     const double soc = static_cast<double>(i) / kOcvIntervals;
     ocv_[i] = tabulated ? piecewise(cell.ocv_soc, cell.ocv_v, soc) : polynomial(cell.ocv_polynomial_v, soc);
     constexpr double kRounding = 1e-9;  // V; a level curve may lose a last bit between two equal points
+    if (!change.empty()) {
+      ocv_[i] += piecewise(change_soc, change, soc);
+      if (i > 0) ocv_[i] = std::max(ocv_[i], ocv_[i - 1]);  // a change levels the curve, it never turns it down
+    }
     if (i > 0 && ocv_[i] < ocv_[i - 1] - kRounding) {
       throw InputError(
           place(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
@@ -153,7 +170,10 @@ CircuitParameters CellTables::circuit(double soc, double temperature_c, double c
     const auto& node = nodes_[base + (up_s ? step_s : 0) + (up_t ? step_t : 0) + (up_c ? step_c : 0)];
     for (std::size_t p = 0; p < kParameters; ++p) sum[p] += weight * node[p];
   }
-  return {sum[0], sum[1], sum[2], sum[3], sum[4]};
+  const double factor = resistance_factor(effects_, soc, temperature_c, reference_temperature_c_);
+  const double r0 = sum[0] * factor + effects_.series_ohm +
+                    charge_transfer_change(effects_, sum[1] * factor, current_a, temperature_c);
+  return {std::max(r0, kLeastResistance), sum[1] * factor, sum[2] * factor, sum[3], sum[4]};
 }
 
 OcvPoint CellTables::ocv(double soc) const {

@@ -25,7 +25,8 @@ class CellTables {
   /// increasing, a size does not fit, a resistance or time constant is not positive, or the OCV falls with SOC.
   explicit CellTables(const CellParameters& cell);
 
-  /// `current_a` is the magnitude of the (last non-zero) current of one cell.
+  /// `current_a` is the magnitude of the (last non-zero) current of one cell. With the cell's effects that act at once
+  /// (battery/cell_effects.hpp).
   [[nodiscard]] CircuitParameters circuit(double soc, double temperature_c, double current_a) const;
 
   /// OCV by linear interpolation in a dense uniform grid; extrapolated with the end slope outside 0..1.
@@ -48,6 +49,8 @@ class CellTables {
   };
 
   Axis soc_, temperature_, current_;
+  CellEffects effects_;
+  double reference_temperature_c_ = 25.0;
   std::vector<std::array<double, kParameters>> nodes_;  // [soc][temperature][current], all parameters of a node together
   std::vector<double> ocv_;
 };

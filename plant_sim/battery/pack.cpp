@@ -19,7 +19,7 @@ CellVariation variation_of(const BatterySection& battery, std::size_t cell) {
 }
 
 bool is_nominal(const CellVariation& v) {
-  return v.capacity_scale == 1.0 && v.resistance_scale == 1.0 && v.initial_soc_offset == 0.0;
+  return v.capacity_scale == 1.0 && v.resistance_scale == 1.0 && v.initial_soc_offset == 0.0 && v.leak_a == 0.0;
 }
 
 }  // namespace
@@ -32,6 +32,7 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
       parallel_(car.battery.cells_in_parallel),
       multiplicity_(parallel_ * (representative ? static_cast<double>(series_) : 1.0)),
       step_s_(step_s),
+      effects_(car.cell.effects),
       heat_capacity_j_per_k_(car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k),
       cooling_w_per_k_(car.cell.convection_w_per_m2_k * car.cell.surface_area_m2),
       lookup_floor_a_(car.battery.lookup_current_floor_a) {
@@ -56,6 +57,10 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
     resistance_scale_[i] = v.resistance_scale;
   }
   resistance_fault_.assign(count_, 1.0);
+  if (has_dynamics(effects_)) effect_.resize(count_);
+  if (std::any_of(car.battery.cells.begin(), car.battery.cells.end(), [](const auto& v) { return v.leak_a != 0.0; })) {
+    for (std::size_t i = 0; i < count_; ++i) leak_a_.push_back(variation_of(car.battery, i).leak_a);
+  }
   renew(0.0, car.environment.ambient_c);
   for (std::size_t i = 0; i < count_; ++i) voltage_[i] = ocv_[i];
   pack_voltage_ = thevenin_.voltage_v;
@@ -114,6 +119,7 @@ void Pack::look_up(std::size_t i, double soc, double current_a) {
 void Pack::sum_thevenin() {
   double voltage = 0.0;
   double resistance = 0.0;
+  for (const CellEffectState& state : effect_) voltage -= drop_of(effects_, state);
   for (std::size_t i = 0; i < count_; ++i) {
     voltage += ocv_[i] - mean_decay1_[i] * v1_[i] - mean_decay2_[i] * v2_[i];
     resistance += r_step_[i];
@@ -125,6 +131,7 @@ void Pack::sum_thevenin() {
 PackEnergy Pack::advance(double pack_current_a) {
   const double current = pack_current_a / parallel_;
   const double charge = current * step_s_;
+  const bool with_effects = !effect_.empty();
   double chemical = 0.0, r0_heat = 0.0, rc_heat = 0.0, rc_stored = 0.0, next_voltage = 0.0, sum_voltage = 0.0;
   double lowest = 1e9;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -135,7 +142,14 @@ PackEnergy Pack::advance(double pack_current_a) {
     const double heat0 = r0_[i] * current * charge;
     const double heat12 = (g1_[i] * mean1 * mean1 + g2_[i] * mean2 * mean2) * step_s_;
     const double ocv = ocv_[i] - 0.5 * ocv_per_amp_[i] * current;
-    const double voltage = ocv - mean1 - mean2 - r0_[i] * current;
+    double voltage = ocv - mean1 - mean2 - r0_[i] * current;
+    if (with_effects) {
+      const double drop = drop_of(effects_, effect_[i]);
+      voltage -= drop;
+      next_voltage -= drop;
+      rc_heat += drop * charge;  // what these branches store is counted as their heat
+      heat_j_[i] += drop * charge;
+    }
     chemical += ocv * charge;
     r0_heat += heat0;
     rc_heat += heat12;
@@ -150,6 +164,7 @@ PackEnergy Pack::advance(double pack_current_a) {
     lowest = std::min(lowest, voltage);
     next_voltage += ocv_[i] - mean_decay1_[i] * next1 - mean_decay2_[i] * next2;
   }
+  advance_effects(current);
   const double in_series = multiplicity_ / parallel_;
   thevenin_.voltage_v = next_voltage * in_series;
   pack_voltage_ = sum_voltage * in_series;
@@ -157,6 +172,20 @@ PackEnergy Pack::advance(double pack_current_a) {
   charge_out_as_ += charge;
   if (std::abs(current) > lookup_floor_a_) lookup_current_ = std::abs(current);
   return {chemical * multiplicity_, r0_heat * multiplicity_, rc_heat * multiplicity_, rc_stored * multiplicity_};
+}
+
+void Pack::advance_effects(double current_a) {
+  for (std::size_t i = 0; i < effect_.size(); ++i) {
+    plant::advance(effects_, effect_[i], current_a, current_a, capacity_ah(i), step_s_);
+  }
+  for (std::size_t i = 0; i < leak_a_.size(); ++i) {
+    soc_[i] -= soc_per_amp_[i] * leak_a_[i];
+    ocv_[i] -= ocv_per_amp_[i] * leak_a_[i];
+  }
+  if (effects_.entropy_v_per_k == 0.0) return;
+  for (std::size_t i = 0; i < count_; ++i) {
+    heat_j_[i] += reversible_heat(effects_, current_a, temperature_[i]) * step_s_;
+  }
 }
 
 double Pack::soc_mean() const {

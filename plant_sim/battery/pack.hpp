@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "battery/cell_effects.hpp"
 #include "battery/cell_tables.hpp"
 #include "core/parameters.hpp"
 
@@ -67,17 +68,22 @@ class Pack {
   [[nodiscard]] std::size_t index(std::size_t cell) const { return representative_ ? 0 : cell; }
   void look_up(std::size_t i, double soc, double current_a);
   void sum_thevenin();
+  /// Dynamic effects, leaks and the reversible heat of a step; `current_a` of one cell-file cell.
+  void advance_effects(double current_a);
 
   CellTables tables_;
   std::size_t series_, count_;
   bool representative_;
   double parallel_, multiplicity_, step_s_;
+  CellEffects effects_;
   double heat_capacity_j_per_k_, cooling_w_per_k_, lookup_floor_a_;
   double lookup_current_ = 0.0;
   double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;
   PackThevenin thevenin_;
   // One array a quantity, so that the loop over cells runs in vector registers.
   std::vector<double> soc_, v1_, v2_, ocv_, voltage_, temperature_, heat_j_;            // state
+  std::vector<CellEffectState> effect_;                                                 // state; empty: none is on
+  std::vector<double> leak_a_;                                                          // fixed; empty: none
   std::vector<double> soc_per_amp_, resistance_scale_;                                  // fixed
   std::vector<double> resistance_fault_;                                                // planted, 1 none
   std::vector<double> r0_, g1_, g2_, c1_, c2_, ocv_per_amp_, decay1_, decay2_,          // per renewal

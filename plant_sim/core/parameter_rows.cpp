@@ -294,6 +294,30 @@ const ParameterRow kRows[] = {
     "relative change of it per ampere"},
   {"cell.tau2.table", "s", 1e-3, 1e5, kOptional, map<&CellParameters::tau2_s, &CellParameterMap::table>,
     "time constant of the slow branch by SOC, temperature and current (last fastest)"},
+  {"cell.effects.series_ohm", "ohm", -1, 1, kOptional, map<&CellParameters::effects, &CellEffects::series_ohm>,
+    "series resistance beyond the tables"},
+  {"cell.effects.activation_energy_j_per_mol", "J/mol", -60000, 60000, kOptional, map<&CellParameters::effects, &CellEffects::activation_energy_j_per_mol>,
+    "change of all resistances with temperature beyond the tables"},
+  {"cell.effects.low_end_change", "1", -0.9, 20, kOptional, map<&CellParameters::effects, &CellEffects::low_end_change>,
+    "relative change of all resistances at SOC 0, fading to none at SOC 0.3"},
+  {"cell.effects.exchange_current_change", "1", -0.9, 20, kOptional, map<&CellParameters::effects, &CellEffects::exchange_current_change>,
+    "relative change of the exchange current behind R1"},
+  {"cell.effects.ocv_change_v", "V", -1, 1, kOptional, map<&CellParameters::effects, &CellEffects::ocv_change_v>,
+    "added to the open-circuit voltage at equal steps of SOC from 0 to 1"},
+  {"cell.effects.polarization_ohm", "ohm", -1, 1, kOptional, map<&CellParameters::effects, &CellEffects::polarization_ohm>,
+    "resistance of one branch more"},
+  {"cell.effects.polarization_tau_s", "s", 0.01, 100000, kOptional, map<&CellParameters::effects, &CellEffects::polarization_tau_s>,
+    "its time constant"},
+  {"cell.effects.slow_relaxation_ohm", "ohm", -1, 1, kOptional, map<&CellParameters::effects, &CellEffects::slow_relaxation_ohm>,
+    "resistance of a slow branch more"},
+  {"cell.effects.slow_relaxation_tau_s", "s", 0.01, 100000, kOptional, map<&CellParameters::effects, &CellEffects::slow_relaxation_tau_s>,
+    "its time constant"},
+  {"cell.effects.hysteresis_v", "V", -0.5, 0.5, kOptional, map<&CellParameters::effects, &CellEffects::hysteresis_v>,
+    "rest voltage after charge or discharge against the open-circuit voltage"},
+  {"cell.effects.hysteresis_per_soc", "1", 0.1, 1000, kOptional, map<&CellParameters::effects, &CellEffects::hysteresis_per_soc>,
+    "how fast a change of direction turns the hysteresis"},
+  {"cell.effects.entropy_v_per_k", "V/K", -0.01, 0.01, kOptional, map<&CellParameters::effects, &CellEffects::entropy_v_per_k>,
+    "change of the open-circuit voltage with temperature, for the reversible heat"},
 };
 // clang-format on
 
@@ -301,6 +325,7 @@ constexpr CellVariationRow kVariationRows[] = {
     {"capacity_scale", "1", 0.1, 2, &CellVariation::capacity_scale, "factor on this cell's capacity"},
     {"resistance_scale", "1", 0.1, 10, &CellVariation::resistance_scale, "factor on this cell's R0, R1 and R2"},
     {"initial_soc_offset", "1", -1, 1, &CellVariation::initial_soc_offset, "added to this cell's initial SOC"},
+    {"leak_a", "A", -10, 10, &CellVariation::leak_a, "current drawn inside this cell all the time"},
 };
 
 }  // namespace

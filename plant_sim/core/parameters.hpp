@@ -17,6 +17,22 @@ struct CellParameterMap {
   std::vector<double> table;       ///< [soc][temperature][current], last index fastest; empty: use `value`
 };
 
+/// What a cell does beyond two branches and its tables: battery/cell_effects.hpp has the equations. Each is off at 0.
+struct CellEffects {
+  double series_ohm = 0.0;               ///< [ohm] -1..1 effects.series_ohm, added to R0
+  double activation_energy_j_per_mol = 0.0;  ///< [J/mol] -60000..60000, of R0, R1 and R2, beyond what the tables say
+  double low_end_change = 0.0;           ///< [1] -0.9..20, of R0, R1 and R2 at SOC 0, fading to none at SOC 0.3
+  double exchange_current_change = 0.0;  ///< [1] -0.9..20, of the charge transfer that R1 stands for
+  std::vector<double> ocv_change_v;      ///< [V] -1..1, added to the OCV at equal steps of SOC from 0 to 1
+  double polarization_ohm = 0.0;         ///< [ohm] -1..1, of a branch more
+  double polarization_tau_s = 10.0;      ///< [s] 0.01..1e5
+  double slow_relaxation_ohm = 0.0;      ///< [ohm] -1..1, of a slow branch more
+  double slow_relaxation_tau_s = 600.0;  ///< [s] 0.01..1e5
+  double hysteresis_v = 0.0;             ///< [V] -0.5..0.5, between rest after charge or discharge and the OCV
+  double hysteresis_per_soc = 20.0;      ///< [1] 0.1..1000, how fast a change of direction turns it
+  double entropy_v_per_k = 0.0;          ///< [V/K] -0.01..0.01, dOCV/dT of the reversible heat
+};
+
 /// One cell (or one block of cells in parallel, tested as one). File: plant_sim/data/cells/*.toml.
 struct CellParameters {
   std::string name;                          ///< name
@@ -38,6 +54,7 @@ struct CellParameters {
   std::vector<double> ocv_table_v;           ///< [V] [soc][temperature][current] as each test found it, ocv.table; not used by the plant
   CellParameterMap r0_ohm, r1_ohm, r2_ohm;   ///< [ohm] > 0, sections [r0] [r1] [r2]
   CellParameterMap tau1_s, tau2_s;           ///< [s] > 0, sections [tau1] [tau2]
+  CellEffects effects;                       ///< section [effects]
 };
 
 /// How one cell differs from its neighbours: battery.cells.<n>.*, n from 1.
@@ -45,6 +62,7 @@ struct CellVariation {
   double capacity_scale = 1.0;      ///< [1] 0.1..2
   double resistance_scale = 1.0;    ///< [1] 0.1..10, on R0, R1 and R2
   double initial_soc_offset = 0.0;  ///< [1] -1..1
+  double leak_a = 0.0;              ///< [A] -10..10, drawn inside the cell: self-discharge, a soft short
 };
 
 struct VehicleSection {

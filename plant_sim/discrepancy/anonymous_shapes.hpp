@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shapes that a residual could have and that no cause owns: plain functions of current, charge, time, heat, speed and
+// torque, and the same behind lags. When one of them explains a log better than the catalogue does, the cause is
+// unknown.
+#pragma once
+#include <vector>
+
+#include "discrepancy/design.hpp"
+
+namespace voltlap::plant {
+
+[[nodiscard]] std::vector<Column> anonymous_columns(const Design& design);
+
+/// Size [V, K, W, m/s2, rpm] that counts as usual for a shape in this channel.
+[[nodiscard]] double usual_size(const BalanceChannel& channel, double cells_in_series);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/balances.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "battery/cell_tables.hpp"
+#include "discrepancy/car_balances.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kStandstill = 0.3;   // m/s
+constexpr double kStill = 3.0;        // s without current that count as a stop where no speed is recorded
+constexpr double kThermal = 15.0;     // s on each side, over which temperatures are averaged
+constexpr double kFirstRest = 120.0;  // s from the beginning, in which a rest tells the SOC
+constexpr double kRestCurrent = 0.02; // of the largest: a rest
+
+VectorXd held(const VectorXd& values) {
+  VectorXd out = values;
+  double last = kNothing;
+  for (Index row = 0; row < out.size() && !std::isfinite(last); ++row) last = out(row);
+  for (Index row = 0; row < out.size(); ++row) {
+    if (!std::isfinite(out(row))) out(row) = last;
+    last = out(row);
+  }
+  return out;
+}
+
+/// Mean over the rows within `window_s` on each side.
+VectorXd smoothed(const VectorXd& time, const VectorXd& values, double window_s) {
+  VectorXd out(values.size());
+  Index first = 0, last = -1;
+  double sum = 0.0;
+  for (Index row = 0; row < values.size(); ++row) {
+    while (last + 1 < values.size() && time(last + 1) <= time(row) + window_s) sum += values(++last);
+    while (time(first) < time(row) - window_s) sum -= values(first++);
+    out(row) = sum / static_cast<double>(last - first + 1);
+  }
+  return out;
+}
+
+VectorXd mean_of(const Recording& log, const std::vector<std::string>& roles) {
+  VectorXd out = VectorXd::Zero(log.rows());
+  for (const std::string& role : roles) out += *log.find(role);
+  return out / static_cast<double>(roles.size());
+}
+
+double largest(const VectorXd& values) {
+  double most = 0.0;
+  for (const double v : values) {
+    if (std::isfinite(v)) most = std::max(most, std::abs(v));
+  }
+  return most;
+}
+
+std::vector<bool> stopped_rows(const Recording& log) {
+  const auto n = static_cast<std::size_t>(log.rows());
+  std::vector<bool> out(n, false);
+  if (const VectorXd* speed = log.find("speed")) {
+    for (Index row = 0; row < log.rows(); ++row) out[static_cast<std::size_t>(row)] = (*speed)(row) < kStandstill;
+    return out;
+  }
+  const VectorXd& current = *log.find("current");
+  const double quiet = kRestCurrent * largest(current);
+  double since = log.time_s(0);
+  for (Index row = 0; row < log.rows(); ++row) {
+    if (std::abs(current(row)) > quiet) since = log.time_s(row);
+    out[static_cast<std::size_t>(row)] = log.time_s(row) - since > kStill;
+  }
+  return out;
+}
+
+/// Voltage of one cell as the model's battery sees it.
+struct MainVoltage {
+  VectorXd measured;
+  std::string name;
+  double cells = 1.0;
+};
+
+MainVoltage main_voltage(const World& model, const Recording& log) {
+  const auto cells = log.numbered("cell_voltage_");
+  if (const VectorXd* one = log.find("voltage")) return {*one, "voltage", 1.0};
+  if (!cells.empty()) return {mean_of(log, cells), "voltage", 1.0};
+  const char* role = log.find("pack_voltage") != nullptr ? "pack_voltage" : "bus_voltage";
+  return {*log.find(role), role, static_cast<double>(model.car.battery.cells_in_series)};
+}
+
+Group group_of(const Recording& log, const std::string& stem, Balance balance) {
+  Group group{stem, balance, log.numbered(stem), {}};
+  if (group.members.size() < 2) return {};
+  const VectorXd mean = mean_of(log, group.members);
+  for (const std::string& role : group.members) group.deviation.push_back(*log.find(role) - mean);
+  return group;
+}
+
+/// SOC from the rest at the beginning if there is one, else as stated.
+void settle_start(const World& model, const MainVoltage& voltage, bool soc_stated, Comparison& out) {
+  const VectorXd& current = *out.log.find("current");
+  const double quiet = kRestCurrent * largest(current);
+  std::vector<double> volts;
+  double current_sum = 0.0, count = 0.0;
+  for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kFirstRest; ++row) {
+    if (!(std::abs(current(row)) <= quiet)) break;
+    if (!std::isfinite(voltage.measured(row))) continue;
+    volts.push_back(voltage.measured(row) / voltage.cells);
+    current_sum += current(row);
+    count += 1.0;
+  }
+  out.facts.starts_at_rest = count > 0.0;
+  out.facts.initial_soc = soc_stated ? model.car.battery.initial_soc : 1.0;
+  if (const VectorXd* soc = out.log.find("soc")) {
+    const VectorXd known = held(*soc);
+    if (std::isfinite(known(0))) out.facts.initial_soc = known(0);
+  }
+  if (count == 0.0) return;
+  const CellTables tables(model.car.cell);
+  const CircuitParameters p =
+      tables.circuit(0.5, model.car.cell.reference_temperature_c, model.car.cell.reference_current_a);
+  const double drop = p.r0_ohm * current_sum / count / model.car.battery.cells_in_parallel;
+  // The median: a log may begin while the contactors close.
+  const auto middle = volts.begin() + static_cast<std::ptrdiff_t>(volts.size() / 2);
+  std::nth_element(volts.begin(), middle, volts.end());
+  out.facts.initial_soc = std::clamp(tables.soc_of_ocv(*middle + drop), 0.0, 1.0);
+}
+
+/// Straight or held: whichever the steps of the voltage agree with.
+void settle_hold(const World& model, Comparison& out) {
+  double best = 1e300;
+  CurrentHold hold = CurrentHold::kLinear;
+  for (const CurrentHold tried : {CurrentHold::kLinear, CurrentHold::kPrevious, CurrentHold::kNext}) {
+    out.facts.hold = tried;
+    const VectorXd predicted = predict(model, out).channels[0];
+    double square = 0.0;
+    for (Index row = 1; row < out.log.rows(); ++row) {
+      const VectorXd& m = out.channels[0].measured;
+      const double step = m(row) - m(row - 1) - predicted(row) + predicted(row - 1);
+      if (std::isfinite(step)) square += step * step;
+    }
+    if (square < best * 0.98) {
+      best = square;
+      hold = tried;
+    }
+  }
+  out.facts.hold = hold;
+}
+
+}  // namespace
+
+const char* name_of(Balance balance) {
+  constexpr const char* kNames[] = {"charge", "voltage", "heat", "force", "power"};
+  return kNames[static_cast<std::size_t>(balance)];
+}
+
+const BalanceChannel* Comparison::find(const std::string& name) const {
+  const auto found = std::find_if(channels.begin(), channels.end(), [&](const BalanceChannel& c) { return c.name == name; });
+  return found == channels.end() ? nullptr : &*found;
+}
+
+Comparison comparison_of(const World& model, Recording recording, bool soc_stated) {
+  Comparison out;
+  out.log = std::move(recording);
+  const Recording& log = out.log;
+  const MainVoltage main = main_voltage(model, log);
+  out.channels.push_back({main.name, Balance::kVoltage, "V", main.measured});
+  const auto cells = log.numbered("cell_voltage_"), thermistors = log.numbered("temperature_");
+  if (!cells.empty() && log.find("pack_voltage") != nullptr) {
+    out.channels.push_back({"pack_voltage", Balance::kVoltage, "V", *log.find("pack_voltage")});
+  }
+  if (main.name != "bus_voltage" && log.find("bus_voltage") != nullptr) {
+    out.channels.push_back({"bus_voltage", Balance::kVoltage, "V", *log.find("bus_voltage")});
+  }
+  out.facts.stopped = stopped_rows(log);
+  out.facts.initial_temperature_c = model.car.battery.initial_temperature_c;
+  if (!thermistors.empty()) {
+    const VectorXd mean = mean_of(log, thermistors);
+    out.channels.push_back({"temperature", Balance::kHeat, "K", mean});
+    // A cell's temperature is slow; noise and steps of the thermistors would come back as errors of its resistance.
+    out.facts.temperature_c = smoothed(log.time_s, held(mean), kThermal);
+    out.facts.initial_temperature_c = out.facts.temperature_c(0);
+  }
+  if (const VectorXd* ambient = log.find("ambient")) {
+    out.facts.ambient_above_model_k = (held(*ambient).array() - model.car.environment.ambient_c).matrix();
+  }
+  for (BalanceChannel& channel : car_channels(model, log)) out.channels.push_back(std::move(channel));
+  if (cells.size() > 1) out.groups.push_back(group_of(log, "cell_voltage_", Balance::kVoltage));
+  if (thermistors.size() > 1) out.groups.push_back(group_of(log, "temperature_", Balance::kHeat));
+  settle_start(model, main, soc_stated, out);
+  settle_hold(model, out);
+  return out;
+}
+
+Prediction predict(const World& world, const Comparison& comparison) {
+  const Recording& log = comparison.log;
+  Prediction out;
+  out.battery = battery_response(world, log, comparison.facts);
+  const double series = world.car.battery.cells_in_series;
+  const VectorXd pack_current = out.battery.current_a * static_cast<double>(world.car.battery.cells_in_parallel);
+  const auto cells = log.numbered("cell_voltage_");
+  for (const BalanceChannel& channel : comparison.channels) {
+    const bool first = out.channels.empty();
+    if (first && channel.name == "voltage") {
+      out.channels.push_back(cells.empty() ? reading(world.voltage, log.time_s, out.battery.voltage_v)
+                                           : out.battery.voltage_v);
+    } else if (first) {
+      const VectorXd pack = series * out.battery.voltage_v - world.pack_resistance_ohm * pack_current;
+      out.channels.push_back(reading(world.voltage, log.time_s, pack));
+    } else if (channel.name == "pack_voltage") {
+      const VectorXd sum = mean_of(log, cells) * static_cast<double>(cells.size());
+      out.channels.push_back(reading(world.voltage, log.time_s, sum - world.pack_resistance_ohm * pack_current));
+    } else if (channel.name == "bus_voltage") {
+      const VectorXd* pack = log.find("pack_voltage");
+      const VectorXd behind = pack != nullptr ? *pack : VectorXd(mean_of(log, cells) * static_cast<double>(cells.size()));
+      out.channels.push_back(behind - world.car.contactors.resistance_ohm * pack_current);
+    } else if (channel.name == "temperature") {
+      SensorError lag{0.0, world.thermistor_offset_k, 0.0};
+      VectorXd seen = out.battery.temperature_c;
+      if (world.thermistor_delay_s > 0.0) seen = lagged(log.time_s, seen, world.thermistor_delay_s);
+      out.channels.push_back(reading(lag, log.time_s, seen));
+    } else {
+      out.channels.push_back(car_prediction(channel.name, world, comparison, out.battery));
+    }
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

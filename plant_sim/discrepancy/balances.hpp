@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Structured residuals: each measured channel against what the model makes of its measured neighbours, so that one
+// cause hits few channels.
+//
+//   voltage        cell's (or mean cell's, or pack's) voltage given the current
+//   pack_voltage   pack voltage given the sum of the cells (where cells are recorded)
+//   bus_voltage    bus voltage given the pack voltage
+//   temperature    mean thermistor given the current
+//   power          V I given torque and speed of the motor
+//   speed          acceleration given torque, speed and brake
+//   motor_speed    motor speed given ground speed
+// and two groups, each member minus the group's mean: cell_voltage_<n>, temperature_<n>.
+#pragma once
+#include <Eigen/Dense>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "discrepancy/battery_response.hpp"
+
+namespace voltlap::plant {
+
+enum class Balance { kCharge, kVoltage, kHeat, kForce, kPower };
+[[nodiscard]] const char* name_of(Balance balance);
+
+struct BalanceChannel {
+  std::string name;  ///< as listed above
+  Balance balance;
+  std::string unit;
+  Eigen::VectorXd measured;  ///< NaN where not recorded or masked
+};
+
+/// Members of a group, each minus the mean of all.
+struct Group {
+  std::string stem;  ///< cell_voltage_ or temperature_
+  Balance balance = Balance::kVoltage;
+  std::vector<std::string> members;  ///< role names
+  std::vector<Eigen::VectorXd> deviation;
+};
+
+/// A log ready to be compared: what is measured, and what is known beside it.
+struct Comparison {
+  Recording log;
+  LogFacts facts;
+  std::vector<BalanceChannel> channels;
+  std::vector<Group> groups;
+  [[nodiscard]] const BalanceChannel* find(const std::string& name) const;
+};
+
+/// Picks channels and facts (start SOC from the first rest, hold of the current) for this model. The battery of the
+/// model is brought to the log's number of cells by the caller.
+[[nodiscard]] Comparison comparison_of(const World& model, Recording log, bool soc_stated);
+
+struct Prediction {
+  std::vector<Eigen::VectorXd> channels;  ///< in the order of Comparison::channels
+  BatteryResponse battery;
+};
+[[nodiscard]] Prediction predict(const World& world, const Comparison& comparison);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plant's cell through the recorded current: voltage, SOC, what the resistances take, heat and temperature of the
+// cell that stands for all. Circuit and heat as in battery/pack.hpp and battery/cell_effects.hpp.
+#pragma once
+#include <Eigen/Dense>
+
+#include "discrepancy/recording.hpp"
+#include "discrepancy/world.hpp"
+#include "logs/cell_log.hpp"
+
+namespace voltlap::plant {
+
+/// What is known of a log before it is simulated.
+struct LogFacts {
+  CurrentHold hold = CurrentHold::kLinear;  ///< of the current between rows
+  double initial_soc = 1.0;
+  bool starts_at_rest = true;
+  double initial_temperature_c = 25.0;
+  Eigen::VectorXd temperature_c;    ///< measured mean, last value held; empty: not measured
+  Eigen::VectorXd ambient_above_model_k;  ///< measured, last value held; empty: the model's holds
+  std::vector<bool> stopped;        ///< the car stands, or draws nothing for 3 s
+};
+
+struct BatteryResponse {
+  Eigen::VectorXd current_a;      ///< of one cell, with the sensor's error taken out
+  Eigen::VectorXd voltage_v;      ///< of one cell
+  Eigen::VectorXd soc, ocv_slope_v;
+  Eigen::VectorXd drop_v;         ///< OCV minus voltage
+  Eigen::VectorXd temperature_c;  ///< from its own heat
+};
+
+[[nodiscard]] BatteryResponse battery_response(const World& world, const Recording& log, const LogFacts& facts);
+
+/// values(t + shift_s), straight between rows; the ends hold.
+[[nodiscard]] Eigen::VectorXd shifted(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double shift_s);
+
+/// What a sensor with this error reads where `values` is true.
+[[nodiscard]] Eigen::VectorXd reading(const SensorError& error, const Eigen::VectorXd& time_s,
+                                      const Eigen::VectorXd& values);
+
+/// First-order lag behind `values`, beginning without one.
+[[nodiscard]] Eigen::VectorXd lagged(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double tau_s);
+
+}  // namespace voltlap::plant

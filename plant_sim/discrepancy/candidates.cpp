@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/candidates.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Group's information on its shapes and each member's score, discounted by the natural spread of the members.
+struct Discounted {
+  MatrixXd information, score;
+};
+
+Discounted discounted(const GroupScore& group, const MatrixXd& mean, const VectorXd& variance) {
+  const Index m = group.gram.rows();
+  const auto lu = (MatrixXd::Identity(m, m) + group.gram * variance.asDiagonal()).partialPivLu();
+  return {lu.solve(group.gram), lu.solve(group.score - group.gram * mean)};
+}
+
+/// Shapes of a form in a group, in the order of its linear parameters.
+std::vector<Index> shapes_of(const Design& design, std::size_t g, int cause, std::size_t form) {
+  std::vector<Index> out;
+  for (std::size_t k = 0; k < design.shapes[g].size(); ++k) {
+    if (design.shapes[g][k].cause == cause && design.shapes[g][k].form == form) out.push_back(static_cast<Index>(k));
+  }
+  return out;
+}
+
+double gain_at(const Discounted& d, const std::vector<Index>& shapes, Index member) {
+  const auto k = static_cast<Index>(shapes.size());
+  MatrixXd a(k, k);
+  VectorXd s(k);
+  for (Index i = 0; i < k; ++i) {
+    s(i) = d.score(shapes[static_cast<std::size_t>(i)], member);
+    for (Index j = 0; j < k; ++j) {
+      a(i, j) = d.information(shapes[static_cast<std::size_t>(i)], shapes[static_cast<std::size_t>(j)]);
+    }
+    a(i, i) += 1e-9;
+  }
+  return s.dot(a.ldlt().solve(s));
+}
+
+/// A sensor's error stands in the sum of the readings too, against a pack voltage that does not have it.
+bool is_sensor(std::string_view cause) {
+  return cause == "voltage_gain" || cause == "voltage_offset" || cause == "time_skew";
+}
+
+void append_column(Design& design, const Cause& cause, Candidate& local, std::size_t k) {
+  const auto g = static_cast<std::size_t>(local.group);
+  const Group& group = design.comparison.groups[g];
+  const Shape& shape = design.shapes[g][static_cast<std::size_t>(local.shapes[k])];
+  const double share = static_cast<double>(local.members.size()) / static_cast<double>(group.members.size());
+  Column column{local.cause, local.form, local.parameters[k],
+                fmt::format("local/{}/{}/{}", cause.name, local.form, k), cause.balance,
+                std::vector<VectorXd>(design.comparison.channels.size())};
+  const std::string mean = group.balance == Balance::kHeat ? "temperature" : "voltage";
+  for (std::size_t c = 0; c < design.comparison.channels.size(); ++c) {
+    const std::string& name = design.comparison.channels[c].name;
+    if (name == mean) column.effect[c] = shape.effect * share;
+    if (name == "pack_voltage" && c > 0 && is_sensor(cause.name)) column.effect[c] = -shape.effect;
+  }
+  local.rows.push_back(static_cast<Index>(design.columns.size()));
+  design.columns.push_back(std::move(column));
+}
+
+}  // namespace
+
+std::vector<GroupScore> group_scores(const Design& design, const NoiseModel& noise) {
+  Design groups_only;
+  groups_only.comparison.log.time_s = design.comparison.log.time_s;
+  groups_only.comparison.groups = design.comparison.groups;
+  groups_only.shapes = design.shapes;
+  return score_of(groups_only, noise).groups;
+}
+
+std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>& causes,
+                                        const std::vector<GroupScore>& scores, const Usual& usual) {
+  std::vector<Candidate> out;
+  for (std::size_t g = 0; g < design.comparison.groups.size(); ++g) {
+    const Group& group = design.comparison.groups[g];
+    const Discounted d = discounted(scores[g], usual.group_mean[g], usual.group_variance[g]);
+    const auto members = static_cast<Index>(group.members.size());
+    for (std::size_t cause = 0; cause < causes.size(); ++cause) {
+      for (std::size_t form = 0; form < design.forms[cause].size(); ++form) {
+        const Form& f = design.forms[cause][form];
+        if (f.apply || f.stem != group.stem) continue;
+        Candidate local;
+        local.cause = static_cast<int>(cause);
+        local.form = form;
+        local.balance = causes[cause].balance;
+        local.parameters = f.linear;
+        local.group = static_cast<int>(g);
+        local.shapes = shapes_of(design, g, static_cast<int>(cause), form);
+        local.trials = static_cast<double>(members);
+        if (local.shapes.size() != f.linear.size()) continue;
+        if (f.channel == "ends") {
+          local.members = {0, members - 1};
+          local.trials = 1.0;
+        } else {
+          Index best = 0;
+          for (Index i = 1; i < members; ++i) {
+            if (gain_at(d, local.shapes, i) > gain_at(d, local.shapes, best)) best = i;
+          }
+          local.members = {best};
+          local.channel = group.members[static_cast<std::size_t>(best)];
+        }
+        for (std::size_t k = 0; k < local.shapes.size(); ++k) append_column(design, causes[cause], local, k);
+        out.push_back(std::move(local));
+      }
+    }
+  }
+  return out;
+}
+
+System system_of(const Design& design, const std::vector<Candidate>& locals, const Score& score, const Usual& usual,
+                 const std::vector<Cause>& causes, const std::vector<bool>& use) {
+  const Remaining rest = remaining(score.sum(usual.inflation, use), usual);
+  System out{{}, rest.information, rest.score};
+  for (std::size_t k = 0; k < design.columns.size(); ++k) {
+    const Column& column = design.columns[k];
+    if (column.key.starts_with("local/")) continue;
+    const bool goes_on = !out.candidates.empty() && column.cause >= 0 && out.candidates.back().cause == column.cause &&
+                         out.candidates.back().form == column.form;
+    if (!goes_on) {
+      Candidate made;
+      made.cause = column.cause;
+      made.form = column.form;
+      made.balance = column.balance;
+      if (column.cause >= 0) {
+        const auto& forms = design.forms[static_cast<std::size_t>(column.cause)];
+        made.channel = forms[column.form].channel;
+        made.trials = static_cast<double>(forms.size());
+      }
+      out.candidates.push_back(std::move(made));
+    }
+    out.candidates.back().parameters.push_back(column.parameter);
+    out.candidates.back().rows.push_back(static_cast<Index>(k));
+  }
+  const double share = use.empty() ? 1.0
+                                   : static_cast<double>(std::count(use.begin(), use.end(), true)) /
+                                         static_cast<double>(std::max<std::size_t>(1, use.size()));
+  std::vector<Discounted> groups;
+  for (std::size_t g = 0; g < score.groups.size(); ++g) {
+    groups.push_back(discounted(score.groups[g], usual.group_mean[g], usual.group_variance[g]));
+  }
+  for (const Candidate& a : locals) {
+    const auto g = static_cast<std::size_t>(a.group);
+    const auto n = static_cast<double>(design.comparison.groups[g].members.size());
+    for (std::size_t i = 0; i < a.rows.size(); ++i) {
+      for (const Index member : a.members) out.score(a.rows[i]) += share * groups[g].score(a.shapes[i], member);
+      for (const Candidate& b : locals) {
+        if (b.group != a.group) continue;
+        double common = 0.0;
+        for (const Index member : a.members) {
+          common += static_cast<double>(std::count(b.members.begin(), b.members.end(), member));
+        }
+        common -= static_cast<double>(a.members.size() * b.members.size()) / n;
+        for (std::size_t j = 0; j < b.rows.size(); ++j) {
+          out.information(a.rows[i], b.rows[j]) += share * common * groups[g].information(a.shapes[i], b.shapes[j]);
+        }
+      }
+    }
+    out.candidates.push_back(a);
+  }
+  for (Candidate& c : out.candidates) {
+    c.positive = c.cause >= 0 && c.rows.size() == 1 &&
+                 causes[static_cast<std::size_t>(c.cause)].parameters[c.parameters[0]].low == 0.0;
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

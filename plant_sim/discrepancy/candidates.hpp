@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that can be named (and the shapes that cannot) for one log, each with its rows in one system
+// (information A, score a): the part of A that acts on everything, and the part that acts on members of groups.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "discrepancy/usual.hpp"
+
+namespace voltlap::plant {
+
+struct Candidate {
+  int cause = -1;                      ///< -1: an anonymous shape
+  std::size_t form = 0;
+  Balance balance = Balance::kVoltage;
+  std::string channel;                 ///< role name, or empty
+  std::vector<std::size_t> parameters; ///< of the cause, one a column
+  std::vector<Eigen::Index> rows;      ///< in the system
+  int group = -1;
+  std::vector<Eigen::Index> members;   ///< of the group
+  std::vector<Eigen::Index> shapes;    ///< of the group, one a column
+  bool positive = false;               ///< its one parameter cannot be negative
+  double trials = 1.0;                 ///< forms and members that were looked at to find this one
+};
+
+/// For each local form the member where it explains most, as columns with their effect on the means appended to the
+/// design. `scores` are the group scores of the design.
+[[nodiscard]] std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>& causes,
+                                                      const std::vector<GroupScore>& scores, const Usual& usual);
+
+struct System {
+  std::vector<Candidate> candidates;
+  Eigen::MatrixXd information;
+  Eigen::VectorXd score;
+};
+
+/// The sum over all blocks when `use` is empty; group parts then too, else only their share.
+[[nodiscard]] System system_of(const Design& design, const std::vector<Candidate>& locals, const Score& score,
+                               const Usual& usual, const std::vector<Cause>& causes, const std::vector<bool>& use = {});
+
+/// Group scores alone, before local columns are known.
+[[nodiscard]] std::vector<GroupScore> group_scores(const Design& design, const NoiseModel& noise);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// A cause of discrepancy: what it is, its parameters with what is physically possible, the forms in which it can appear
+// on a given log, and how it changes the simulated world. One file of causes/ each, one row in causes/list.hpp.
+#pragma once
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "discrepancy/balances.hpp"
+
+namespace voltlap::plant {
+
+using Values = std::span<const double>;
+
+/// A number of a cause. `low` and `high` are the prior: beyond them the cause is not believed.
+struct CauseParameter {
+  const char* name;
+  const char* unit;
+  double low, high;
+  double typical;                  ///< a usual size: step of derivatives, width of the prior of the linear stage
+  double shown_scale = 1.0;        ///< in sentences
+  const char* shown_unit = "";
+};
+
+/// One way in which a cause can act on this log.
+struct Form {
+  std::string channel;                        ///< the channel that is wrong, or empty
+  std::vector<double> at;                     ///< start value of every parameter
+  std::vector<std::size_t> linear;            ///< parameters that the linear stage estimates
+  std::vector<std::size_t> refined;           ///< parameters that the nonlinear stage estimates
+  std::function<void(World&, Values)> apply;  ///< on everything; or:
+  std::string stem = {};                      ///< on one member of this group, any of them:
+  /// effect of one unit of each linear parameter on the member's reading
+  std::function<std::vector<Eigen::VectorXd>(const World&, const Comparison&, const Prediction&)> shapes = {};
+};
+
+struct Cause {
+  const char* name;
+  Balance balance;
+  const char* says;  ///< sentence; {} takes the parameters in turn, {channel} the channel or the cell
+  const char* test;  ///< manoeuvre that shows it best
+  std::vector<CauseParameter> parameters;
+  std::function<std::vector<Form>(const World&, const Comparison&)> forms;
+  /// Other numbers than the parameters themselves are reported: their descriptions, and their values from the parameters.
+  std::vector<CauseParameter> reported = {};
+  std::function<std::vector<double>(Values)> report = {};
+};
+
+/// A form that acts on everything with all its parameters linear.
+[[nodiscard]] inline Form plain_form(std::size_t parameters, std::function<void(World&, Values)> apply) {
+  Form form;
+  form.apply = std::move(apply);
+  form.at.assign(parameters, 0.0);
+  for (std::size_t k = 0; k < parameters; ++k) form.linear.push_back(k);
+  form.refined = form.linear;
+  return form;
+}
+
+/// Where a thermistor is recorded.
+[[nodiscard]] inline bool has_temperature(const Comparison& c) { return c.find("temperature") != nullptr; }
+
+}  // namespace voltlap::plant

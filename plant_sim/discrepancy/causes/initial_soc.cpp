@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The battery started at another SOC than stated or than its first rest says.
+#include "discrepancy/cause.hpp"
+#include "discrepancy/causes/list.hpp"
+
+namespace voltlap::plant {
+
+Cause initial_soc() {
+  return {.name = "initial_soc",
+          .balance = Balance::kCharge,
+          .says = "the battery started {} of SOC off",
+          .test = "a rest of ten minutes before the start",
+          .parameters =
+              {{"soc", "1", -0.5, 0.5, 0.02, 100, "%"}},
+          .forms = [](const World&, const Comparison&) -> std::vector<Form> {
+            return {plain_form(1, [](World& w, Values v) { w.initial_soc_change += v[0]; })};
+          }};
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// All sets of up to three candidates, weighed in closed form, and what the weight of the best one is worth when
+// nothing is wrong.
+//
+//   ln evidence(S) = a_S' (A_SS + P^-1)^-1 a_S / 2 - ln det(I + A_SS P) / 2 + sum ln prior       P = 3^2 typical sizes^2
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "discrepancy/candidates.hpp"
+
+namespace voltlap::plant {
+
+struct WeighedSet {
+  std::vector<std::size_t> members;  ///< of System::candidates, increasing
+  double evidence = 0.0;
+  bool named = true;                 ///< holds no anonymous shape
+};
+
+/// Best first; at most `keep` sets, all singles included. The empty set has evidence 0.
+[[nodiscard]] std::vector<WeighedSet> weigh_sets(const System& system, std::size_t keep);
+
+/// The system as it counts when sets are weighed: signatures are known to a few percent only, so that no evidence,
+/// however strong, tells causes apart whose signatures differ by less.
+///   A, a times 1/(1 + rho L),  L the gain of the best set
+[[nodiscard]] System tempered(const System& system);
+
+struct SetFit {
+  Eigen::VectorXd coefficients;  ///< by column of the set's candidates, typical sizes
+  Eigen::MatrixXd covariance;
+  double gain = 0.0;             ///< a' A^-1 a of the set
+};
+[[nodiscard]] SetFit fit_set(const System& system, const std::vector<std::size_t>& members);
+
+/// Chance that the best evidence of sets of up to two candidates reaches `evidence` when nothing is wrong, by
+/// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees).
+[[nodiscard]] double null_probability(const System& system, double evidence, double freedom, int draws,
+                                      std::uint64_t seed);
+
+/// Share of what `of` explains that `by` could explain as well, 0..1.
+[[nodiscard]] double overlap(const System& system, const std::vector<std::size_t>& of, const Eigen::VectorXd& coefficients,
+                             const std::vector<std::size_t>& by);
+
+}  // namespace voltlap::plant

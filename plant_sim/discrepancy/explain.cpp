@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/explain.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "core/errors.hpp"
+#include "discrepancy/causes/list.hpp"
+#include "discrepancy/findings.hpp"
+#include "discrepancy/integrity.hpp"
+#include "discrepancy/verdict.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr std::size_t kSetsKept = 400;
+constexpr std::size_t kRefined = 5;
+
+std::vector<bool> blocks_used(const std::string& which, std::size_t blocks) {
+  std::vector<bool> use;
+  if (which == "all") return use;
+  for (std::size_t b = 0; b < blocks; ++b) use.push_back((b % 2 == 0) == (which == "even"));
+  return use;
+}
+
+std::vector<bool> part_of_blocks(const std::vector<bool>& use, std::size_t blocks, std::size_t parts, std::size_t part,
+                                 bool interleaved) {
+  std::vector<bool> out(blocks, false);
+  std::size_t used = 0, total = 0;
+  for (std::size_t b = 0; b < blocks; ++b) total += use.empty() || use[b] ? 1 : 0;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    if (!use.empty() && !use[b]) continue;
+    const std::size_t mine = interleaved ? used % parts : used * parts / std::max<std::size_t>(1, total);
+    out[b] = mine == part;
+    ++used;
+  }
+  return out;
+}
+
+/// Everything about one log that the steps below share.
+struct Case {
+  std::vector<Cause> causes;
+  Design design;
+  std::vector<std::unique_ptr<Design>> reference_designs;
+  std::vector<Reference> references;
+  NoiseModel noise;
+  Usual usual;
+  std::vector<Candidate> locals;
+  Score score;
+  System system;
+  std::vector<bool> use;  ///< blocks
+};
+
+/// The references' floor, or the log's own.
+void learn_floor(Case& c) {
+  std::vector<const Design*> designs;
+  for (const auto& reference : c.reference_designs) designs.push_back(reference.get());
+  if (designs.empty()) designs.push_back(&c.design);
+  c.noise = noise_of(designs);
+  // A channel that no reference has: its own floor.
+  const NoiseModel own = designs.front() == &c.design ? c.noise : noise_of({&c.design});
+  for (const auto& [name, noise] : own) c.noise.emplace(name, noise);
+  for (const auto& reference : c.reference_designs) {
+    NoiseModel theirs = c.noise;
+    for (const auto& [name, noise] : noise_of({reference.get()})) theirs.emplace(name, noise);
+    c.references.push_back({reference.get(), score_of(*reference, theirs)});
+  }
+}
+
+void analyse(Case& c, const std::string& fit_blocks) {
+  const std::vector<GroupScore> groups = group_scores(c.design, c.noise);
+  Score first;
+  first.groups = groups;
+  // Group spreads are needed to find the local candidates, whose columns the full score then has.
+  Usual spreads = group_spread(c.design, first, c.references);
+  c.locals = local_candidates(c.design, c.causes, groups, spreads);
+  c.score = score_of(c.design, c.noise);
+  c.usual = usual_discrepancy(c.design, c.score, c.references);
+  c.use = blocks_used(fit_blocks, c.score.blocks());
+  c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
+}
+
+std::vector<bool> rows_of_blocks(const Case& c) {
+  std::vector<bool> rows;
+  if (c.use.empty()) return rows;
+  for (const std::size_t b : block_of_rows(c.design.comparison.log.time_s)) rows.push_back(c.use[b]);
+  return rows;
+}
+
+/// Nonlinear fits of the best sets may change their order.
+void refine_best(const Case& c, std::vector<WeighedSet>& sets, const Refinery& refinery, double tempering) {
+  const double best = sets.empty() ? 0.0 : sets[0].evidence;
+  std::size_t refined = 0;
+  for (std::size_t k = 0; k < sets.size() && refined < kRefined; ++k) {
+    if (best <= 0.0 || best - sets[k].evidence > 4.0 * kDecisive) break;
+    if (!sets[k].named) continue;
+    const double gained = refinery.refine(sets[k].members).gain - fit_set(c.system, sets[k].members).gain;
+    sets[k].evidence += std::max(0.0, 0.5 * tempering * gained);
+    ++refined;
+  }
+  std::stable_sort(sets.begin(), sets.end(),
+                   [](const WeighedSet& a, const WeighedSet& b) { return a.evidence > b.evidence; });
+}
+
+}  // namespace
+
+const char* name_of(Verdict verdict) {
+  constexpr const char* kNames[] = {"named", "ambiguous", "unknown", "no_discrepancy", "bad_data"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+Explanation explain(const Model& model, const Recording& raw, const ExplainOptions& options) {
+  const auto progress = [&](const std::string& what, double fraction) {
+    if (options.progress) options.progress(what, fraction);
+  };
+  Explanation out;
+  out.with_references = !options.references.empty();
+  const bool soc_stated = model.kind != ModelKind::kCell;
+  Gated gated = integrity_gate(raw, model);
+  std::vector<std::vector<GateFinding>> usual_findings;
+  Case c;
+  c.causes = catalogue(options.without);
+  for (const Recording& reference : options.references) {
+    Gated theirs = integrity_gate(reference, model);
+    usual_findings.push_back(theirs.findings);
+    c.reference_designs.push_back(
+        std::make_unique<Design>(design_of(model.world, comparison_of(model.world, theirs.log, soc_stated), c.causes)));
+    progress("reading references", static_cast<double>(c.reference_designs.size()) /
+                                       static_cast<double>(options.references.size()));
+  }
+  out.masked = gated.log.masked;
+  out.notes = gated.log.repairs;
+  const std::vector<FoundCause> gate = unusual_findings(gated.findings, usual_findings);
+  if (!gated.enough.empty()) {
+    out.verdict = Verdict::kBadData;
+    out.causes = gate;
+    out.sentence = gated.enough;
+    out.next_test = gated.drive;
+    return out;
+  }
+  progress("comparing with the model", 0.2);
+  c.design = design_of(model.world, comparison_of(model.world, gated.log, soc_stated), c.causes);
+  learn_floor(c);
+  progress("weighing causes", 0.5);
+  analyse(c, options.fit_blocks);
+  const System weighed = tempered(c.system);
+  std::vector<WeighedSet> sets = weigh_sets(weighed, kSetsKept);
+  const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c));
+  progress("refining", 0.7);
+  refine_best(c, sets, refinery, weighed.score.norm() / c.system.score.norm());
+  const double freedom = out.with_references ? 2.0 * static_cast<double>(options.references.size()) + 4.0 : 20.0;
+  progress("null distribution", 0.85);
+  const Decision decision = decide(weighed, sets, freedom, options.draws, options.seed);
+  std::vector<System> quarters, halves;
+  for (std::size_t part = 0; part < 4; ++part) {
+    quarters.push_back(system_of(c.design, c.locals, c.score, c.usual, c.causes,
+                                 part_of_blocks(c.use, c.score.blocks(), 4, part, true)));
+  }
+  for (std::size_t part = 0; part < 2; ++part) {
+    halves.push_back(system_of(c.design, c.locals, c.score, c.usual, c.causes,
+                               part_of_blocks(c.use, c.score.blocks(), 2, part, false)));
+  }
+  const Judged judged{c.causes, c.design, c.system, c.noise, c.use, sets, decision, quarters, halves, refinery};
+  put_verdict(judged, gate, out);
+  return out;
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a log and a model to a verdict: gate, residuals, floor, all sets of causes, refinement, checks.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "discrepancy/model.hpp"
+#include "discrepancy/refine.hpp"
+
+namespace voltlap::plant {
+
+enum class Verdict { kNamed, kAmbiguous, kUnknown, kNoDiscrepancy, kBadData };
+[[nodiscard]] const char* name_of(Verdict verdict);
+
+struct ExplainOptions {
+  std::vector<Recording> references;
+  std::vector<std::string> without;       ///< causes that are left out of the catalogue
+  std::string fit_blocks = "all";         ///< of 60 s: all, even or odd
+  std::uint64_t seed = 1;
+  int draws = 300;
+  std::function<void(const std::string&, double)> progress;  ///< what, fraction; may be empty
+};
+
+struct FoundParameter {
+  std::string name, unit;
+  double value = 0.0, low = 0.0, high = 0.0;
+  std::string text;                       ///< where the value is a word: a channel
+};
+
+struct FoundCause {
+  std::string name;
+  std::vector<FoundParameter> parameters;
+  double share_of_residual = 0.0, probability = 0.0, d_prime = 0.0;
+  std::vector<std::string> equivalent_to;
+  std::string says;
+};
+
+struct ChannelGain {
+  double before = 0.0, after = 0.0, floor = 0.0;
+  std::string unit;
+};
+
+/// A set that lost, and why.
+struct RunnerUp {
+  std::vector<std::string> names;
+  double behind = 0.0;                    ///< ln evidence
+  std::string why;
+};
+
+/// A channel's residual before and after, for pictures.
+struct Trace {
+  std::string channel, unit;
+  Eigen::VectorXd time_s, before, after;
+};
+
+struct Explanation {
+  Verdict verdict = Verdict::kNoDiscrepancy;
+  std::string sentence;
+  std::vector<FoundCause> causes;
+  std::vector<std::vector<std::string>> alternatives;
+  std::optional<Balance> unknown_in;
+  std::map<std::string, ChannelGain> gain;
+  std::vector<Masked> masked;
+  std::string next_test;                  ///< empty: none
+  bool with_references = false;
+  std::vector<RunnerUp> runners_up;
+  std::vector<Trace> traces;
+  std::vector<std::string> notes;
+  std::optional<World> world;             ///< the model with the causes that were named
+};
+
+[[nodiscard]] Explanation explain(const Model& model, const Recording& log, const ExplainOptions& options);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/integrity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kGap = 5.0;            // usual intervals that make a gap
+constexpr double kFrozen = 3.0;         // s of one value under a moving current
+constexpr double kLeastTime = 60.0;     // s that a judgement needs
+constexpr double kLeastRatio = 1.5;     // a finding must exceed the references' by this
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Range {
+  double low, high, usual_step;
+  const char* unit;
+};
+
+/// What a healthy sensor of this role can say.
+Range range_of(const std::string& role, const Model& model) {
+  const CellParameters& cell = model.world.car.cell;
+  const double series = std::max(1, model.world.car.battery.cells_in_series);
+  if (role == "voltage" || role.starts_with("cell_voltage_")) {
+    return {cell.voltage_min_v - 1.2, cell.voltage_max_v + 0.25, 5e-3, "V"};
+  }
+  if (role == "pack_voltage") return {series * (cell.voltage_min_v - 1.0), series * (cell.voltage_max_v + 0.25), 0.5, "V"};
+  if (role.starts_with("temperature_") || role == "ambient") return {-45.0, 110.0, 1.0, "K"};
+  if (role == "accelerator" || role == "brake") return {-0.1, 1.1, 0.05, "1"};
+  if (role == "current") return {-5000.0, 5000.0, 1.0, "A"};
+  if (role == "speed") return {-5.0, 100.0, 0.3, "m/s"};
+  return {-1e12, 1e12, 1e12, "1"};
+}
+
+void mask(Recording& log, VectorXd& values, const std::string& role, Index first, Index last, const std::string& why) {
+  for (Index row = first; row < last; ++row) values(row) = kNothing;
+  log.masked.push_back({role, log.time_s(first), log.time_s(last - 1), why});
+}
+
+void mask_impossible(Recording& log, const std::string& role, VectorXd& values, const Range& range) {
+  for (Index row = 0; row < values.size();) {
+    const auto bad = [&](Index at) { return std::isfinite(values(at)) && (values(at) < range.low || values(at) > range.high); };
+    if (!bad(row)) {
+      ++row;
+      continue;
+    }
+    Index last = row;
+    while (last < values.size() && bad(last)) ++last;
+    mask(log, values, role, row, last, fmt::format("{:.3g} {} is no reading of this sensor", values(row), range.unit));
+    row = last;
+  }
+}
+
+/// Does the current move while this value stands still?
+void mask_frozen(Recording& log, const std::string& role, VectorXd& values, const VectorXd& moving, double moved_by,
+                 std::vector<GateFinding>& findings, const Range& range) {
+  double total = 0.0;
+  for (Index row = 0; row + 1 < values.size();) {
+    Index last = row + 1;
+    double low = moving(row), high = moving(row);
+    while (last < values.size() && values(last) == values(row)) {
+      low = std::min(low, moving(last));
+      high = std::max(high, moving(last));
+      ++last;
+    }
+    const double seconds = log.time_s(last - 1) - log.time_s(row);
+    if (last - row >= 10 && seconds >= kFrozen && high - low > moved_by && std::isfinite(values(row))) {
+      mask(log, values, role, row, last, fmt::format("frozen at {:.4g} {} while its neighbours move", values(row), range.unit));
+      total += seconds;
+    }
+    row = last;
+  }
+  if (total > 0.0) findings.push_back({"frozen_signal", role, "duration_s", total, "s", true});
+}
+
+/// Smallest step that nearly all changes are multiples of; 0 when there is none.
+double step_of(const VectorXd& values) {
+  std::set<double> different;
+  for (const double v : values) {
+    if (std::isfinite(v)) different.insert(std::round(v * 1e7) / 1e7);
+    if (different.size() > 4000) return 0.0;
+  }
+  if (different.size() < 3) return 0.0;
+  std::vector<double> gaps;
+  for (auto it = std::next(different.begin()); it != different.end(); ++it) gaps.push_back(*it - *std::prev(it));
+  std::sort(gaps.begin(), gaps.end());
+  return gaps[gaps.size() / 10];
+}
+
+void find_gaps(Recording& log, std::vector<GateFinding>& findings) {
+  std::vector<double> intervals;
+  for (Index row = 1; row < log.rows(); ++row) intervals.push_back(log.time_s(row) - log.time_s(row - 1));
+  const double usual = median_of(intervals);
+  double missing = 0.0, count = 0.0;
+  for (Index row = 1; row < log.rows(); ++row) {
+    const double interval = log.time_s(row) - log.time_s(row - 1);
+    if (interval > 1.8 * usual) missing += std::round(interval / usual) - 1.0;
+    if (interval <= std::max(kGap * usual, 0.5)) continue;
+    log.masked.push_back({"time", log.time_s(row - 1), log.time_s(row), fmt::format("nothing recorded for {:.1f} s", interval)});
+    count += 1.0;
+  }
+  for (const Masked& masked : log.masked) count += masked.reason.starts_with("time ") ? 1.0 : 0.0;
+  const double rows = static_cast<double>(log.rows());
+  if (missing + count > 0.0) {
+    findings.push_back({"dropped_or_late_frames", "time", "count", missing + count, "1", missing > 0.005 * rows || count > 2.0});
+  }
+}
+
+/// NaN that came with the log.
+void note_holes(Recording& log, const std::string& role, const VectorXd& values, std::vector<GateFinding>& findings) {
+  double holes = 0.0;
+  for (const double v : values) holes += std::isfinite(v) ? 0.0 : 1.0;
+  if (holes <= 0.0) return;
+  const auto rows = static_cast<double>(values.size());
+  log.repairs.push_back(fmt::format("{}: {:.0f} rows without a value, not used", role, holes));
+  if (holes < rows) findings.push_back({"dropped_or_late_frames", role, "count", holes, "1", holes > 0.005 * rows});
+}
+
+void judge_amount(Gated& out) {
+  const Recording& log = out.log;
+  const VectorXd& current = *log.find("current");
+  double most = 0.0, usable = 0.0;
+  for (Index row = 1; row < log.rows(); ++row) {
+    if (!std::isfinite(current(row))) continue;
+    most = std::max(most, std::abs(current(row) - current(row - 1)));
+    usable += std::min(1.0, log.time_s(row) - log.time_s(row - 1));
+  }
+  if (usable < kLeastTime) {
+    out.enough = fmt::format("The log is too short to tell anything: {:.0f} s are usable.", usable);
+    out.drive = "two laps with hard acceleration, and a rest of five minutes at each end";
+  } else if (most <= 0.0) {
+    out.enough = "The log is too calm to tell anything: its current never changes.";
+    out.drive = "hard pulls of ten seconds with rests between them";
+  }
+}
+
+}  // namespace
+
+Gated integrity_gate(const Recording& raw, const Model& model) {
+  Gated out;
+  out.log = raw;
+  find_gaps(out.log, out.findings);
+  for (auto& [role, values] : out.log.signals) note_holes(out.log, role, values, out.findings);
+  VectorXd moving = *out.log.find("current");
+  double last = 0.0, most = 0.0;
+  for (double& v : moving) {
+    if (!std::isfinite(v)) v = last;
+    last = v;
+    most = std::max(most, std::abs(v));
+  }
+  const VectorXd* volts = nullptr;
+  for (const char* role : {"voltage", "pack_voltage", "cell_voltage_1"}) {
+    if (volts == nullptr) volts = out.log.find(role);
+  }
+  VectorXd voltage = volts != nullptr ? *volts : moving;
+  last = voltage(0);
+  for (double& v : voltage) {
+    if (!std::isfinite(v)) v = last;
+    last = v;
+  }
+  const double swing = voltage.maxCoeff() - voltage.minCoeff();
+  for (auto& [role, values] : out.log.signals) {
+    const Range range = range_of(role, model);
+    mask_impossible(out.log, role, values, range);
+    if (role == "current") {
+      mask_frozen(out.log, role, values, voltage, 0.3 * swing, out.findings, range);
+    } else if (role == "voltage" || role == "pack_voltage" || role.starts_with("cell_voltage_")) {
+      mask_frozen(out.log, role, values, moving, 0.3 * most, out.findings, range);
+    }
+    const double step = step_of(values);
+    if (step > 0.0 && range.usual_step < 1e9) {
+      out.findings.push_back({"quantisation", role, "step", step, range.unit, step > 2.0 * range.usual_step});
+    }
+  }
+  judge_amount(out);
+  return out;
+}
+
+std::vector<FoundCause> unusual_findings(const std::vector<GateFinding>& findings,
+                                         const std::vector<std::vector<GateFinding>>& references) {
+  std::vector<FoundCause> out;
+  for (const GateFinding& finding : findings) {
+    double usual = 0.0;
+    for (const auto& reference : references) {
+      for (const GateFinding& theirs : reference) {
+        if (theirs.cause == finding.cause && theirs.channel == finding.channel) usual = std::max(usual, theirs.value);
+      }
+    }
+    const bool counted = finding.measure == "count" && finding.value < kLeastRatio * usual + 5.0;
+    const bool tell = references.empty() ? finding.worth_telling : finding.value > kLeastRatio * usual && !counted;
+    if (!tell || (!references.empty() && finding.cause == "quantisation" && usual <= 0.0 && !finding.worth_telling)) continue;
+    const bool known = std::any_of(out.begin(), out.end(), [&](const FoundCause& f) { return f.name == finding.cause; });
+    if (known) continue;  // one line a kind; the stretches of the others are among the masked ones
+    FoundCause found;
+    found.name = finding.cause;
+    found.parameters.push_back({"channel", "name", 0.0, 0.0, 0.0, finding.channel});
+    found.parameters.push_back({finding.measure, finding.unit, finding.value, finding.value, finding.value, ""});
+    found.probability = 0.99;
+    found.says = finding.cause == "quantisation"
+                     ? fmt::format("{} is recorded in steps of {:.3g} {}", finding.channel, finding.value, finding.unit)
+                 : finding.cause == "frozen_signal"
+                     ? fmt::format("{} is frozen for {:.1f} s", finding.channel, finding.value)
+                     : fmt::format("{:.0f} rows of {} are missing or late", finding.value, finding.channel);
+    out.push_back(std::move(found));
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

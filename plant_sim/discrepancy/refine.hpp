@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// A set of causes on the true nonlinear model: Gauss-Newton on all its parameters in the whitened domain, with the
+// usual discrepancy marginalised as in the linear stage, inside the priors.
+#pragma once
+#include <vector>
+
+#include "discrepancy/evidence.hpp"
+
+namespace voltlap::plant {
+
+/// One cause of a refined set.
+struct RefinedCause {
+  std::size_t candidate = 0;
+  std::vector<double> values;        ///< every parameter of the cause
+  std::vector<double> sigma;         ///< of each; 0 where it was not estimated
+  double distance = 0.0;             ///< d': its own effect over what the data leave uncertain
+  bool inside_prior = true;
+};
+
+struct RefinedSet {
+  std::vector<RefinedCause> causes;
+  World world;                       ///< the model with them
+  double gain = 0.0;                 ///< drop of the discounted energy
+};
+
+class Refinery {
+ public:
+  Refinery(const Design& design, const std::vector<Cause>& causes, const System& system, const NoiseModel& noise,
+           const Usual& usual, const std::vector<bool>& use_rows);
+  /// `members` of the system; local causes keep their linear estimate.
+  [[nodiscard]] RefinedSet refine(const std::vector<std::size_t>& members) const;
+
+ private:
+  struct Normal {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd score;
+    double energy = 0.0;
+  };
+  [[nodiscard]] std::vector<Eigen::VectorXd> whitened(const std::vector<Eigen::VectorXd>& channels) const;
+  [[nodiscard]] Normal normal_of(const std::vector<std::vector<Eigen::VectorXd>>& jacobian,
+                                 const std::vector<Eigen::VectorXd>& residual) const;
+
+  const Design& design_;
+  const std::vector<Cause>& causes_;
+  const System& system_;
+  std::vector<Whitener> whiteners_;
+  std::vector<double> weight_;              ///< [channel]
+  Eigen::MatrixXd stacked_;                 ///< whitened columns of all channels, one under the other
+  Eigen::MatrixXd spread_;                  ///< V (I + G V)^-1
+  Eigen::VectorXd mean_effect_;             ///< stacked columns times the usual mean
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model's usual discrepancy, learned from reference logs that are known to be good: how large each signature's
+// coefficient is when nothing is wrong, and how much that differs from log to log.
+//
+//   log k:  y_k = X_k (m + u_k) + noise,   u_k ~ N(0, diag v),   m ~ N(0, P)
+//   m, v by expectation-maximisation; v is drawn to one common value, because references are few.
+// A new log's residual then has the mean X m and the covariance I + X V X', V = diag v + Cov m. In the Gram domain
+//   A = (I + G V)^-1 G,   a = (I + G V)^-1 (g - G m):   what is left to tell a new cause by.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "discrepancy/score.hpp"
+
+namespace voltlap::plant {
+
+struct Usual {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd variance;           ///< V
+  std::vector<double> inflation;      ///< [channel] of the white noise that the noise model leaves
+  std::vector<Eigen::MatrixXd> group_mean;   ///< [group][shape x member]
+  std::vector<Eigen::VectorXd> group_variance;  ///< [group][shape]
+  std::size_t references = 0;
+};
+
+struct Reference {
+  const Design* design;
+  Score score;
+};
+
+/// From references; with none, only what is never known (start SOC, spread of cells) is left free.
+/// The groups of it alone: what members of a group naturally differ by.
+[[nodiscard]] Usual group_spread(const Design& design, const Score& score, const std::vector<Reference>& references);
+
+[[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score,
+                                      const std::vector<Reference>& references);
+
+struct Remaining {
+  Eigen::MatrixXd information;  ///< A
+  Eigen::VectorXd score;        ///< a
+};
+[[nodiscard]] Remaining remaining(const BlockSum& sum, const Usual& usual);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/verdict.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using Members = std::vector<std::size_t>;
+
+constexpr double kSmallDifference = 0.3;  // between the halves of a log, of the larger
+constexpr double kSmaller = 2.0;  // a set is preferred to a larger one that is not better by more
+
+bool contains(const Members& whole, const Members& part) {
+  return std::includes(whole.begin(), whole.end(), part.begin(), part.end());
+}
+
+/// The smallest set that is not clearly worse than the best.
+std::size_t sized_down(const std::vector<WeighedSet>& sets) {
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < sets.size(); ++k) {
+    if (sets[0].evidence - sets[k].evidence > kSmaller) break;
+    if (sets[k].members.size() < sets[best].members.size() && contains(sets[0].members, sets[k].members)) best = k;
+  }
+  return best;
+}
+
+/// Same cause (another form of it), or anonymous.
+bool same_name(const System& system, std::size_t a, std::size_t b) {
+  const Candidate &x = system.candidates[a], &y = system.candidates[b];
+  return x.cause >= 0 && x.cause == y.cause && x.channel == y.channel;
+}
+
+/// The one member in which two sets of equal size differ: its place in `a`, and the other in `b`.
+std::optional<std::pair<std::size_t, std::size_t>> one_difference(const Members& a, const Members& b) {
+  if (a.size() != b.size()) return std::nullopt;
+  Members only_a, only_b;
+  std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(only_a));
+  std::set_difference(b.begin(), b.end(), a.begin(), a.end(), std::back_inserter(only_b));
+  if (only_a.size() != 1) return std::nullopt;
+  return std::pair{static_cast<std::size_t>(std::find(a.begin(), a.end(), only_a[0]) - a.begin()), only_b[0]};
+}
+
+bool same_names(const System& system, const Members& a, const Members& b) {
+  if (a.size() != b.size()) return false;
+  return std::all_of(a.begin(), a.end(), [&](std::size_t x) {
+    return std::any_of(b.begin(), b.end(), [&](std::size_t y) { return x == y || same_name(system, x, y); });
+  });
+}
+
+}  // namespace
+
+Decision decide(const System& system, const std::vector<WeighedSet>& sets, double freedom, int draws,
+                std::uint64_t seed) {
+  Decision out;
+  if (sets.empty() || sets[0].evidence <= 0.0) return out;
+  out.null_probability = null_probability(system, sets[0].evidence, freedom, draws, seed);
+  if (out.null_probability > kNullLevel) return out;
+  std::size_t chosen = sized_down(sets);
+  // A shape without a name that is no better than names of the same class gives way to them.
+  for (std::size_t k = 0; !sets[chosen].named && k < sets.size(); ++k) {
+    if (sets[chosen].evidence - sets[k].evidence > kDecisive) break;
+    if (!sets[k].named || sets[k].members.size() > sets[chosen].members.size()) continue;
+    const SetFit fit = fit_set(system, sets[chosen].members);
+    if (overlap(system, sets[chosen].members, fit.coefficients, sets[k].members) > kSameClass) chosen = k;
+  }
+  out.members = sets[chosen].members;
+  out.anonymous = !sets[chosen].named;
+  out.equivalents.resize(out.members.size());
+  const SetFit fit = fit_set(system, out.members);
+  out.margin = sets[chosen].evidence;  // to nothing at all
+  bool decided = false;
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    const WeighedSet& rival = sets[k];
+    const double behind = sets[chosen].evidence - rival.evidence;
+    if (k == chosen || contains(rival.members, out.members) || same_names(system, rival.members, out.members)) {
+      if (contains(rival.members, out.members) && k != chosen) out.next_gain = std::max(out.next_gain, -behind);
+      continue;
+    }
+    const bool same_class = overlap(system, out.members, fit.coefficients, rival.members) > kSameClass;
+    if (same_class) {
+      const auto difference = one_difference(out.members, rival.members);
+      if (difference && behind < kDecisive && system.candidates[difference->second].cause >= 0) {
+        out.equivalents[difference->first].push_back(difference->second);
+      }
+      if (difference || !rival.named || rival.members.size() > out.members.size()) continue;
+    }
+    if (!decided) {
+      out.margin = std::min(out.margin, behind);
+      decided = true;
+    }
+    if (behind > 2.0 * kDecisive && rival.members.size() > 1) continue;
+    if (rival.named && behind < kDecisive) out.rivals.push_back(k);
+    if (rival.named && out.anonymous && !out.named_rival && behind < 2.0 * kDecisive) out.named_rival = k;
+  }
+  return out;
+}
+
+HeldOut held_out(const std::vector<System>& quarters, const std::vector<System>& halves, const Members& members) {
+  std::vector<double> gains;
+  double possible = 0.0;
+  for (std::size_t k = 0; k < quarters.size(); ++k) {
+    System others = quarters[k == 0 ? 1 : 0];
+    for (std::size_t j = (k == 0 ? 2 : 1); j < quarters.size(); ++j) {
+      if (j == k) continue;
+      others.information += quarters[j].information;
+      others.score += quarters[j].score;
+    }
+    const VectorXd coefficients = fit_set(others, members).coefficients;
+    VectorXd all = VectorXd::Zero(quarters[k].score.size());
+    Index at = 0;
+    for (const std::size_t m : members) {
+      for (const Index row : quarters[k].candidates[m].rows) all(row) = coefficients(at++);
+    }
+    gains.push_back(2.0 * all.dot(quarters[k].score) - all.dot(quarters[k].information * all));
+    possible += fit_set(quarters[k], members).gain;
+  }
+  HeldOut out;
+  double sum = 0.0, square = 0.0;
+  for (const double g : gains) sum += g;
+  const auto n = static_cast<double>(gains.size());
+  for (const double g : gains) square += (g - sum / n) * (g - sum / n);
+  const double error = std::sqrt(square / (n - 1.0) * n);
+  out.share = possible > 0.0 ? sum / possible : 0.0;
+  out.low = possible > 0.0 ? (sum - 1.96 * error) / possible : 0.0;
+  const SetFit a = fit_set(halves[0], members), b = fit_set(halves[1], members);
+  for (Index k = 0; k < a.coefficients.size(); ++k) {
+    const double sigma = std::sqrt(a.covariance(k, k) + b.covariance(k, k));
+    const double apart = std::abs(a.coefficients(k) - b.coefficients(k));
+    const double size = std::max(std::abs(a.coefficients(k)), std::abs(b.coefficients(k)));
+    if (apart > kSmallDifference * size) out.unstable = std::max(out.unstable, apart / sigma);
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which set is the answer, and how sure that is: size of the set, classes that the data cannot tell apart, rivals,
+// null, separation, priors, held-out gain, stability.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "discrepancy/refine.hpp"
+
+namespace voltlap::plant {
+
+/// ln 20: what a set's evidence must be ahead by.
+inline constexpr double kDecisive = 2.995732;
+inline constexpr double kSeparation = 3.3;    ///< d'
+inline constexpr double kNullLevel = 0.01;
+inline constexpr double kSameClass = 0.98;    ///< overlap from which two sets are one class
+
+struct Decision {
+  std::vector<std::size_t> members;                   ///< empty: nothing beyond the noise
+  std::vector<std::vector<std::size_t>> equivalents;  ///< by member: candidates that could stand in its place
+  std::vector<std::size_t> rivals;                    ///< of `sets`: named, of another class, not clearly worse
+  bool anonymous = false;                             ///< the best set holds a shape without a name
+  std::optional<std::size_t> named_rival;             ///< then: the best set with names only, if it is close
+  double margin = 0.0;                                ///< to the next set of another class
+  double null_probability = 1.0;
+  double next_gain = 0.0;                             ///< what one more candidate would add to the evidence
+};
+
+[[nodiscard]] Decision decide(const System& system, const std::vector<WeighedSet>& sets, double freedom, int draws,
+                              std::uint64_t seed);
+
+/// Gain of a set on blocks that did not fit it, as a share of what it could gain there.
+struct HeldOut {
+  double share = 0.0, low = 0.0;   ///< with its lower 95 % end
+  double unstable = 0.0;           ///< largest difference of a coefficient between the halves, in standard errors
+};
+[[nodiscard]] HeldOut held_out(const std::vector<System>& quarters, const std::vector<System>& halves,
+                               const std::vector<std::size_t>& members);
+
+}  // namespace voltlap::plant

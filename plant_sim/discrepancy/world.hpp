@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a simulation of a log takes for true: the car with its battery, and what the sensors made of it.
+#pragma once
+#include <vector>
+
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+/// reading(t) = (true(t - delay) (1 + gain)) + offset
+struct SensorError {
+  double gain = 0.0, offset = 0.0, delay_s = 0.0;
+};
+
+struct World {
+  VehicleParameters car;
+  SensorError current, voltage;      ///< `voltage`: of the cell or, with cells recorded, of the pack's own sensor
+  double current_limit_a = 0.0;      ///< readings end here; 0: nowhere
+  double current_beyond_limit_a = 0.0;  ///< mean of what is missing there
+  double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
+  double initial_soc_change = 0.0;
+  double cooling_at_stop_change = 0.0;
+  double thermistor_delay_s = 0.0, thermistor_offset_k = 0.0;  ///< of all thermistors
+  double neighbour_heat = 0.0;
+  // The car.
+  double slope = 0.0, wind_mps = 0.0;
+  double slip_change = 0.0, torque_change = 0.0, loss_change = 0.0;
+  double friction_per_k = 0.0, torque_per_k = 0.0, base_speed_change = 0.0, regen_split = 0.0, grip_change = 0.0;
+  double brake_change = 0.0;
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""voltlap explain on logs of the plant itself: what was changed is named with its size, what was not is left alone, and
+the same log in other clothes gets the same answer."""
+import csv
+import json
+import os
+import pathlib
+import random
+import subprocess
+
+import pytest
+
+VOLTLAP = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
+CELLS, THERMISTORS = 24, (1, 5, 9, 13, 17, 21)
+
+
+def voltlap(*arguments):
+    return subprocess.run([VOLTLAP, *map(str, arguments)], capture_output=True, text=True, check=True)
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    """Rows of a drive of six laps by plain column names, with noise of usual sensors."""
+    folder, made = tmp_path_factory.mktemp("drives"), {}
+
+    def rows(*settings):
+        if settings not in made:
+            path = folder / f"{len(made)}.csv"
+            voltlap("endurance", "--laps", 6, "--csv", path, *[x for s in settings for x in ("--set", s)])
+            with open(path, encoding="ascii") as file:
+                made[settings] = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        draw = random.Random(1)
+        out = []
+        for row in made[settings]:
+            pick = lambda name, sigma: float(row[name]) + draw.gauss(0.0, sigma)
+            out.append({"time_s": float(row["time_s"]), "pack_current_a": pick("pack_current_a", 0.3),
+                        "pack_voltage_v": pick("pack_voltage_v", 0.03),
+                        **{f"cell_voltage_{n}_v": pick(f"cell_{n}_voltage_v", 0.0015) for n in range(1, CELLS + 1)},
+                        **{f"temperature_{k + 1}_c": pick(f"cell_{n}_temperature_c", 0.15)
+                           for k, n in enumerate(THERMISTORS)}})
+        return out
+
+    return rows
+
+
+def write(path, rows, columns=None):
+    columns = columns or list(rows[0])
+    with open(path, "w", encoding="ascii") as file:
+        file.write(",".join(columns) + "\n")
+        for row in rows:
+            file.write(",".join(f"{row[name]:.5f}" for name in columns) + "\n")
+    return path
+
+
+def explained(tmp_path, rows, *arguments, columns=None, model="vtm16e"):
+    log, out = write(tmp_path / "log.csv", rows, columns), tmp_path / "out.json"
+    voltlap("explain", log, "--model", model, "--json", out, *arguments)
+    return json.loads(out.read_text())
+
+
+def only_cause(answer):
+    assert answer["verdict"] == "named", answer["sentence"]
+    assert len(answer["causes"]) == 1
+    return answer["causes"][0]
+
+
+def value(cause, name):
+    return cause["parameters"][name]["value"]
+
+
+def test_a_drive_as_the_model_has_it_shows_no_discrepancy(tmp_path, drive):
+    answer = explained(tmp_path, drive())
+    assert answer["verdict"] == "no_discrepancy"
+    assert answer["causes"] == [] and answer["masked"] == [] and answer["mode"] == "absolute"
+
+
+@pytest.mark.parametrize("ohm", [1.5e-4, -1.5e-4])
+def test_a_series_resistance_is_named_with_its_size_and_sign(tmp_path, drive, ohm):
+    cause = only_cause(explained(tmp_path, drive(f"cell.effects.series_ohm={ohm}")))
+    assert cause["name"] == "series_resistance" or "series_resistance" in cause["equivalent_to"]
+    assert value(cause, "resistance_ohm") == pytest.approx(ohm, rel=0.1)
+
+
+def test_the_extended_model_drives_and_leaves_nothing_to_explain(tmp_path, drive):
+    rows = drive("cell.effects.series_ohm=0.00015")
+    extended = tmp_path / "extended.toml"
+    explained(tmp_path, rows, "--write-model", extended)
+    assert "series_ohm" in extended.read_text()
+    voltlap("endurance", "--vehicle", extended, "--laps", 1)
+    assert explained(tmp_path, rows, model=extended)["verdict"] == "no_discrepancy"
+
+
+def test_a_weak_cell_is_named_by_its_number(tmp_path, drive):
+    cause = only_cause(explained(tmp_path, drive("battery.cells.7.resistance_scale=1.25")))
+    assert cause["name"] == "weak_cell" and value(cause, "cell") == 7
+    assert value(cause, "resistance_change") == pytest.approx(0.25, rel=0.1)
+
+
+def contact(rows, ohm):
+    return [{**row, "pack_voltage_v": row["pack_voltage_v"] - ohm * row["pack_current_a"]} for row in rows]
+
+
+def test_a_contact_is_named_and_a_compensating_bms_is_not_taken_for_one(tmp_path, drive):
+    cause = only_cause(explained(tmp_path, contact(drive(), 0.006)))
+    assert cause["name"] == "contact_resistance" and value(cause, "resistance_ohm") == pytest.approx(0.006, rel=0.05)
+    cause = only_cause(explained(tmp_path, contact(drive(), -0.006)))
+    assert cause["name"] == "reported_voltage_compensation"
+
+
+def test_columns_in_another_order_and_other_units_change_nothing(tmp_path, drive):
+    rows = [{("pack_current_ma" if k == "pack_current_a" else k): (-1e3 * v if k == "pack_current_a" else v)
+             for k, v in row.items()} for row in contact(drive(), 0.006)]
+    cause = only_cause(explained(tmp_path, rows, columns=list(reversed(rows[0]))))
+    assert cause["name"] == "contact_resistance" and value(cause, "resistance_ohm") == pytest.approx(0.006, rel=0.05)
+
+
+def test_a_late_current_is_named_with_its_delay(tmp_path, drive):
+    rows = drive()
+    late = [{**row, "pack_current_a": before["pack_current_a"]} for before, row in zip(rows, rows[1:])]
+    cause = only_cause(explained(tmp_path, late))
+    assert cause["name"] == "time_skew" and value(cause, "channel") == "current"
+    assert value(cause, "delay_s") == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_cause_that_is_not_in_the_catalogue_is_not_called_by_another_name(tmp_path, drive):
+    answer = explained(tmp_path, contact(drive(), 0.006), "--set", "explain.without=contact_resistance")
+    assert answer["verdict"] in ("unknown", "ambiguous")
+    if answer["verdict"] == "unknown":
+        assert answer["unknown_in"] == "voltage"
+
+
+def test_a_log_too_short_to_tell_anything_says_what_drive_would(tmp_path, drive):
+    answer = explained(tmp_path, drive()[:300])
+    assert answer["verdict"] == "bad_data" and "short" in answer["sentence"] and answer["next_test"]
+
+
+def test_a_frozen_cell_is_masked_and_reported(tmp_path, drive):
+    rows = drive()
+    stuck = [{**row, "cell_voltage_3_v": rows[1000]["cell_voltage_3_v"]} if 1000 <= k < 1200 else row
+             for k, row in enumerate(rows)]
+    answer = explained(tmp_path, stuck)
+    assert any(m["channel"] == "cell_voltage_3" and "frozen" in m["reason"] for m in answer["masked"])
+    assert "frozen_signal" in [cause["name"] for cause in answer["causes"]]
+
+
+def test_a_reference_of_the_same_model_is_learned_from(tmp_path, drive):
+    good = write(tmp_path / "good.csv", drive())
+    answer = explained(tmp_path, contact(drive(), 0.006), "--reference", good)
+    assert answer["mode"] == "reference"
+    assert only_cause(answer)["name"] == "contact_resistance"
+
+
+def test_an_unknown_cause_in_without_is_refused(tmp_path, drive):
+    log = write(tmp_path / "log.csv", drive())
+    run = subprocess.run([VOLTLAP, "explain", log, "--model", "vtm16e", "--set", "explain.without=ghost"],
+                         capture_output=True, text=True)
+    assert run.returncode == 2 and "ghost" in run.stderr
