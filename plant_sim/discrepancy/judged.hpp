@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// All that the search found out about a log, from which the verdict, its words and its numbers are made.
+#pragma once
+#include <vector>
+
+#include "discrepancy/verdict.hpp"
+
+namespace voltlap::plant {
+
+struct Judged {
+  const std::vector<Cause>& causes;
+  const Design& design;
+  const System& system;
+  const NoiseModel& noise;
+  const std::vector<bool>& use;  ///< blocks that were fitted; empty: all
+  const std::vector<WeighedSet>& sets;
+  const Decision& decision;
+  const std::vector<System>&quarters, &halves;
+  const Refinery& refinery;
+};
+
+/// Cause of a candidate that has one.
+[[nodiscard]] inline const Cause& cause_of(const Judged& j, std::size_t member) {
+  return j.causes[static_cast<std::size_t>(j.system.candidates[member].cause)];
+}
+
+}  // namespace voltlap::plant

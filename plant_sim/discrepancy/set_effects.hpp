@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a refined set of causes does to every channel of a log: the model with it minus the model without, in the
+// channel's unit.
+#pragma once
+#include <Eigen/Dense>
+#include <vector>
+
+#include "discrepancy/judged.hpp"
+
+namespace voltlap::plant {
+
+struct Effects {
+  std::vector<Eigen::VectorXd> channels;
+  std::vector<std::vector<Eigen::VectorXd>> members;  ///< [group][member]
+};
+
+[[nodiscard]] Effects effects_of(const Judged& judged, const std::vector<RefinedCause>& causes);
+
+}  // namespace voltlap::plant
