@@ -22,12 +22,7 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr double kEnduranceLength_m = 22'000.0;  // the rules' endurance: 27 laps of Michigan 2015, 29 of 2014
 constexpr int kLapsMax = 10'000;
-
-int laps_of_endurance(const Track& track) {
-  return std::max(1, static_cast<int>(std::floor(kEnduranceLength_m / track.length_m())));
-}
 
 }  // namespace
 

@@ -5,14 +5,17 @@
 #include <fmt/ranges.h>
 
 #include <cstdio>
-#include <optional>
+#include <filesystem>
+#include <memory>
 
 #include "apps/exit_code.hpp"
+#include "apps/firmware_loop.hpp"
 #include "apps/flag_checks.hpp"
-#include "apps/progress_line.hpp"
+#include "apps/run_recorder.hpp"
 #include "core/errors.hpp"
 #include "core/toml_text.hpp"
 #include "discrepancy/explanation_json.hpp"
+#include "discrepancy/explanation_report.hpp"
 #include "discrepancy/extended_model.hpp"
 #include "report/atomic_file.hpp"
 
@@ -54,20 +57,85 @@ void print(std::FILE* to, const Explanation& e) {
   if (e.masked.size() > kShown) fmt::print(to, "  and {} stretches more\n", e.masked.size() - kShown);
 }
 
+/// Ctrl-C between two steps of the explanation.
+struct Interrupted {};
+
+/// One explanation's files: nothing is put in place before all are whole.
+class Outputs {
+ public:
+  explicit Outputs(std::initializer_list<std::string> paths) {
+    for (const std::string& path : paths) files_.push_back(path.empty() ? nullptr : std::make_unique<AtomicFile>(path));
+  }
+  [[nodiscard]] AtomicFile* operator[](std::size_t k) { return files_[k].get(); }
+  void leave_out(std::size_t k) { files_[k].reset(); }
+  void commit() {
+    for (const auto& file : files_) {
+      if (file) file->complete();
+    }
+    for (const auto& file : files_) {
+      if (file) file->commit();
+    }
+  }
+
+ private:
+  std::vector<std::unique_ptr<AtomicFile>> files_;
+};
+
+/// Why no extended model was written.
+std::string no_model_because(const Explanation& e, const Model& model) {
+  if (!e.world) return "no cause was found that a model could contain";
+  const auto left_out = extended_car(model.world, *e.world).left_out;
+  if (!left_out.empty()) return fmt::format("a car file has no parameter for {}", fmt::join(left_out, ", "));
+  return model.kind == ModelKind::kCell ? "the cause is in a sensor, or in one cell of many, not in the cell of this file"
+                                        : "the cause is in a sensor, not in the car";
+}
+
 }  // namespace
 
 ExplainCommand::ExplainCommand(CLI::App& app)
     : command_(app.add_subcommand("explain", "What a simulation gets wrong about a log: the cause, its size, the gain")) {
-  command_->add_option("log", log_, "Table of a cell test, a pack or a car; CSV, also gzipped")->required();
+  command_->add_option("log", log_, "Log of a cell test, a pack or a car: CSV, also gzipped, or CAN through a map")->required();
   command_->add_option("--map", map_, "Role map: name or path; default: by column names, or a shipped map by its header");
   command_->add_option("--model", model_, "Cell, pack or vehicle file (TOML): name or path")->required();
   command_->add_option("--reference", references_, "Logs that are known to be good: what is usual is learned from them");
+  command_->add_option("--holdout", holdout_, "A second log, on which the gain is measured instead of on blocks of the first");
   add_output_file(*command_, "--json", json_, "Write the explanation as JSON");
+  add_output_file(*command_, "--report", report_,
+                  "Write a report as one HTML file, with the endurance before and after: a few seconds more");
   add_output_file(*command_, "--write-model", write_model_, "Write the model with its causes, of the kind that was given");
   command_->add_option("--set", settings_, "key=value of the model, or explain.without=CAUSE, explain.fit_blocks=even|odd")
       ->allow_extra_args(false);
   command_->add_option("--seed", seed_, "Seed of the null distribution")->capture_default_str();
-  command_->footer("Example: voltlap explain drive.csv --model vtm16e --reference good1.csv --reference good2.csv");
+  command_->footer(
+      "With --report the endurance is driven as the model was given and as it was extended (not without it: an\n"
+      "explanation takes seconds, a race as well); --json then has it as `prediction`. See docs/explain.md.\n"
+      "Example: voltlap explain drive.csv --model vtm16e --reference good1.csv --reference good2.csv --report why.html\n"
+      "Exit code: 0 a verdict was reached, whichever; 2 usage or input; 130 interrupted.");
+}
+
+void ExplainCommand::refuse_shared_files() const {
+  const auto same = [](const std::string& a, const std::string& b) {
+    std::error_code ignored;
+    return a == b || std::filesystem::equivalent(a, b, ignored);
+  };
+  const std::pair<const char*, std::string> outputs[] = {
+      {"--json", json_}, {"--report", report_}, {"--write-model", write_model_}};
+  std::vector<std::pair<const char*, std::string>> inputs = {
+      {"the log", log_}, {"--model", model_}, {"--map", map_}, {"--holdout", holdout_}};
+  for (const std::string& reference : references_) inputs.emplace_back("--reference", reference);
+  for (const auto& [flag, file] : outputs) {
+    if (file.empty()) continue;
+    for (const auto& [other, output] : outputs) {
+      if (std::string_view(flag) != other && !output.empty() && same(file, output)) {
+        throw InputError(fmt::format("{}, {}", flag, other), "one file for both", "a file for each", "Give different names");
+      }
+    }
+    for (const auto& [input, path] : inputs) {
+      if (path.empty() || !same(file, path)) continue;
+      throw InputError(fmt::format("{} {}", flag, file), fmt::format("the file that {} names", input),
+                       "an output that is no input", "Give another name; the input was left as it is");
+    }
+  }
 }
 
 std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) const {
@@ -91,40 +159,87 @@ std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) 
   return model;
 }
 
-int ExplainCommand::run(const DataFolder& data) {
-  std::optional<AtomicFile> json, extended;
-  if (!json_.empty()) json.emplace(json_);
+Explanation ExplainCommand::explained(const DataFolder& data, Model& model, const ExplainOptions& asked) const {
+  ExplainOptions options = asked;
+  const auto step = [&](const std::string& what, double fraction) {
+    if (interrupted()) throw Interrupted{};
+    options.progress(what, fraction);
+  };
+  step("reading " + log_, 0.0);
+  const Recording log = read_recording(data, log_, map_);
+  fit_to_log(model, log);
+  for (const std::string& path : references_) {
+    step("reading " + path, 0.05);
+    options.references.push_back(read_recording(data, path, map_));
+  }
+  if (!holdout_.empty()) options.holdout = read_recording(data, holdout_, map_);
+  step("comparing", 0.1);
+  options.progress = [&](const std::string& what, double fraction) {
+    if (interrupted()) throw Interrupted{};
+    asked.progress(what, fraction);
+  };
+  return explain(model, log, options);
+}
+
+std::optional<RaceChange> ExplainCommand::raced(const DataFolder& data, const Model& model,
+                                                const Explanation& explanation, ProgressLine& line) const {
+  if (report_.empty() || !explanation.world) return std::nullopt;
+  RaceTools tools;
+  tools.firmware = [](const VehicleParameters& car) { return std::make_unique<FirmwareLoop>(car); };
+  tools.progress = [&](const std::string& what, double fraction) { line.show(what, fraction); };
+  tools.stop_requested = interrupted;
+  std::optional<RaceChange> out = race_change(data, model, *explanation.world, tools);
+  if (out->stopped) throw Interrupted{};
+  return out;
+}
+
+std::vector<std::pair<std::string, std::string>> ExplainCommand::run_facts(const Model& model) const {
+  const char* kinds[] = {"cell", "pack", "vehicle"};
+  std::vector<std::pair<std::string, std::string>> out = {
+      {"log", log_},
+      {"model", fmt::format("{} ({} file)", model_, kinds[static_cast<std::size_t>(model.kind)])},
+      {"--reference", references_.empty() ? "none" : fmt::format("{}", fmt::join(references_, ", "))}};
+  if (!map_.empty()) out.emplace_back("--map", map_);
+  if (!holdout_.empty()) out.emplace_back("--holdout", holdout_);
+  out.emplace_back("--set", settings_.empty() ? "nothing" : fmt::format("{}", fmt::join(settings_, " ")));
+  out.emplace_back("seed", fmt::format("{}", seed_));
+  return out;
+}
+
+int ExplainCommand::run(const DataFolder& data) try {
+  refuse_shared_files();
   ExplainOptions options;
   options.seed = seed_;
   Model model = load_model(data, model_, take_settings(options));
-  const Recording log = read_recording(data, log_, map_);
-  fit_to_log(model, log);
-  for (const std::string& path : references_) options.references.push_back(read_recording(data, path, map_));
+  catch_interrupt();  // before there is a file that must not stay behind
+  Outputs files{json_, report_, write_model_};
   ProgressLine line("explain");
   options.progress = [&](const std::string& what, double fraction) { line.show(what, fraction); };
-  const Explanation explanation = explain(model, log, options);
+  const Explanation explanation = explained(data, model, options);
+  const std::optional<RaceChange> race = raced(data, model, explanation, line);
   line.end();
-  std::string written;
-  if (!write_model_.empty() && explanation.world) {
-    const std::string text = extended_model_toml(model, *explanation.world, explanation.sentence);
-    if (!text.empty()) {
-      extended.emplace(write_model_);
-      extended->write(text);
-      extended->commit();
-      written = write_model_;
-    }
+  std::string extended;
+  if (files[2] != nullptr && explanation.world) {
+    const ExtendedCar car = extended_car(model.world, *explanation.world);
+    extended = extended_model_toml(model, car.car, explanation.sentence);
   }
-  std::FILE* to = summary_stream({json_, write_model_});
+  if (extended.empty()) files.leave_out(2);
+  const RaceChange* driven = race ? &*race : nullptr;
+  if (files[0] != nullptr) {
+    files[0]->write(explanation_json(explanation, driven, seed_, VOLTLAP_VERSION, extended.empty() ? "" : write_model_));
+  }
+  if (files[1] != nullptr) files[1]->write(explanation_report({explanation, driven, run_facts(model), VOLTLAP_VERSION}));
+  if (!extended.empty()) files[2]->write(extended);
+  files.commit();
+  std::FILE* to = summary_stream({json_, report_, write_model_});
   print(to, explanation);
-  if (!write_model_.empty() && written.empty()) {
-    fmt::print(to, "No extended model: {}\n", explanation.world ? "the cause is in a sensor, not in the car"
-                                                                : "no cause was found");
-  }
-  if (json) {
-    json->write(explanation_json(explanation, seed_, VOLTLAP_VERSION, written));
-    json->commit();
+  if (!write_model_.empty() && extended.empty()) {
+    fmt::print(to, "No extended model: {}\n", no_model_because(explanation, model));
   }
   return kExitOk;
+} catch (const Interrupted&) {
+  fmt::print(stderr, "Interrupted; no result file was written.\n");
+  return exit_code_of_interrupt();
 }
 
 }  // namespace voltlap::plant

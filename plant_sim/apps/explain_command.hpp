@@ -3,11 +3,15 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "apps/progress_line.hpp"
 #include "core/parameter_file.hpp"
 #include "discrepancy/explain.hpp"
+#include "discrepancy/race_change.hpp"
 
 namespace voltlap::plant {
 
@@ -18,11 +22,17 @@ class ExplainCommand {
   int run(const DataFolder& data);
 
  private:
+  void refuse_shared_files() const;
   /// Splits --set into settings of the model and of the explanation itself.
   [[nodiscard]] std::vector<std::string> take_settings(ExplainOptions& options) const;
+  [[nodiscard]] Explanation explained(const DataFolder& data, Model& model, const ExplainOptions& options) const;
+  /// What the explanation changes in the endurance, when a report is asked for.
+  [[nodiscard]] std::optional<RaceChange> raced(const DataFolder& data, const Model& model, const Explanation& explanation,
+                                                ProgressLine& line) const;
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> run_facts(const Model& model) const;
 
   CLI::App* command_;
-  std::string log_, map_, model_, json_, write_model_;
+  std::string log_, map_, model_, holdout_, json_, report_, write_model_;
   std::vector<std::string> references_, settings_;
   std::uint64_t seed_ = 1;
 };

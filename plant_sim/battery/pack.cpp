@@ -35,7 +35,8 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
       effects_(car.cell.effects),
       heat_capacity_j_per_k_(car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k),
       cooling_w_per_k_(car.cell.convection_w_per_m2_k * car.cell.surface_area_m2),
-      lookup_floor_a_(car.battery.lookup_current_floor_a) {
+      lookup_floor_a_(car.battery.lookup_current_floor_a),
+      contact_ohm_(car.battery.contact_resistance_ohm) {
   if (representative && !std::all_of(car.battery.cells.begin(), car.battery.cells.end(), is_nominal)) {
     throw InputError("battery.cells.<n>.*", "cells that differ", "cells that are all equal, which one can represent",
                      "Use --cells all, or leave these settings out");
@@ -125,7 +126,7 @@ void Pack::sum_thevenin() {
     resistance += r_step_[i];
   }
   const double in_series = multiplicity_ / parallel_;
-  thevenin_ = {voltage * in_series, resistance * in_series / parallel_};
+  thevenin_ = {voltage * in_series, resistance * in_series / parallel_ + contact_ohm_};
 }
 
 PackEnergy Pack::advance(double pack_current_a) {
@@ -167,11 +168,13 @@ PackEnergy Pack::advance(double pack_current_a) {
   advance_effects(current);
   const double in_series = multiplicity_ / parallel_;
   thevenin_.voltage_v = next_voltage * in_series;
-  pack_voltage_ = sum_voltage * in_series;
+  const double contact_v = contact_ohm_ * pack_current_a;
+  pack_voltage_ = sum_voltage * in_series - contact_v;
   cell_voltage_min_ = lowest;
   charge_out_as_ += charge;
   if (std::abs(current) > lookup_floor_a_) lookup_current_ = std::abs(current);
-  return {chemical * multiplicity_, r0_heat * multiplicity_, rc_heat * multiplicity_, rc_stored * multiplicity_};
+  const double contact_heat = contact_v * pack_current_a * step_s_;
+  return {chemical * multiplicity_, r0_heat * multiplicity_ + contact_heat, rc_heat * multiplicity_, rc_stored * multiplicity_};
 }
 
 void Pack::advance_effects(double current_a) {

@@ -2,6 +2,7 @@
 // The battery pack: cells in series, each a 2-RC circuit with its own SOC and temperature.
 //
 //   V = OCV(SOC) - v1 - v2 - R0 I            (discharge current I positive); of a step its mean
+//   pack V = sum of V - R_contact I
 //   dv/dt = (I - v/R) / C,  tau = R C        exact over a step of constant I: v' = a v + (1 - a) R I, a = exp(-dt/tau)
 //   dSOC/dt = -I / (3600 Ah)
 //   m cp dT/dt = I^2 R0 + v1^2/R1 + v2^2/R2 - h A (T - T_ambient)
@@ -20,7 +21,7 @@ namespace voltlap::plant {
 /// What one step turned into what, in joules, summed over the pack. chemical = heats + stored + terminal energy.
 struct PackEnergy {
   double chemical_j = 0.0;  ///< I OCV dt
-  double r0_heat_j = 0.0;   ///< I^2 R0 dt
+  double r0_heat_j = 0.0;   ///< I^2 (R0 + R_contact) dt
   double rc_heat_j = 0.0;   ///< v^2/R dt, both branches
   double rc_stored_j = 0.0; ///< v C dv, both branches
 };
@@ -76,7 +77,7 @@ class Pack {
   bool representative_;
   double parallel_, multiplicity_, step_s_;
   CellEffects effects_;
-  double heat_capacity_j_per_k_, cooling_w_per_k_, lookup_floor_a_;
+  double heat_capacity_j_per_k_, cooling_w_per_k_, lookup_floor_a_, contact_ohm_;
   double lookup_current_ = 0.0;
   double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;
   PackThevenin thevenin_;

@@ -28,6 +28,7 @@ struct Assignment {
 };
 using Assignments = std::map<std::string, Assignment>;
 
+constexpr const char* kPackBase = "vtm16e";  // the car around a pack file
 constexpr std::string_view kCellsPrefix = "battery.cells.";
 
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
@@ -80,6 +81,13 @@ void flatten(const toml::table& table, const std::string& prefix, const std::str
   }
 }
 
+/// A pack file is a vehicle's [battery] alone, perhaps with what it says of its cell, contactors or surroundings.
+bool is_pack_file(const toml::table& table) {
+  constexpr const char* kCar[] = {"vehicle", "tyres", "powertrain", "motor"};
+  return table.contains("battery") &&
+         std::none_of(std::begin(kCar), std::end(kCar), [&](const char* section) { return table.contains(section); });
+}
+
 /// `chain`: the files that are built on this one, by `base`, up to the car that was asked for.
 void read_vehicle(const DataFolder& data, const std::string& path, std::vector<std::string> chain, Assignments& into,
                   std::string& name) {
@@ -87,7 +95,8 @@ void read_vehicle(const DataFolder& data, const std::string& path, std::vector<s
   const toml::node* base_line = table.get("base");
   const std::string place =
       base_line == nullptr ? "" : fmt::format("{}:{}, base", shown_path(path), base_line->source().begin.line);
-  const std::string base = take_word(table, "base", shown_path(path));
+  std::string base = take_word(table, "base", shown_path(path));
+  if (base.empty() && is_pack_file(table)) base = kPackBase;
   chain.push_back(fs::weakly_canonical(path).string());
   if (!base.empty()) {
     const std::string base_path = data.find("vehicles", base, place, folder_of(path));

@@ -162,6 +162,8 @@ const ParameterRow kRows[] = {
     "cell temperature at the start"},
   {"battery.lookup_current_floor_a", "A", 0, 100, kOptional, at<&Car::battery, &BatterySection::lookup_current_floor_a>,
     "smaller currents keep the last lookup current (per cell)"},
+  {"battery.contact_resistance_ohm", "ohm", 0, 1, kOptional, at<&Car::battery, &BatterySection::contact_resistance_ohm>,
+    "between the cells and the pack's terminals"},
   {"contactors.resistance_ohm", "ohm", 1e-6, 1, kRequired, at<&Car::contactors, &ContactorSection::resistance_ohm>,
     "both contactors, fuse and cables"},
   {"contactors.precharge_resistance_ohm", "ohm", 1, 1e5, kRequired, at<&Car::contactors, &ContactorSection::precharge_resistance_ohm>,

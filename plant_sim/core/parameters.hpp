@@ -165,6 +165,7 @@ struct BatterySection {
   double initial_soc = 1.0;           ///< [1] 0..1
   double initial_temperature_c = 0;   ///< [degC] -40..80
   double lookup_current_floor_a = 0;  ///< [A] 0..100, smaller currents keep the last lookup current (per cell-file cell)
+  double contact_resistance_ohm = 0;  ///< [ohm] 0..1, between the cells and the pack's terminals; its heat does not reach the cells
   std::vector<CellVariation> cells;   ///< battery.cells.<n>.*; empty or up to cells_in_series entries
 };
 

@@ -45,7 +45,15 @@ struct Cause {
   /// Other numbers than the parameters themselves are reported: their descriptions, and their values from the parameters.
   std::vector<CauseParameter> reported = {};
   std::function<std::vector<double>(Values)> report = {};
+  /// A cause in one cell (from 0): puts it into the model that is written.
+  std::function<void(VehicleParameters&, std::size_t cell, Values)> extend = {};
 };
+
+/// Variation of one cell of a car, with a place for it.
+[[nodiscard]] inline CellVariation& cell_variation(VehicleParameters& car, std::size_t cell) {
+  if (car.battery.cells.size() <= cell) car.battery.cells.resize(cell + 1);
+  return car.battery.cells[cell];
+}
 
 /// A form that acts on everything with all its parameters linear.
 [[nodiscard]] inline Form plain_form(std::size_t parameters, std::function<void(World&, Values)> apply) {

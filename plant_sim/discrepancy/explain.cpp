@@ -167,7 +167,10 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
     halves.push_back(system_of(c.design, c.locals, c.score, c.usual, c.causes,
                                part_of_blocks(c.use, c.score.blocks(), 2, part, false)));
   }
-  const Judged judged{c.causes, c.design, c.system, c.noise, c.use, sets, decision, quarters, halves, refinery};
+  std::optional<Comparison> holdout;
+  if (options.holdout) holdout = comparison_of(model.world, integrity_gate(*options.holdout, model).log, soc_stated);
+  const Judged judged{c.causes,  c.design, c.system, c.noise,  c.use,
+                      sets,      decision, quarters, halves,   refinery, holdout ? &*holdout : nullptr};
   put_verdict(judged, gate, out);
   return out;
 }

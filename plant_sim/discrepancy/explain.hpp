@@ -18,6 +18,7 @@ enum class Verdict { kNamed, kAmbiguous, kUnknown, kNoDiscrepancy, kBadData };
 
 struct ExplainOptions {
   std::vector<Recording> references;
+  std::optional<Recording> holdout;       ///< the gain is measured on it
   std::vector<std::string> without;       ///< causes that are left out of the catalogue
   std::string fit_blocks = "all";         ///< of 60 s: all, even or odd
   std::uint64_t seed = 1;
@@ -29,6 +30,8 @@ struct FoundParameter {
   std::string name, unit;
   double value = 0.0, low = 0.0, high = 0.0;
   std::string text;                       ///< where the value is a word: a channel
+  double shown_scale = 1.0;               ///< for people, with
+  std::string shown_unit = {};
 };
 
 struct FoundCause {
@@ -41,6 +44,7 @@ struct FoundCause {
 
 struct ChannelGain {
   double before = 0.0, after = 0.0, floor = 0.0;
+  double drop_low = 0.0, drop_high = 0.0;  ///< 95 % interval of 1 - after/before, by leaving out one block after the other
   std::string unit;
 };
 
@@ -51,10 +55,17 @@ struct RunnerUp {
   std::string why;
 };
 
-/// A channel's residual before and after, for pictures.
+/// A channel's residual before and after, for pictures; NaN where nothing was compared.
 struct Trace {
   std::string channel, unit;
-  Eigen::VectorXd time_s, before, after;
+  double floor = 0.0;                     ///< RMS of its noise
+  bool member = false;                    ///< of a group: a cell or thermistor minus the mean
+  Eigen::VectorXd before, after;
+};
+
+/// What went on during the log; empty where it is not known.
+struct Circumstances {
+  Eigen::VectorXd time_s, current_a, soc, temperature_c, speed_mps;
 };
 
 struct Explanation {
@@ -69,8 +80,9 @@ struct Explanation {
   bool with_references = false;
   std::vector<RunnerUp> runners_up;
   std::vector<Trace> traces;
+  Circumstances circumstances;
   std::vector<std::string> notes;
-  std::optional<World> world;             ///< the model with the causes that were named
+  std::optional<World> world;             ///< the model with the causes that were found
 };
 
 [[nodiscard]] Explanation explain(const Model& model, const Recording& log, const ExplainOptions& options);

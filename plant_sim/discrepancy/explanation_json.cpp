@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "discrepancy/race_rows.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -30,8 +32,8 @@ Json cause_json(const FoundCause& cause) {
 
 }  // namespace
 
-std::string explanation_json(const Explanation& e, std::uint64_t seed, const std::string& version,
-                             const std::string& extended_model) {
+std::string explanation_json(const Explanation& e, const RaceChange* race, std::uint64_t seed,
+                             const std::string& version, const std::string& extended_model) {
   Json out = {{"verdict", name_of(e.verdict)}, {"sentence", e.sentence}, {"causes", Json::array()}};
   for (const FoundCause& cause : e.causes) out["causes"].push_back(cause_json(cause));
   if (e.verdict == Verdict::kAmbiguous) out["alternatives"] = e.alternatives;
@@ -47,6 +49,7 @@ std::string explanation_json(const Explanation& e, std::uint64_t seed, const std
   }
   out["next_test"] = e.next_test.empty() ? Json() : Json(e.next_test);
   out["extended_model"] = extended_model.empty() ? Json() : Json(extended_model);
+  out["prediction"] = Json::parse(race_json(race));
   out["mode"] = e.with_references ? "reference" : "absolute";
   out["seed"] = seed;
   out["version"] = version;

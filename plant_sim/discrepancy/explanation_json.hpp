@@ -4,10 +4,12 @@
 #include <string>
 
 #include "discrepancy/explain.hpp"
+#include "discrepancy/race_change.hpp"
 
 namespace voltlap::plant {
 
-[[nodiscard]] std::string explanation_json(const Explanation& explanation, std::uint64_t seed,
+/// `race`: none when no race was driven.
+[[nodiscard]] std::string explanation_json(const Explanation& explanation, const RaceChange* race, std::uint64_t seed,
                                            const std::string& version, const std::string& extended_model);
 
 }  // namespace voltlap::plant

@@ -34,20 +34,28 @@ std::string gain_text(const Explanation& out) {
   return best;
 }
 
+/// Why a set lost.
+std::string why_it_lost(const Judged& j, const WeighedSet& rival, const SetFit& fit) {
+  const std::vector<std::size_t>& answer = j.decision.members;
+  const bool holds_answer = std::all_of(answer.begin(), answer.end(), [&](std::size_t m) {
+    return std::count(rival.members.begin(), rival.members.end(), m) > 0;
+  });
+  if (holds_answer) return "the answer with something more that the log does not show";
+  const double shared = overlap(j.system, answer, fit.coefficients, rival.members);
+  return shared > kSameClass ? "nearly the same signature on this log"
+                             : fmt::format("could explain {:.0f} % of what the answer explains", 100.0 * shared);
+}
+
 void put_runners_up(const Judged& j, Explanation& out) {
   const double best = j.sets.empty() ? 0.0 : j.sets.front().evidence;
   const SetFit fit = fit_set(j.system, j.decision.members);
   for (const WeighedSet& set : j.sets) {
     if (out.runners_up.size() >= 8) break;
     if (set.members == j.decision.members || set.members.size() > j.decision.members.size() + 1) continue;
-    RunnerUp rival{names_of(j, set.members), best - set.evidence, ""};
+    const std::vector<std::string> names = names_of(j, set.members);
     const bool seen = std::any_of(out.runners_up.begin(), out.runners_up.end(),
-                                  [&](const RunnerUp& r) { return r.names == rival.names; });
-    if (seen) continue;
-    const double shared = overlap(j.system, j.decision.members, fit.coefficients, set.members);
-    rival.why = shared > kSameClass ? "the same signature on this log"
-                                    : fmt::format("explains {:.0f} % of what the answer explains", 100.0 * shared);
-    out.runners_up.push_back(std::move(rival));
+                                  [&](const RunnerUp& r) { return r.names == names; });
+    if (!seen) out.runners_up.push_back({names, best - set.evidence, why_it_lost(j, set, fit)});
   }
 }
 
@@ -89,6 +97,21 @@ std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& hel
   if (held.unstable > kStable) return "the two halves of the log disagree about its size";
   if (j.decision.next_gain > kDecisive) return "something more is wrong that it does not explain";
   return "";
+}
+
+/// The refined world, with what is in single cells put into its car.
+World world_with_cells(const Judged& j, const RefinedSet& set) {
+  World out = set.world;
+  for (const RefinedCause& fit : set.causes) {
+    const Candidate& c = j.system.candidates[fit.candidate];
+    if (c.cause < 0 || c.group < 0 || !cause_of(j, fit.candidate).extend) continue;
+    const Group& group = j.design.comparison.groups[static_cast<std::size_t>(c.group)];
+    for (const Index m : c.members) {
+      const std::string number = group.members[static_cast<std::size_t>(m)].substr(group.stem.size());
+      cause_of(j, fit.candidate).extend(out.car, std::stoul(number) - 1, fit.values);
+    }
+  }
+  return out;
 }
 
 /// The candidates that could stand in a member's place, by the names of their causes.
@@ -172,7 +195,7 @@ void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanati
   out.causes = found_causes(j, set, why_not.empty());
   out.sentence = sentence_of(out.causes, gain_text(out));
   out.causes.insert(out.causes.end(), gate.begin(), gate.end());
-  out.world = set.world;
+  out.world = world_with_cells(j, set);
   if (out.verdict == Verdict::kNamed) return;
   out.sentence = fmt::format("Most likely: {} Not certain: {}.", out.sentence, why_not);
   put_alternatives(j, members, out);

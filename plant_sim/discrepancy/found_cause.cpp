@@ -73,7 +73,7 @@ FoundCause found_cause(const Judged& j, const RefinedCause& fit) {
   if (!c.channel.empty()) out.parameters.push_back({"channel", "name", 0.0, 0.0, 0.0, c.channel});
   const auto add = [&](const CauseParameter& p, double value, double sigma) {
     const double half = 1.96 * sigma;
-    out.parameters.push_back({p.name, p.unit, value, value - half, value + half, ""});
+    out.parameters.push_back({p.name, p.unit, value, value - half, value + half, "", p.shown_scale, p.shown_unit});
     numbers.push_back(number_text(p, value, half));
   };
   if (cause.report) {

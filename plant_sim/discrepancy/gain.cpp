@@ -2,6 +2,7 @@
 #include "discrepancy/gain.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -21,6 +22,19 @@ double rms(const VectorXd& values, const std::vector<std::size_t>& block, const 
     count += 1.0;
   }
   return count > 0.0 ? std::sqrt(square / count) : 0.0;
+}
+
+std::string unit_of(const Group& group) { return group.balance == Balance::kHeat ? "K" : "V"; }
+
+/// Does a cause act on this member of a group by itself?
+bool is_named(const Judged& j, const std::vector<RefinedCause>& causes, const std::string& member) {
+  return std::any_of(causes.begin(), causes.end(), [&](const RefinedCause& fit) {
+    const Candidate& c = j.system.candidates[fit.candidate];
+    if (c.group < 0) return false;
+    const auto& names = j.design.comparison.groups[static_cast<std::size_t>(c.group)].members;
+    return std::any_of(c.members.begin(), c.members.end(),
+                       [&](Index m) { return names[static_cast<std::size_t>(m)] == member; });
+  });
 }
 
 /// Blocks on which gain is measured, and the causes as fitted without them.
@@ -69,43 +83,88 @@ std::vector<Fold> folds_of(const Judged& j, const RefinedSet& set, std::size_t b
   return out;
 }
 
+/// Squares by block of time, before and after.
+struct Sums {
+  std::map<std::size_t, std::array<double, 3>> blocks;  ///< before, after, rows
+  std::string unit;
+  double floor = 0.0;
+};
+
+void add(Sums& to, const VectorXd& was, const VectorXd& is, const std::vector<std::size_t>& block,
+         const std::vector<bool>& keep) {
+  for (Index row = 0; row < was.size(); ++row) {
+    const std::size_t b = block[static_cast<std::size_t>(row)];
+    if (!std::isfinite(was(row)) || !std::isfinite(is(row)) || !keep[b]) continue;
+    auto& sums = to.blocks[b];
+    sums[0] += was(row) * was(row);
+    sums[1] += is(row) * is(row);
+    sums[2] += 1.0;
+  }
+}
+
+/// Jackknife over the blocks.
+ChannelGain gain_of(const Sums& sums) {
+  std::array<double, 3> all{};
+  for (const auto& [block, s] : sums.blocks) {
+    for (std::size_t k = 0; k < all.size(); ++k) all[k] += s[k];
+  }
+  ChannelGain out{std::sqrt(all[0] / all[2]), std::sqrt(all[1] / all[2]), sums.floor, 0.0, 0.0, sums.unit};
+  const auto n = static_cast<double>(sums.blocks.size());
+  double sum = 0.0, square = 0.0;
+  for (const auto& [block, s] : sums.blocks) {
+    const double drop = 1.0 - std::sqrt((all[1] - s[1]) / std::max(all[0] - s[0], 1e-300));
+    sum += drop;
+    square += drop * drop;
+  }
+  const double spread = std::sqrt(std::max(0.0, square - sum * sum / n) * (n - 1.0) / n);
+  const double drop = out.before > 0.0 ? 1.0 - out.after / out.before : 0.0;
+  out.drop_low = n > 2.0 ? drop - 1.96 * spread : -1.0;
+  out.drop_high = n > 2.0 ? std::min(1.0, drop + 1.96 * spread) : 1.0;
+  return out;
+}
+
+/// Sums of every channel and of the members that a cause acts on.
+void add_all(const Judged& j, const Comparison& on, const std::vector<VectorXd>& residual, const Effects& effects,
+             const Fold& fold, std::map<std::string, Sums>& sums) {
+  const auto block = block_of_rows(on.log.time_s);
+  const auto put = [&](const std::string& name, const std::string& unit, const std::string& noise, const VectorXd& was,
+                       const VectorXd& is) {
+    Sums& to = sums[name];
+    to.unit = unit;
+    const auto known = j.noise.find(noise);
+    if (known != j.noise.end()) to.floor = std::hypot(known->second.white, known->second.coloured);
+    add(to, was, is, block, fold.keep);
+  };
+  for (std::size_t c = 0; c < on.channels.size(); ++c) {
+    const BalanceChannel& channel = on.channels[c];
+    put(channel.name, channel.unit, channel.name, residual[c], residual[c] - effects.channels[c]);
+  }
+  for (std::size_t g = 0; g < on.groups.size(); ++g) {
+    const Group& group = on.groups[g];
+    for (std::size_t m = 0; m < group.members.size(); ++m) {
+      if (!is_named(j, fold.causes, group.members[m])) continue;
+      put(group.members[m], unit_of(group), group.stem, group.deviation[m], group.deviation[m] - effects.members[g][m]);
+    }
+  }
+}
+
 }  // namespace
 
 void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
-  const Comparison& on = j.design.comparison;
-  const auto block = block_of_rows(on.log.time_s);
-  const std::size_t blocks = block.back() + 1;
-  std::map<std::string, double> before, after, count;
-  const auto put = [&](const std::string& name, const std::string& unit, const VectorXd& was, const VectorXd& is,
-                       const Noise& noise, const std::vector<bool>& keep) {
-    ChannelGain& gain = out.gain[name];
-    gain.unit = unit;
-    gain.floor = std::hypot(noise.white, noise.coloured);
-    before[name] += std::pow(rms(was, block, keep), 2);
-    after[name] += std::pow(rms(is, block, keep), 2);
-    count[name] += 1.0;
-  };
-  for (const Fold& fold : folds_of(j, set, blocks)) {
-    const Effects effects = effects_of(j, fold.causes);
-    for (std::size_t c = 0; c < on.channels.size(); ++c) {
-      put(on.channels[c].name, on.channels[c].unit, j.design.residual[c], j.design.residual[c] - effects.channels[c],
-          j.noise.at(on.channels[c].name), fold.keep);
-    }
-    for (const RefinedCause& fit : fold.causes) {
-      const Candidate& c = j.system.candidates[fit.candidate];
-      if (c.group < 0) continue;
-      const auto g = static_cast<std::size_t>(c.group);
-      for (const Index m : c.members) {
-        const auto at = static_cast<std::size_t>(m);
-        const Group& group = on.groups[g];
-        put(group.members[at], group.balance == Balance::kHeat ? "K" : "V", group.deviation[at],
-            group.deviation[at] - effects.members[g][at], j.noise.at(group.stem), fold.keep);
-      }
+  std::map<std::string, Sums> sums;
+  if (j.holdout != nullptr) {
+    const auto blocks = block_of_rows(j.holdout->log.time_s).back() + 1;
+    const Fold whole{std::vector<bool>(blocks, true), set.causes};
+    add_all(j, *j.holdout, residuals_of(*j.holdout, predict(j.design.model, *j.holdout)),
+            effects_on(j, set.causes, *j.holdout), whole, sums);
+  } else {
+    const Comparison& on = j.design.comparison;
+    for (const Fold& fold : folds_of(j, set, block_of_rows(on.log.time_s).back() + 1)) {
+      add_all(j, on, j.design.residual, effects_of(j, fold.causes), fold, sums);
     }
   }
-  for (auto& [name, gain] : out.gain) {
-    gain.before = std::sqrt(before[name] / count[name]);
-    gain.after = std::sqrt(after[name] / count[name]);
+  for (const auto& [name, of] : sums) {
+    if (!of.blocks.empty()) out.gain[name] = gain_of(of);
   }
 }
 
@@ -134,21 +193,25 @@ double share_of(const Judged& j, const RefinedCause& fit) {
 void keep_traces(const Judged& j, const RefinedSet& set, Explanation& out) {
   const Effects effects = effects_of(j, set.causes);
   const Comparison& on = j.design.comparison;
+  const auto keep = [&](const std::string& name, const std::string& unit, const std::string& noise, bool member,
+                        const VectorXd& was, const VectorXd& effect) {
+    const Noise& n = j.noise.at(noise);
+    out.traces.push_back({name, unit, std::hypot(n.white, n.coloured), member, was, was - effect});
+  };
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
-    out.traces.push_back({on.channels[c].name, on.channels[c].unit, on.log.time_s, j.design.residual[c],
-                          j.design.residual[c] - effects.channels[c]});
+    keep(on.channels[c].name, on.channels[c].unit, on.channels[c].name, false, j.design.residual[c], effects.channels[c]);
   }
-  for (const RefinedCause& fit : set.causes) {
-    const Candidate& c = j.system.candidates[fit.candidate];
-    if (c.group < 0) continue;
-    const Group& group = on.groups[static_cast<std::size_t>(c.group)];
-    for (const Index m : c.members) {
-      const auto at = static_cast<std::size_t>(m);
-      const auto g = static_cast<std::size_t>(c.group);
-      out.traces.push_back({group.members[at], group.balance == Balance::kHeat ? "K" : "V", on.log.time_s,
-                            group.deviation[at], group.deviation[at] - effects.members[g][at]});
+  for (std::size_t g = 0; g < on.groups.size(); ++g) {
+    const Group& group = on.groups[g];
+    for (std::size_t m = 0; m < group.members.size(); ++m) {
+      keep(group.members[m], unit_of(group), group.stem, true, group.deviation[m], effects.members[g][m]);
     }
   }
+  const BatteryResponse& battery = j.design.base.battery;
+  const bool measured = on.facts.temperature_c.size() > 0;
+  out.circumstances = {on.log.time_s, *on.log.find("current"), battery.soc,
+                       measured ? on.facts.temperature_c : battery.temperature_c, {}};
+  if (const VectorXd* speed = on.log.find("speed")) out.circumstances.speed_mps = *speed;
 }
 
 }  // namespace voltlap::plant

@@ -17,6 +17,7 @@ struct Judged {
   const Decision& decision;
   const std::vector<System>&quarters, &halves;
   const Refinery& refinery;
+  const Comparison* holdout;     ///< a log that the gain is measured on; none: blocks of this one
 };
 
 /// Cause of a candidate that has one.

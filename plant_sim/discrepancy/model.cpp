@@ -104,11 +104,13 @@ Model load_model(const DataFolder& data, const std::string& name, const std::vec
   }
   if (out.kind == ModelKind::kVehicle) {
     out.world.car = load_vehicle(data, out.path, settings).parameters;
+    out.world.pack_resistance_ohm = out.world.car.battery.contact_resistance_ohm;
     return out;
   }
   std::vector<std::string> all = pack_settings(out.path);
   all.insert(all.end(), settings.begin(), settings.end());
   out.world.car = load_vehicle(data, kPackBase, all).parameters;
+  out.world.pack_resistance_ohm = out.world.car.battery.contact_resistance_ohm;
   out.world.car.tyres.radius_m = 0.0;  // a pack has no wheels: no balance of the car
   return out;
 }

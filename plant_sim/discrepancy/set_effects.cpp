@@ -8,6 +8,33 @@ namespace voltlap::plant {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+namespace {
+
+/// A cause in some members of group `g` of another log: on them, and on the mean that all members share.
+void add_to_members(const Judged& j, const Candidate& c, const Form& form, const RefinedCause& fit,
+                    const Comparison& other, const Prediction& base, std::size_t g, Effects& out) {
+  const auto& names = j.design.comparison.groups[static_cast<std::size_t>(c.group)].members;
+  const Group& group = other.groups[g];
+  const std::vector<VectorXd> shapes = form.shapes(j.design.model, other, base);
+  VectorXd effect = VectorXd::Zero(other.log.rows());
+  for (std::size_t k = 0; k < shapes.size(); ++k) effect += fit.values[form.linear[k]] * shapes[k];
+  double found = 0.0;
+  for (const Index member : c.members) {
+    const auto at = std::find(group.members.begin(), group.members.end(), names[static_cast<std::size_t>(member)]);
+    if (at == group.members.end()) continue;
+    out.members[g][static_cast<std::size_t>(at - group.members.begin())] += effect;
+    found += 1.0;
+  }
+  const VectorXd mean = effect * (found / static_cast<double>(group.members.size()));
+  for (VectorXd& member : out.members[g]) member -= mean;
+  const std::string channel = group.balance == Balance::kHeat ? "temperature" : "voltage";
+  for (std::size_t n = 0; n < other.channels.size(); ++n) {
+    if (other.channels[n].name == channel) out.channels[n] += mean;
+  }
+}
+
+}  // namespace
+
 Effects effects_of(const Judged& j, const std::vector<RefinedCause>& causes) {
   Effects out;
   World world = j.design.model;
@@ -46,6 +73,33 @@ Effects effects_of(const Judged& j, const std::vector<RefinedCause>& causes) {
       out.channels[c] += prediction.channels[c] - j.design.base.channels[c];
     }
   }
+  return out;
+}
+
+Effects effects_on(const Judged& j, const std::vector<RefinedCause>& causes, const Comparison& other) {
+  const Prediction base = predict(j.design.model, other);
+  Effects out;
+  for (const VectorXd& channel : base.channels) out.channels.push_back(VectorXd::Zero(channel.size()));
+  for (const Group& group : other.groups) {
+    out.members.emplace_back(group.members.size(), VectorXd::Zero(other.log.rows()));
+  }
+  World world = j.design.model;
+  for (const RefinedCause& fit : causes) {
+    const Candidate& c = j.system.candidates[fit.candidate];
+    if (c.cause < 0) continue;
+    const Form& form = j.design.forms[static_cast<std::size_t>(c.cause)][c.form];
+    if (form.apply) {
+      form.apply(world, fit.values);
+      continue;
+    }
+    for (std::size_t g = 0; g < other.groups.size(); ++g) {
+      if (other.groups[g].stem != form.stem) continue;
+      add_to_members(j, c, form, fit, other, base, g, out);
+    }
+  }
+  world.initial_soc_change = j.design.model.initial_soc_change;
+  const Prediction prediction = predict(world, other);
+  for (std::size_t c = 0; c < out.channels.size(); ++c) out.channels[c] += prediction.channels[c] - base.channels[c];
   return out;
 }
 

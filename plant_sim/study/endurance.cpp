@@ -396,6 +396,11 @@ const char* limit_reason_name(std::size_t reason) {
   return reason < kLimitReasons ? kNames[reason] : "unknown";
 }
 
+int laps_of_endurance(const Track& track) {
+  constexpr double kLength_m = 22'000.0;
+  return std::max(1, static_cast<int>(std::floor(kLength_m / track.length_m())));
+}
+
 EnduranceResult run_endurance(const EnduranceOptions& options, Ecus& ecus, EnduranceObserver& observer) {
   InProcessLoop bus(ecus);
   return run_endurance(options, bus, observer);

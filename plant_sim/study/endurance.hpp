@@ -101,6 +101,9 @@ struct EnduranceResult {
   std::uint32_t frames_in_tick_max = 0;
 };
 
+/// As many laps as fit into the 22 km of the rules: 27 of Michigan 2015, 29 of 2014.
+[[nodiscard]] int laps_of_endurance(const Track& track);
+
 /// Throws InputError for options that contradict each other or a car that cannot drive the track; a run that fails on
 /// the road is a result, with cause and time.
 [[nodiscard]] EnduranceResult run_endurance(const EnduranceOptions& options, Exchange& bus, EnduranceObserver& observer);

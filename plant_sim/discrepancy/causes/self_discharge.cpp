@@ -22,7 +22,8 @@ Cause self_discharge() {
               return {-(hours.array() * p.battery.ocv_slope_v.array() / world.car.cell.capacity_ah).matrix()};
             };
             return {form};
-          }};
+          },
+          .extend = [](VehicleParameters& car, std::size_t cell, Values v) { cell_variation(car, cell).leak_a += v[0]; }};
 }
 
 }  // namespace voltlap::plant

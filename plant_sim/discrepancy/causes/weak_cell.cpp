@@ -43,6 +43,12 @@ Cause weak_cell() {
             };
             out.push_back(form);
             return out;
+          },
+          .extend =
+              [](VehicleParameters& car, std::size_t cell, Values v) {
+            CellVariation& variation = cell_variation(car, cell);
+            variation.resistance_scale *= 1.0 + v[0];
+            variation.capacity_scale *= 1.0 + v[1];
           }};
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One chart over time, a member of voltlap.TimeCharts.
 //
-// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, events, note}.
+// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, events, note};
+// a level {low, high, color, text} is a stretch of the value axis that is coloured all along.
 // A series is {name, color, role, values, extreme, remark}: values at the shared times; role "reference" is drawn broad
 // and pale under the others, "limit" dashed; a true extreme {time_s, value, text, below} may fall between two samples.
 // With `means` a view of many laps draws the samples pale and their running mean over a lap on top.
@@ -58,7 +59,7 @@ voltlap.TimeChart = class {
       this.#outputs.push(output);
       legend.append(element("li", {}, voltlap.TimeChart.#key(series), `${series.name} `, output));
     }
-    for (const band of spec.bandNames ?? []) {
+    for (const band of [...(spec.bandNames ?? []), ...(spec.level ? [spec.level] : [])]) {
       legend.append(
         element("li", {}, element("span", { class: "key block", style: `--key: var(--${band.color})` }), band.text),
       );
@@ -124,6 +125,7 @@ voltlap.TimeChart = class {
         join: "round",
         ...voltlap.TimeChart.#strokes[one.role ?? "signal"],
       },
+      markArea: i === 0 && spec.level ? this.#levelArea(spec.level) : undefined,
       markPoint: one.extreme?.text ? this.#mark(one.extreme, one.color, text) : undefined,
       markLine:
         i === 0 && lines.length
@@ -254,6 +256,11 @@ voltlap.TimeChart = class {
       },
       data: [{ coord: [extreme.time_s, extreme.value], value: extreme.value }],
     };
+  }
+
+  #levelArea({ low, high, color }) {
+    const itemStyle = { color: voltlap.color(color), opacity: 0.22 };
+    return { silent: true, animation: false, z: 0, itemStyle, data: [[{ yAxis: low }, { yAxis: high }]] };
   }
 
   /** Stretches of time as coloured columns with a solid foot: [from, to, colour]. */

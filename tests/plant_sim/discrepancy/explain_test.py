@@ -1,61 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """voltlap explain on logs of the plant itself: what was changed is named with its size, what was not is left alone, and
 the same log in other clothes gets the same answer."""
-import csv
-import json
-import os
-import pathlib
-import random
 import subprocess
 
 import pytest
-
-VOLTLAP = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
-CELLS, THERMISTORS = 24, (1, 5, 9, 13, 17, 21)
-
-
-def voltlap(*arguments):
-    return subprocess.run([VOLTLAP, *map(str, arguments)], capture_output=True, text=True, check=True)
+from drives import VOLTLAP, Drives, contact, explained, stuck, voltlap, write
 
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory):
-    """Rows of a drive of six laps by plain column names, with noise of usual sensors."""
-    folder, made = tmp_path_factory.mktemp("drives"), {}
-
-    def rows(*settings):
-        if settings not in made:
-            path = folder / f"{len(made)}.csv"
-            voltlap("endurance", "--laps", 6, "--csv", path, *[x for s in settings for x in ("--set", s)])
-            with open(path, encoding="ascii") as file:
-                made[settings] = list(csv.DictReader(line for line in file if not line.startswith("#")))
-        draw = random.Random(1)
-        out = []
-        for row in made[settings]:
-            pick = lambda name, sigma: float(row[name]) + draw.gauss(0.0, sigma)
-            out.append({"time_s": float(row["time_s"]), "pack_current_a": pick("pack_current_a", 0.3),
-                        "pack_voltage_v": pick("pack_voltage_v", 0.03),
-                        **{f"cell_voltage_{n}_v": pick(f"cell_{n}_voltage_v", 0.0015) for n in range(1, CELLS + 1)},
-                        **{f"temperature_{k + 1}_c": pick(f"cell_{n}_temperature_c", 0.15)
-                           for k, n in enumerate(THERMISTORS)}})
-        return out
-
-    return rows
-
-
-def write(path, rows, columns=None):
-    columns = columns or list(rows[0])
-    with open(path, "w", encoding="ascii") as file:
-        file.write(",".join(columns) + "\n")
-        for row in rows:
-            file.write(",".join(f"{row[name]:.5f}" for name in columns) + "\n")
-    return path
-
-
-def explained(tmp_path, rows, *arguments, columns=None, model="vtm16e"):
-    log, out = write(tmp_path / "log.csv", rows, columns), tmp_path / "out.json"
-    voltlap("explain", log, "--model", model, "--json", out, *arguments)
-    return json.loads(out.read_text())
+    return Drives(tmp_path_factory.mktemp("drives"))
 
 
 def only_cause(answer):
@@ -96,10 +50,6 @@ def test_a_weak_cell_is_named_by_its_number(tmp_path, drive):
     assert value(cause, "resistance_change") == pytest.approx(0.25, rel=0.1)
 
 
-def contact(rows, ohm):
-    return [{**row, "pack_voltage_v": row["pack_voltage_v"] - ohm * row["pack_current_a"]} for row in rows]
-
-
 def test_a_contact_is_named_and_a_compensating_bms_is_not_taken_for_one(tmp_path, drive):
     cause = only_cause(explained(tmp_path, contact(drive(), 0.006)))
     assert cause["name"] == "contact_resistance" and value(cause, "resistance_ohm") == pytest.approx(0.006, rel=0.05)
@@ -135,10 +85,7 @@ def test_a_log_too_short_to_tell_anything_says_what_drive_would(tmp_path, drive)
 
 
 def test_a_frozen_cell_is_masked_and_reported(tmp_path, drive):
-    rows = drive()
-    stuck = [{**row, "cell_voltage_3_v": rows[1000]["cell_voltage_3_v"]} if 1000 <= k < 1200 else row
-             for k, row in enumerate(rows)]
-    answer = explained(tmp_path, stuck)
+    answer = explained(tmp_path, stuck(drive()))
     assert any(m["channel"] == "cell_voltage_3" and "frozen" in m["reason"] for m in answer["masked"])
     assert "frozen_signal" in [cause["name"] for cause in answer["causes"]]
 

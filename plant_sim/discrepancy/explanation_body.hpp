@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// The part of an explanation's report that needs no script: sentence, key numbers, residual map, tables.
+// html/explain.html holds its order and the places for the charts.
+#pragma once
+#include <string>
+
+#include "discrepancy/explanation_report.hpp"
+
+namespace voltlap::plant {
+
+[[nodiscard]] std::string explanation_body(const ReportedExplanation& reported);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/explanation_report.hpp"
+
+#include <array>
+
+#include "discrepancy/explanation_body.hpp"
+#include "discrepancy/explanation_charts.hpp"
+#include "report/html_page.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr std::array<std::string_view, 6> kScripts = {"series.js",         "time_charts.js", "time_chart.js",
+                                                      "chart_gestures.js", "soc_chart.js",   "explain.js"};
+
+}  // namespace
+
+std::string explanation_report(const ReportedExplanation& reported) {
+  const Explanation& e = reported.explanation;
+  return html_page({.title = std::string(name_of(e.verdict)) + ", voltlap explain",
+                    .description = e.sentence,
+                    .body = explanation_body(reported),
+                    .scripts = {kScripts.begin(), kScripts.end()},
+                    .data = explanation_charts(e)});
+}
+
+}  // namespace voltlap::plant

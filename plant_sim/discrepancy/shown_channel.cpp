@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/shown_channel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "discrepancy/found_cause.hpp"
+
+namespace voltlap::plant {
+
+ShownUnit shown_unit(const std::string& unit, double size) {
+  constexpr double kSmall = 0.5;  // V, below it millivolts
+  return unit == "V" && size < kSmall ? ShownUnit{1e3, "mV"} : ShownUnit{1.0, unit == "m/s2" ? "m/s²" : unit};
+}
+
+std::string channel_title(const Explanation& e, const Trace& trace) {
+  const std::string& name = trace.channel;
+  if (trace.member) return channel_words(name) + " minus the mean";
+  const bool cells = std::any_of(e.traces.begin(), e.traces.end(), [](const Trace& t) {
+    return t.channel.starts_with("cell_voltage_");
+  });
+  if (name == "voltage") return cells ? "mean cell voltage given the current" : "cell voltage given the current";
+  if (name == "pack_voltage") return cells ? "pack voltage given the cells" : "pack voltage given the current";
+  if (name == "bus_voltage") return "bus voltage given the pack voltage";
+  if (name == "temperature") return "temperature given the current";
+  if (name == "power") return "electric power given torque and motor speed";
+  if (name == "speed") return "acceleration given torque, speed and brake";
+  if (name == "motor_speed") return "motor speed given ground speed";
+  return name;
+}
+
+double rms_of(const Eigen::VectorXd& values) {
+  double square = 0.0, count = 0.0;
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    square += v * v;
+    count += 1.0;
+  }
+  return count > 0.0 ? std::sqrt(square / count) : 0.0;
+}
+
+bool is_changed(const Trace& trace) {
+  constexpr double kSeen = 0.02;  // of the noise
+  return rms_of(trace.after - trace.before) > kSeen * trace.floor;
+}
+
+}  // namespace voltlap::plant
