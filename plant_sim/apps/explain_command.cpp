@@ -86,7 +86,8 @@ std::string no_model_because(const Explanation& e, const Model& model) {
   if (!e.world) return "no cause was found that a model could contain";
   const auto left_out = extended_car(model.world, *e.world).left_out;
   if (!left_out.empty()) return fmt::format("a car file has no parameter for {}", fmt::join(left_out, ", "));
-  return model.kind == ModelKind::kCell ? "the cause is in a sensor, or in one cell of many, not in the cell of this file"
+  return model.kind == ModelKind::kCell ? "it is not in the cell of this file but in a sensor, a contact or one cell of many; a pack file as "
+                                          "--model can hold the last two"
                                         : "the cause is in a sensor, not in the car";
 }
 
@@ -103,8 +104,12 @@ ExplainCommand::ExplainCommand(CLI::App& app)
   add_output_file(*command_, "--report", report_,
                   "Write a report as one HTML file, with the endurance before and after: a few seconds more");
   add_output_file(*command_, "--write-model", write_model_, "Write the model with its causes, of the kind that was given");
-  command_->add_option("--set", settings_, "key=value of the model, or explain.without=CAUSE, explain.fit_blocks=even|odd")
-      ->allow_extra_args(false);
+  command_
+      ->add_option("--set", settings_,
+                   "Change the model (voltlap list keys), or explain.without=CAUSE, explain.fit_blocks=even|odd; key=value, "
+                   "one or several")
+      ->type_name("KEY=VALUE")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command_->add_option("--seed", seed_, "Seed of the null distribution")->capture_default_str();
   command_->footer(
       "With --report the endurance is driven as the model was given and as it was extended (not without it: an\n"

@@ -19,16 +19,13 @@ namespace {
 
 constexpr std::size_t kMaskedShown = 200;
 
-/// Decimals that an interval of this half width calls for.
-int decimals(double half) { return std::clamp(static_cast<int>(std::ceil(1.0 - std::log10(half))), 0, 5); }
-
 std::string number_text(const FoundParameter& p) {
   if (p.unit == "name") return p.text;
   if (p.unit == "index") return fmt::format("{:.0f}", p.value);
   const double half = 0.5 * (p.high - p.low) * p.shown_scale;
   const std::string unit = p.shown_unit.empty() ? p.unit : p.shown_unit;
   if (!(half > 0.0)) return fmt::format("{:.4g} {}", p.value * p.shown_scale, unit);
-  const int digits = decimals(half);
+  const int digits = decimals_of(half);
   return fmt::format("{:.{}f} ({:.{}f} to {:.{}f}) {}", p.value * p.shown_scale, digits, p.low * p.shown_scale, digits,
                      p.high * p.shown_scale, digits, unit);
 }
@@ -57,7 +54,7 @@ std::string cause_tiles(const Explanation& e) {
   std::string out;
   if (const FoundParameter* p = main_number(cause)) {
     const double half = 0.5 * (p->high - p->low) * p->shown_scale;
-    const int digits = half > 0.0 ? decimals(half) : 2;
+    const int digits = decimals_of(half);
     out += html_tile(cause.name, fmt::format("{:.{}f}", p->value * p->shown_scale, digits),
                      p->shown_unit.empty() ? p->unit : p->shown_unit,
                      half > 0.0 ? fmt::format("95 % between {:.{}f} and {:.{}f}", p->low * p->shown_scale, digits,
@@ -78,7 +75,7 @@ std::string tiles(const ReportedExplanation& reported) {
   if (const auto* best = best_gain(e)) {
     const ChannelGain& g = best->second;
     const ShownUnit shown = shown_unit(g.unit, g.before);
-    const int digits = decimals(shown.scale * std::max(g.after, 0.1 * g.before));
+    const int digits = decimals_of(shown.scale * std::max(g.after, 0.1 * g.before));
     out += html_tile("Error where not fitted",
                      fmt::format("{:.{}f} → {:.{}f}", shown.scale * g.before, digits, shown.scale * g.after, digits),
                      shown.unit, fmt::format("{}, RMS; its noise is {:.2g}", channel_words(best->first), shown.scale * g.floor));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "discrepancy/gain.hpp"
 #include "discrepancy/shown_channel.hpp"
 #include "report/html_buckets.hpp"
 

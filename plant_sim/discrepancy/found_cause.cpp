@@ -11,7 +11,7 @@ namespace {
 
 std::string number_text(const CauseParameter& p, double value, double half) {
   const double v = value * p.shown_scale, h = half * p.shown_scale;
-  const int digits = h > 0.0 ? std::clamp(static_cast<int>(std::ceil(1.0 - std::log10(h))), 0, 4) : 2;
+  const int digits = decimals_of(h);
   return h > 0.0 ? fmt::format("{:+.{}f} ± {:.{}f} {}", v, digits, h, digits, p.shown_unit)
                  : fmt::format("{:.{}f} {}", v, std::abs(v) >= 100.0 ? 0 : 2, p.shown_unit);
 }
@@ -51,6 +51,10 @@ std::vector<std::string> names_of(const Judged& j, const std::vector<std::size_t
   std::vector<std::string> out;
   for (const std::size_t m : members) out.push_back(name_of_candidate(j, m));
   return out;
+}
+
+int decimals_of(double half) {
+  return half > 0.0 ? std::clamp(static_cast<int>(std::ceil(0.6 - std::log10(half))), 0, 5) : 2;
 }
 
 std::string channel_words(const std::string& channel) {

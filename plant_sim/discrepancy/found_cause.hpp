@@ -13,6 +13,9 @@ namespace voltlap::plant {
 [[nodiscard]] std::string name_of_candidate(const Judged& judged, std::size_t member);
 [[nodiscard]] std::vector<std::string> names_of(const Judged& judged, const std::vector<std::size_t>& members);
 
+/// Decimals that an interval of this half width calls for.
+[[nodiscard]] int decimals_of(double half);
+
 /// "cell 7" for cell_voltage_7.
 [[nodiscard]] std::string channel_words(const std::string& channel);
 

@@ -14,16 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-double rms(const VectorXd& values, const std::vector<std::size_t>& block, const std::vector<bool>& keep) {
-  double square = 0.0, count = 0.0;
-  for (Index row = 0; row < values.size(); ++row) {
-    if (!std::isfinite(values(row)) || !keep[block[static_cast<std::size_t>(row)]]) continue;
-    square += values(row) * values(row);
-    count += 1.0;
-  }
-  return count > 0.0 ? std::sqrt(square / count) : 0.0;
-}
-
 std::string unit_of(const Group& group) { return group.balance == Balance::kHeat ? "K" : "V"; }
 
 /// Does a cause act on this member of a group by itself?
@@ -109,6 +99,7 @@ ChannelGain gain_of(const Sums& sums) {
     for (std::size_t k = 0; k < all.size(); ++k) all[k] += s[k];
   }
   ChannelGain out{std::sqrt(all[0] / all[2]), std::sqrt(all[1] / all[2]), sums.floor, 0.0, 0.0, sums.unit};
+  out.floor = std::min(out.floor, out.after);  // the slow part of the noise is known badly; what is left bounds it
   const auto n = static_cast<double>(sums.blocks.size());
   double sum = 0.0, square = 0.0;
   for (const auto& [block, s] : sums.blocks) {
@@ -150,6 +141,16 @@ void add_all(const Judged& j, const Comparison& on, const std::vector<VectorXd>&
 
 }  // namespace
 
+double rms_of(const VectorXd& values) {
+  double square = 0.0, count = 0.0;
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    square += v * v;
+    count += 1.0;
+  }
+  return count > 0.0 ? std::sqrt(square / count) : 0.0;
+}
+
 void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   std::map<std::string, Sums> sums;
   if (j.holdout != nullptr) {
@@ -170,12 +171,10 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
 
 double share_of(const Judged& j, const RefinedCause& fit) {
   const Effects effects = effects_of(j, {fit});
-  const auto block = block_of_rows(j.design.comparison.log.time_s);
-  const std::vector<bool> all(block.back() + 1, true);
   double most = 0.0;
   const auto consider = [&](const VectorXd& residual, const VectorXd& effect) {
     if (effect.cwiseAbs().maxCoeff() <= 0.0) return;
-    const double was = rms(residual, block, all), is = rms(residual - effect, block, all);
+    const double was = rms_of(residual), is = rms_of(residual - effect);
     if (was > 0.0) most = std::max(most, 1.0 - is * is / (was * was));
   };
   for (std::size_t c = 0; c < j.design.residual.size(); ++c) consider(j.design.residual[c], effects.channels[c]);
@@ -196,7 +195,8 @@ void keep_traces(const Judged& j, const RefinedSet& set, Explanation& out) {
   const auto keep = [&](const std::string& name, const std::string& unit, const std::string& noise, bool member,
                         const VectorXd& was, const VectorXd& effect) {
     const Noise& n = j.noise.at(noise);
-    out.traces.push_back({name, unit, std::hypot(n.white, n.coloured), member, was, was - effect});
+    const VectorXd is = was - effect;
+    out.traces.push_back({name, unit, std::min(std::hypot(n.white, n.coloured), rms_of(is)), member, was, is});
   };
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
     keep(on.channels[c].name, on.channels[c].unit, on.channels[c].name, false, j.design.residual[c], effects.channels[c]);

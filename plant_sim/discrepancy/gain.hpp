@@ -6,6 +6,9 @@
 
 namespace voltlap::plant {
 
+/// RMS of the rows that are compared, those with a value; 0 where there are none.
+[[nodiscard]] double rms_of(const Eigen::VectorXd& values);
+
 /// RMS of every channel on blocks that were kept back, without and with the set.
 void measure_gain(const Judged& judged, const RefinedSet& set, Explanation& out);
 

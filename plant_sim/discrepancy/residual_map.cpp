@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "discrepancy/found_cause.hpp"
+#include "discrepancy/gain.hpp"
 #include "discrepancy/shown_channel.hpp"
 #include "report/html_page.hpp"
 

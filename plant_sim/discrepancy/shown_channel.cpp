@@ -2,9 +2,9 @@
 #include "discrepancy/shown_channel.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "discrepancy/found_cause.hpp"
+#include "discrepancy/gain.hpp"
 
 namespace voltlap::plant {
 
@@ -27,16 +27,6 @@ std::string channel_title(const Explanation& e, const Trace& trace) {
   if (name == "speed") return "acceleration given torque, speed and brake";
   if (name == "motor_speed") return "motor speed given ground speed";
   return name;
-}
-
-double rms_of(const Eigen::VectorXd& values) {
-  double square = 0.0, count = 0.0;
-  for (const double v : values) {
-    if (!std::isfinite(v)) continue;
-    square += v * v;
-    count += 1.0;
-  }
-  return count > 0.0 ? std::sqrt(square / count) : 0.0;
 }
 
 bool is_changed(const Trace& trace) {

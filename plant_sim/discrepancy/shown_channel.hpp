@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Channels as people read them: names in words, small voltages in millivolts.
 #pragma once
-#include <Eigen/Dense>
 #include <string>
 
 #include "discrepancy/explain.hpp"
@@ -17,9 +16,6 @@ struct ShownUnit {
 
 /// "Cell voltage, given the current"
 [[nodiscard]] std::string channel_title(const Explanation& explanation, const Trace& trace);
-
-/// RMS of the rows that are compared; 0 where there are none.
-[[nodiscard]] double rms_of(const Eigen::VectorXd& values);
 
 /// Does a cause change this channel?
 [[nodiscard]] bool is_changed(const Trace& trace);

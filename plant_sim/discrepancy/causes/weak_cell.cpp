@@ -8,7 +8,7 @@ namespace voltlap::plant {
 Cause weak_cell() {
   return {.name = "weak_cell",
           .balance = Balance::kVoltage,
-          .says = "{channel} is weak: resistance {}, capacity {} against the others",
+          .says = "{channel} is weak: resistance {}, capacity {}",
           .test = "a pulse of a minute at half SOC and a rest at the low end, all cells read",
           .parameters =
               {{"resistance_change", "1", -0.6, 5, 0.1, 100, "%"},

@@ -89,8 +89,16 @@ TEST(ParameterFile, BrokenTomlIsNamedByFileAndLine) {
 }
 
 TEST(ParameterFile, MissingKeyIsNamedWithUnitAndRange) {
-  const std::string message = complaint_of({}, scratch.write("bare.toml", "[battery]\ncell = \"aesc_e5_2p\"\n"));
+  const std::string message = complaint_of({}, scratch.write("bare.toml", "[vehicle]\n[battery]\ncell = \"aesc_e5_2p\"\n"));
   STRCMP_CONTAINS("no vehicle.mass_kg; expected a number in kg", message.c_str());
+}
+
+TEST(ParameterFile, PackFileIsDrivenInTheStandardCar) {
+  const std::string path = scratch.write("pack.toml", "[battery]\ncells_in_series = 20\n");
+  const VehicleParameters car = with({}, path);
+  CHECK_EQUAL(20, car.battery.cells_in_series);
+  DOUBLES_EQUAL(with({}).vehicle.mass_kg, car.vehicle.mass_kg, 0.0);
+  STRCMP_EQUAL("pack", car.name.c_str());
 }
 
 TEST(ParameterFile, VehiclesThatNameEachOtherAsBaseAreRefused) {
