@@ -15,6 +15,7 @@ namespace voltlap::plant {
 namespace {
 
 constexpr int kResistancePoints = 21;   // SOC in steps of 5 %
+constexpr double kLeastResistance = 1e-6;  // ohm; a polarization that is taken away leaves something
 constexpr double kTripMarginV = 0.1;    // below the least cell voltage, where the limit already holds it
 constexpr double kTripMarginHighV = 0.05;
 constexpr double kCurrentTripFactor = 1.2;
@@ -32,7 +33,8 @@ Temperature celsius(double t) { return units<Temperature>(t, 10.0); }
 double group_resistance(const VehicleParameters& car, const CellTables& tables, double soc, double temperature_c) {
   if (car.bms.resistance_ohm > 0.0) return car.bms.resistance_ohm;
   const CircuitParameters p = tables.circuit(soc, temperature_c, car.cell.reference_current_a);
-  return (p.r0_ohm + p.r1_ohm + p.r2_ohm) / car.battery.cells_in_parallel;
+  const double all = p.r0_ohm + p.r1_ohm + p.r2_ohm + car.cell.effects.polarization_ohm;
+  return std::max(kLeastResistance, all) / car.battery.cells_in_parallel;
 }
 
 /// SOC of the OCV table in thousandths: both ends, then again and again where straight lines are farthest from the

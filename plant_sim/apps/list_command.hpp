@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// voltlap list: names that the other commands take, and the keys of --set.
+// voltlap list: names that the other commands take, the keys of --set, the causes that explain knows.
 #pragma once
 #include <string>
 

@@ -111,6 +111,23 @@ std::vector<const Trace*> charted(const Explanation& e) {
   return out;
 }
 
+/// Where the axis ends when a few rows are far beyond all others; null when none are.
+Json axis_ends(const Trace& trace, double scale) {
+  constexpr double kFew = 0.003, kBeyond = 4.0;
+  std::vector<double> sizes;
+  for (const VectorXd* values : {&trace.before, &trace.after}) {
+    for (const double v : *values) {
+      if (std::isfinite(v)) sizes.push_back(std::abs(v));
+    }
+  }
+  if (sizes.empty()) return nullptr;
+  std::sort(sizes.begin(), sizes.end());
+  const double most = sizes[static_cast<std::size_t>((1.0 - kFew) * static_cast<double>(sizes.size() - 1))];
+  if (most <= 0.0 || sizes.back() < kBeyond * most) return nullptr;
+  const double step = std::pow(10.0, std::floor(std::log10(1.5 * scale * most)));
+  return {{"most", step * std::ceil(1.5 * scale * most / step)}, {"largest", rounded(scale * sizes.back())}};
+}
+
 Json channel_json(const Explanation& e, const Trace& trace, const std::vector<RowBucket>& buckets) {
   const double before = rms_of(trace.before);
   const ShownUnit shown = shown_unit(trace.unit, before);
@@ -124,6 +141,7 @@ Json channel_json(const Explanation& e, const Trace& trace, const std::vector<Ro
           {"digits", std::clamp(static_cast<int>(-std::log10(resolution) - 0.5), 0, 4)},
           {"floor", rounded(shown.scale * trace.floor)},
           {"changed", is_changed(trace)},
+          {"ends", axis_ends(trace, shown.scale)},
           {"before", pack(trace.before)},
           {"after", pack(trace.after)},
           {"unused", unused(e, trace)},

@@ -86,6 +86,10 @@ ExtendedCar extended_car(const World& given, const World& extended) {
   for (const Beyond& beyond : kBeyond) {
     if (extended.*beyond.value != given.*beyond.value) out.left_out.emplace_back(beyond.what);
   }
+  const SensorError &is = extended.current, &was = given.current;
+  if (is.gain != was.gain || is.offset != was.offset || is.delay_s != was.delay_s || extended.current_limit_a > 0.0) {
+    out.left_out.emplace_back("the error of the current sensor");
+  }
   return out;
 }
 

@@ -60,7 +60,9 @@ int decimals_of(double half) {
 std::string channel_words(const std::string& channel) {
   if (channel.starts_with("cell_voltage_")) return "cell " + channel.substr(13);
   if (channel.starts_with("temperature_")) return "thermistor " + channel.substr(12);
-  return channel;
+  std::string words = channel;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
 }
 
 FoundCause found_cause(const Judged& j, const RefinedCause& fit) {

@@ -16,7 +16,7 @@ namespace voltlap::plant {
 /// Decimals that an interval of this half width calls for.
 [[nodiscard]] int decimals_of(double half);
 
-/// "cell 7" for cell_voltage_7.
+/// "cell 7" for cell_voltage_7, "pack voltage" for pack_voltage.
 [[nodiscard]] std::string channel_words(const std::string& channel);
 
 /// Parameters with their intervals, separation and sentence; share and probability are the caller's.

@@ -58,7 +58,7 @@ std::string row_of(const Explanation& e, const Trace& trace, bool after, double 
   const ShownUnit shown = shown_unit(trace.unit, rms_of(trace.before));
   const VectorXd& values = after ? trace.after : trace.before;
   std::string out = fmt::format("<tr><th scope=\"row\">{}</th><td class=\"value\">{:.3g} {}</td>",
-                                html_text(trace.member ? channel_words(trace.channel) : trace.channel),
+                                html_text(channel_words(trace.channel)),
                                 shown.scale * rms_of(values), html_text(shown.unit));
   double from = 0.0;
   for (const double rms : rms_by_stretch(time, values, length)) {

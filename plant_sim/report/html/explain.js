@@ -16,12 +16,20 @@
         ]
       : [{ name: "log minus simulation", color: "blue", ...before }];
 
+  /** A few rows far beyond all others would leave the rest a line. */
+  const cutOff = ({ ends, unit }) => ({
+    low: -ends.most,
+    high: ends.most,
+    note: `a few rows go on beyond the picture, up to ${ends.largest} ${unit}`,
+  });
+
   const errorChart = (channel, k) => ({
     id: `chart-error-${k}`,
     title: channel.title[0].toUpperCase() + channel.title.slice(1),
     axis: "error",
     unit: channel.unit,
     digits: channel.digits,
+    ...(channel.ends ? cutOff(channel) : {}),
     series: curves(channel, { values: read(channel.before) }, { values: read(channel.after) }),
     level: { low: -channel.floor, high: channel.floor, color: "grey", text: "its noise" },
     bands: channel.unused.map(([from_s, to_s]) => ({ from_s, to_s, reason: 0, color: "purple" })),
