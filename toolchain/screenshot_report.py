@@ -1,32 +1,55 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of the report in docs/: `python3 toolchain/screenshot_report.py`, with the program built and Chromium there."""
+"""The pictures of reports in docs/: `python3 toolchain/screenshot_report.py`, with the program built and Chromium there."""
 import argparse
+import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 from chromium import Chromium
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
-WIDTH, HEIGHT = 1280, 1230
 LAP = 5  # what the charts show is one lap: a curve says more than a band
+
+
+def endurance(binary, folder, browser):
+    report = folder / "report.html"
+    subprocess.run([binary, "endurance", "--report", report], check=True, stdout=subprocess.DEVNULL)
+    page = browser.page(report.as_uri(), 1280, 1230)
+    page.wait_for("document.documentElement?.dataset.ready")
+    page.run(f"document.querySelector('#laps tr[data-lap=\"{LAP}\"] button').click()")
+    page.run("scrollTo(0, 0)")
+    return page
+
+
+def explain(binary, folder, browser):
+    """A whole endurance with more resistance in every cell, seen through usual sensors."""
+    os.environ["VOLTLAP_BUILD_DIR"] = str(binary.parent.parent)
+    sys.path.insert(0, str(PROJECT / "tests" / "plant_sim" / "discrepancy"))
+    from drives import Drives, write
+
+    log = write(folder / "drive.csv", Drives(folder)("cell.effects.series_ohm=0.00015", laps=27))
+    report = folder / "explain.html"
+    subprocess.run([binary, "explain", log, "--model", "vtm16e", "--report", report], check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    page = browser.page(report.as_uri(), 1280, 1230)
+    page.wait_for("document.documentElement?.dataset.ready")
+    return page
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--binary", default=PROJECT / "build/default/bin/voltlap", help="program that writes the report")
-    parser.add_argument("--output", default=PROJECT / "docs/report.png", help="PNG to write")
+    parser.add_argument("--binary", type=pathlib.Path, default=PROJECT / "build/default/bin/voltlap",
+                        help="program that writes the reports")
+    parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "docs", help="folder of the PNG files")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, Chromium() as browser:
-        report = pathlib.Path(folder) / "report.html"
-        subprocess.run([arguments.binary, "endurance", "--report", report], check=True, stdout=subprocess.DEVNULL)
-        page = browser.page(report.as_uri(), WIDTH, HEIGHT)
-        page.wait_for("document.documentElement?.dataset.ready")
-        page.run(f"document.querySelector('#laps tr[data-lap=\"{LAP}\"] button').click()")
-        page.run("scrollTo(0, 0)")
-        page.settle()
-        page.picture(arguments.output)
+        for name, draw in (("report", endurance), ("explain", explain)):
+            page = draw(arguments.binary.resolve(), pathlib.Path(folder), browser)
+            page.settle()
+            page.picture(arguments.output / f"{name}.png")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@
 
 #include "discrepancy/found_cause.hpp"
 #include "discrepancy/gain.hpp"
+#include "discrepancy/set_effects.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -18,6 +19,7 @@ using Eigen::VectorXd;
 
 constexpr double kLeastGain = 0.5;     // of what blocks that were kept back could gain
 constexpr double kStable = 4.5;        // standard errors between the halves of a log
+constexpr double kCancelling = 2.5;    // effect of one cause over that of all together
 constexpr double kCertain = 0.99;      // no probability is said to be higher
 
 std::string gain_text(const Explanation& out) {
@@ -86,12 +88,33 @@ void put_no_discrepancy(const std::vector<FoundCause>& gate, Explanation& out) {
                               : gate.front().says + ".";
 }
 
+/// Do causes of the set undo each other? Then they follow a shape that none of them is, by their difference.
+bool cancel_each_other(const Judged& j, const RefinedSet& set) {
+  if (set.causes.size() < 2) return false;
+  const Effects all = effects_of(j, set.causes);
+  for (const RefinedCause& fit : set.causes) {
+    const Effects one = effects_of(j, {fit});
+    for (std::size_t c = 0; c < one.channels.size(); ++c) {
+      const double floor = noise_rms(j.noise.at(j.design.comparison.channels[c].name));
+      if (rms_of(one.channels[c]) > kCancelling * std::max(rms_of(all.channels[c]), floor)) return true;
+    }
+    for (std::size_t g = 0; g < one.members.size(); ++g) {
+      for (std::size_t m = 0; m < one.members[g].size(); ++m) {
+        const double floor = noise_rms(j.noise.at(j.design.comparison.groups[g].stem));
+        if (rms_of(one.members[g][m]) > kCancelling * std::max(rms_of(all.members[g][m]), floor)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 /// Why a set that weighs most is not named; empty when nothing speaks against it.
 std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& held) {
   for (const RefinedCause& fit : set.causes) {
     if (fit.distance < kSeparation) return "its effect is too small to be sure";
     if (!fit.inside_prior) return "its size is beyond what is physically likely";
   }
+  if (cancel_each_other(j, set)) return "its causes undo each other";
   if (j.decision.margin < kDecisive) return "another cause explains the log nearly as well";
   if (!(held.share > kLeastGain) || !(held.low > 0.0)) return "it does not hold on blocks that it did not see";
   if (held.unstable > kStable) return "the two halves of the log disagree about its size";
@@ -136,7 +159,9 @@ std::vector<FoundCause> found_causes(const Judged& j, const RefinedSet& set, boo
     found.equivalent_to = equivalents_of(j, k, found.name);
     out.push_back(std::move(found));
   }
-  std::stable_sort(out.begin(), out.end(), [](const FoundCause& a, const FoundCause& b) { return a.d_prime > b.d_prime; });
+  std::stable_sort(out.begin(), out.end(), [](const FoundCause& a, const FoundCause& b) {
+    return std::pair(a.share_of_residual, a.d_prime) > std::pair(b.share_of_residual, b.d_prime);
+  });
   return out;
 }
 

@@ -123,7 +123,7 @@ void add_all(const Judged& j, const Comparison& on, const std::vector<VectorXd>&
     Sums& to = sums[name];
     to.unit = unit;
     const auto known = j.noise.find(noise);
-    if (known != j.noise.end()) to.floor = std::hypot(known->second.white, known->second.coloured);
+    if (known != j.noise.end()) to.floor = noise_rms(known->second);
     add(to, was, is, block, fold.keep);
   };
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
@@ -150,6 +150,8 @@ double rms_of(const VectorXd& values) {
   }
   return count > 0.0 ? std::sqrt(square / count) : 0.0;
 }
+
+double noise_rms(const Noise& noise) { return std::hypot(noise.white, noise.coloured); }
 
 void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   std::map<std::string, Sums> sums;
@@ -194,9 +196,8 @@ void keep_traces(const Judged& j, const RefinedSet& set, Explanation& out) {
   const Comparison& on = j.design.comparison;
   const auto keep = [&](const std::string& name, const std::string& unit, const std::string& noise, bool member,
                         const VectorXd& was, const VectorXd& effect) {
-    const Noise& n = j.noise.at(noise);
     const VectorXd is = was - effect;
-    out.traces.push_back({name, unit, std::min(std::hypot(n.white, n.coloured), rms_of(is)), member, was, is});
+    out.traces.push_back({name, unit, std::min(noise_rms(j.noise.at(noise)), rms_of(is)), member, was, is});
   };
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
     keep(on.channels[c].name, on.channels[c].unit, on.channels[c].name, false, j.design.residual[c], effects.channels[c]);

@@ -9,6 +9,9 @@ namespace voltlap::plant {
 /// RMS of the rows that are compared, those with a value; 0 where there are none.
 [[nodiscard]] double rms_of(const Eigen::VectorXd& values);
 
+/// RMS of a noise, its slow part included.
+[[nodiscard]] double noise_rms(const Noise& noise);
+
 /// RMS of every channel on blocks that were kept back, without and with the set.
 void measure_gain(const Judged& judged, const RefinedSet& set, Explanation& out);
 

@@ -8,7 +8,7 @@ namespace voltlap::plant {
 Cause capacity() {
   return {.name = "capacity",
           .balance = Balance::kCharge,
-          .says = "the cells hold {} of the charge that the model says (change)",
+          .says = "the cells hold {} more charge than the model says",
           .test = "a rest of ten minutes at both ends of a deep discharge",
           .parameters =
               {{"change", "1", -0.5, 0.5, 0.05, 100, "%"}},

@@ -137,7 +137,7 @@ ERRORS = {
     "key given twice": car(CAR + "[vehicle]\nmass_kg = 240\nmass_kg = 250\n", "v.toml:4", "cannot redefine", TOML,
         "Correct this line"),
     "vehicle that is no TOML": car("mass 3\n", "v.toml:1", "no valid TOML", TOML, "Correct this line"),
-    "missing key": car('[battery]\ncell = "aesc_e5_2p"\n', "v.toml", "no vehicle.mass_kg", MASS, 'base = "vtm16e"'),
+    "missing key": car('[vehicle]\n[battery]\ncell = "aesc_e5_2p"\n', "v.toml", "no vehicle.mass_kg", MASS, 'base = "vtm16e"'),
     "setting without a value": Error("--set vehicle.mass_kg", "--set vehicle.mass_kg", "no key=value",
         "--set vehicle.mass_kg=219", "Write the key"),
     "cell beyond the pack": Error("--set battery.cells.25.capacity_scale=0.9", "battery.cells.25", "cell 25",

@@ -41,6 +41,18 @@ TEST(FirmwareConfig, ResistanceOfTheLimitIsTheSumOfTheCellsThree) {
   LONGS_EQUAL(2500, bms_config(car).resistance.resistance[10].raw());
 }
 
+TEST(FirmwareConfig, WhatAnExplanationAddsToTheCellIsInTheBmsTables) {
+  const bms::Config given = bms_config(car);
+  car.cell.effects.series_ohm = 0.0003;
+  car.cell.effects.polarization_ohm = 0.0002;
+  car.cell.effects.ocv_change_v = {0.01, 0.01};
+  car.cell.effects.low_end_change = 1.0;
+  const bms::Config extended = bms_config(car);
+  LONGS_EQUAL(given.resistance.resistance[10].raw() + 500, extended.resistance.resistance[10].raw());
+  LONGS_EQUAL(2 * given.resistance.resistance[0].raw() + 500, extended.resistance.resistance[0].raw());
+  LONGS_EQUAL(given.ocv.voltage[0].raw() + 100, extended.ocv.voltage[0].raw());
+}
+
 TEST(FirmwareConfig, TemperatureCoefficientIsRelativeToTheResistanceAtTheReference) {
   car.cell.temperature_breakpoints_c = {0.0, car.cell.reference_temperature_c, 60.0};
   for (auto* map : {&car.cell.r0_ohm, &car.cell.r1_ohm, &car.cell.r2_ohm}) map->per_kelvin = -0.015;

@@ -2,6 +2,7 @@
 """What voltlap explain writes: the race in --json, extended models that other commands take, and nothing half-written."""
 import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -33,6 +34,14 @@ def endurance(folder, *arguments):
     out = folder / "endurance.json"
     voltlap("endurance", *arguments, "--json", out)
     return json.loads(out.read_text())
+
+
+def bms_resistance(folder, cell):
+    """uOhm at half charge in the tables that a BMS image is built with."""
+    header = folder / "pack.hpp"
+    voltlap("firmware-tables", cell, "--out", header)
+    numbers = re.search(r"kResistance\[\] = \{.*?\n(.*?)\};", header.read_text(), re.DOTALL)[1]
+    return int(re.findall(r"\d+", numbers)[10])
 
 
 def test_the_race_is_driven_with_a_report_and_is_what_endurance_drives(tmp_path, drive):
@@ -69,6 +78,7 @@ def test_an_extended_cell_file_drives_and_is_validated(tmp_path, drive):
     rows, extended = one_cell(drive("cell.effects.series_ohm=0.0003")), tmp_path / "extended.toml"
     explained(tmp_path, rows, "--write-model", extended, model="aesc_e5_2p")
     log = tmp_path / "log.csv"
+    assert bms_resistance(tmp_path, extended) == pytest.approx(bms_resistance(tmp_path, "aesc_e5_2p") + 300, abs=30)
     errors = []
     for cell in ("aesc_e5_2p", extended):
         voltlap("validate", cell, log, "--json", tmp_path / "v.json")
