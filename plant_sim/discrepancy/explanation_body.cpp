@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "discrepancy/found_cause.hpp"
+#include "discrepancy/gain.hpp"
 #include "discrepancy/race_rows.hpp"
 #include "discrepancy/residual_map.hpp"
 #include "discrepancy/shown_channel.hpp"
@@ -69,6 +70,17 @@ std::string cause_tiles(const Explanation& e) {
   return out;
 }
 
+/// The channel that is most times its noise away from the simulation.
+std::string farthest_tile(const Explanation& e) {
+  const auto ratio = [](const Trace& t) { return rms_of(t.before) / std::max(t.floor, 1e-12); };
+  const auto most = std::max_element(e.traces.begin(), e.traces.end(),
+                                     [&](const Trace& a, const Trace& b) { return ratio(a) < ratio(b); });
+  const double rms = rms_of(most->before);
+  const ShownUnit shown = shown_unit(most->unit, rms);
+  return html_tile("Farthest off", shown_number(shown.scale * rms), shown.unit,
+                   fmt::format("{}, RMS; {:.1f} times its noise", channel_words(most->channel), ratio(*most)));
+}
+
 std::string tiles(const ReportedExplanation& reported) {
   const Explanation& e = reported.explanation;
   std::string out = cause_tiles(e);
@@ -78,8 +90,10 @@ std::string tiles(const ReportedExplanation& reported) {
     const int digits = decimals_of(shown.scale * std::max(g.after, 0.1 * g.before));
     out += html_tile("Error where not fitted",
                      fmt::format("{:.{}f} → {:.{}f}", shown.scale * g.before, digits, shown.scale * g.after, digits),
-                     shown.unit, fmt::format("{}, RMS; its noise is {:.2g}", channel_words(best->first), shown.scale * g.floor));
+                     shown.unit,
+                     fmt::format("{}, RMS; its noise is {:.2g}", channel_words(best->first), shown.scale * g.floor));
   } else if (!e.traces.empty()) {
+    out += farthest_tile(e);
     out += html_tile("Compared", fmt::format("{}", e.traces.size()), "channels",
                      e.with_references ? "against what reference logs leave over" : "without reference logs");
   }
@@ -96,7 +110,8 @@ std::string cause_rows(const Explanation& e) {
     }
     const bool gate = cause.d_prime == 0.0 && cause.share_of_residual == 0.0;
     out += fmt::format(
-        "<tr><th scope=\"row\"><b>{}</b><small>{}</small></th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        "<tr><th scope=\"row\"><b>{}</b><small>{}</small></th><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
+        "<td>{}</td></tr>\n",
         html_text(cause.name), html_text(cause.says), size, gate ? "–" : share_text(cause.share_of_residual),
         share_text(cause.probability), gate ? "–" : fmt::format("{:.1f}", cause.d_prime),
         html_text(cause.equivalent_to.empty() ? "–" : fmt::format("{}", fmt::join(cause.equivalent_to, ", "))));
@@ -109,10 +124,11 @@ std::string gain_rows(const Explanation& e) {
   for (const auto& [name, g] : e.gain) {
     const ShownUnit shown = shown_unit(g.unit, g.before);
     const double drop = g.before > 0.0 ? 100.0 * (1.0 - g.after / g.before) : 0.0;
-    const bool same = std::abs(drop) < 0.05;
-    out += html_row({channel_words(name), fmt::format("{:.3g}", shown.scale * g.before), fmt::format("{:.3g}", shown.scale * g.after),
-                     fmt::format("{:.3g}", shown.scale * g.floor), shown.unit,
-                     same ? "–" : fmt::format("{:.0f} ({:.0f} to {:.0f})", drop, 100.0 * g.drop_low, 100.0 * g.drop_high)});
+    const std::string interval =
+        fmt::format("{:.0f} ({:.0f} to {:.0f})", drop, 100.0 * g.drop_low, 100.0 * g.drop_high);
+    out += html_row({channel_words(name), shown_number(shown.scale * g.before), shown_number(shown.scale * g.after),
+                     shown_number(shown.scale * g.floor), shown.unit,
+                     std::abs(drop) < 0.05 ? "–" : interval});
   }
   return out;
 }
@@ -120,9 +136,10 @@ std::string gain_rows(const Explanation& e) {
 std::string rival_rows(const Explanation& e) {
   std::string out;
   for (const RunnerUp& rival : e.runners_up) {
-    const double odds = std::exp(std::min(rival.behind, 20.0));
+    constexpr double kMost = 13.8;  // ln of a million
+    const double odds = std::exp(rival.behind);
     out += html_row({fmt::format("{}", fmt::join(rival.names, " and ")), fmt::format("{:.1f}", rival.behind),
-                     rival.behind > 20.0 ? "more than 10⁸" : odds < 1000.0 ? fmt::format("{:.3g}", odds) : fmt::format("{:.0e}", odds),
+                     rival.behind > kMost ? "more than a million" : fmt::format("{:.{}f}", odds, odds < 10.0 ? 1 : 0),
                      rival.why});
   }
   return out;
@@ -154,7 +171,8 @@ std::string masked_rows(const Explanation& e) {
     out += html_row({m.channel, fmt::format("{:.1f}", m.start_s), fmt::format("{:.1f}", m.end_s), m.reason});
   }
   if (e.masked.size() > kMaskedShown) {
-    out += html_row({fmt::format("and {} stretches more", e.masked.size() - kMaskedShown), "", "", "all of them in --json"});
+    const std::string more = fmt::format("and {} stretches more", e.masked.size() - kMaskedShown);
+    out += html_row({more, "", "", "all of them in --json"});
   }
   return out.empty() ? html_row({"nothing", "", "", "every row was used"}) : out;
 }

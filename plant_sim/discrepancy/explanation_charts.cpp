@@ -54,7 +54,8 @@ Json binned(const VectorXd& over, const VectorXd& values, double scale) {
   std::vector<std::vector<double>> bins(kBins);
   for (Index row = 0; row < over.size(); ++row) {
     const double at = std::floor((over(row) - low) / (high - low) * kBins);
-    if (std::isfinite(values(row)) && at >= 0.0 && at < kBins) bins[static_cast<std::size_t>(at)].push_back(values(row));
+    if (!std::isfinite(values(row)) || !(at >= 0.0 && at < kBins)) continue;
+    bins[static_cast<std::size_t>(at)].push_back(values(row));
   }
   Json out = Json::array();
   for (int k = 0; k < kBins; ++k) {
@@ -63,7 +64,8 @@ Json binned(const VectorXd& over, const VectorXd& values, double scale) {
     std::sort(bin.begin(), bin.end());
     double sum = 0.0;
     for (const double v : bin) sum += v;
-    out.push_back({rounded(low + (k + 0.5) * (high - low) / kBins), rounded(scale * sum / static_cast<double>(bin.size())),
+    const double mean = sum / static_cast<double>(bin.size());
+    out.push_back({rounded(low + (k + 0.5) * (high - low) / kBins), rounded(scale * mean),
                    rounded(scale * bin[bin.size() / 4]), rounded(scale * bin[3 * bin.size() / 4])});
   }
   return out;
@@ -72,7 +74,10 @@ Json binned(const VectorXd& over, const VectorXd& values, double scale) {
 Json against(const Explanation& e, const Trace& trace, double scale) {
   const Circumstances& c = e.circumstances;
   const std::pair<const char*, const VectorXd*> over[] = {
-      {"current, A", &c.current_a}, {"SOC", &c.soc}, {"temperature, °C", &c.temperature_c}, {"speed, m/s", &c.speed_mps}};
+      {"current, A", &c.current_a},
+      {"SOC", &c.soc},
+      {"temperature, °C", &c.temperature_c},
+      {"speed, m/s", &c.speed_mps}};
   Json out = Json::array();
   for (const auto& [name, values] : over) {
     if (values->size() == 0) continue;
@@ -88,7 +93,7 @@ Json unused(const Explanation& e, const Trace& trace) {
   const double begin = e.circumstances.time_s(0);
   Json out = Json::array();
   for (const Masked& m : e.masked) {
-    const bool part = (trace.channel == "voltage" && m.channel.starts_with("cell_voltage_")) ||
+    const bool part = (trace.channel.ends_with("voltage") && m.channel.starts_with("cell_voltage_")) ||
                       (trace.channel == "temperature" && m.channel.starts_with("temperature_"));
     if (!part && m.channel != trace.channel && m.channel != "current" && m.channel != "time") continue;
     if (out.size() < kStretches) out.push_back({m.start_s - begin, m.end_s - begin});

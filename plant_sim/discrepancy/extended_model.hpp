@@ -23,8 +23,8 @@ struct ExtendedCar {
 };
 [[nodiscard]] ExtendedCar extended_car(const World& given, const World& extended);
 
-/// TOML of the model at `model.path` with what `car` changes; empty when nothing of it changes (a cause in a sensor; one
-/// cell of a cell file). A vehicle is written as one built on the given file.
+/// TOML of the model at `model.path` with what `car` changes; empty when nothing of it changes (a cause in a sensor;
+/// one cell of a cell file). A vehicle is written as one built on the given file.
 [[nodiscard]] std::string extended_model_toml(const Model& model, const VehicleParameters& car, const std::string& why);
 
 }  // namespace voltlap::plant

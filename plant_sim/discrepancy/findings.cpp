@@ -30,8 +30,8 @@ std::string gain_text(const Explanation& out) {
     most = 1.0 - gain.after / gain.before;
     const bool milli = gain.unit == "V" && gain.before < 0.5;
     const double scale = milli ? 1e3 : 1.0;
-    best = fmt::format("with it, {:.3g} become {:.3g} {} of {} error on blocks that it did not see", scale * gain.before,
-                       scale * gain.after, milli ? "mV" : gain.unit, channel_words(name));
+    best = fmt::format("with it, {:.3g} become {:.3g} {} of {} error on blocks that it did not see",
+                       scale * gain.before, scale * gain.after, milli ? "mV" : gain.unit, channel_words(name));
   }
   return best;
 }

@@ -44,7 +44,8 @@ double reported_sigma(const Cause& cause, const RefinedCause& fit, std::size_t k
 std::string name_of_candidate(const Judged& j, std::size_t member) {
   const Candidate& c = j.system.candidates[member];
   if (c.cause >= 0) return cause_of(j, member).name;
-  return fmt::format("a shape without a name ({})", j.design.columns[static_cast<std::size_t>(c.rows[0])].key.substr(10));
+  const Column& shape = j.design.columns[static_cast<std::size_t>(c.rows[0])];
+  return fmt::format("a shape without a name ({})", shape.key.substr(10));
 }
 
 std::vector<std::string> names_of(const Judged& j, const std::vector<std::size_t>& members) {

@@ -200,7 +200,8 @@ void keep_traces(const Judged& j, const RefinedSet& set, Explanation& out) {
     out.traces.push_back({name, unit, std::min(noise_rms(j.noise.at(noise)), rms_of(is)), member, was, is});
   };
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
-    keep(on.channels[c].name, on.channels[c].unit, on.channels[c].name, false, j.design.residual[c], effects.channels[c]);
+    const BalanceChannel& channel = on.channels[c];
+    keep(channel.name, channel.unit, channel.name, false, j.design.residual[c], effects.channels[c]);
   }
   for (std::size_t g = 0; g < on.groups.size(); ++g) {
     const Group& group = on.groups[g];

@@ -90,7 +90,9 @@ RaceChange race_change(const DataFolder& data, const Model& model, const World& 
     if (model.kind == ModelKind::kCell) after.environment.ambient_c += warmer;
     const BatterySection &given = model.world.car.battery, &found = changed.car.battery;
     const bool in_pack = found.contact_resistance_ohm != given.contact_resistance_ohm || !found.cells.empty();
-    if (model.kind == ModelKind::kCell && in_pack) out.left_out.emplace_back("contacts and single cells (the model is a cell file)");
+    if (model.kind == ModelKind::kCell && in_pack) {
+      out.left_out.emplace_back("contacts and single cells (the model is a cell file)");
+    }
     const Track track = load_track(data.find("tracks", kCourse, "--track"));
     out.laps = laps_of_endurance(track);
     out.course = track.name;

@@ -24,7 +24,8 @@ std::string limits_of(const EnduranceResult& r) {
 }
 
 std::string outcome_of(const EnduranceResult& r) {
-  return r.finished ? "finished" : fmt::format("fails after {:.0f} s, lap {}: {}", r.failure_time_s, r.laps + 1, r.failure_cause);
+  if (r.finished) return "finished";
+  return fmt::format("fails after {:.0f} s, lap {}: {}", r.failure_time_s, r.laps + 1, r.failure_cause);
 }
 
 std::string rows_of(const RaceChange& race) {
@@ -78,7 +79,8 @@ std::string race_tiles(const RaceChange* race) {
   const EnduranceResult &a = race->before.result, &b = race->after.result;
   return html_tile("Charge left in the race", fmt::format("{:.1f} → {:.1f}", a.end_soc_pct, b.end_soc_pct), "%",
                    b.finished ? fmt::format("{} laps of {}", race->laps, race->course) : "it fails, see below") +
-         html_tile("Hottest cell in the race", fmt::format("{:.1f} → {:.1f}", a.max_battery_temp_c, b.max_battery_temp_c), "°C",
+         html_tile("Hottest cell in the race",
+                   fmt::format("{:.1f} → {:.1f}", a.max_battery_temp_c, b.max_battery_temp_c), "°C",
                    fmt::format("lowest cell {:.3f} → {:.3f} V", a.min_cell_voltage_v, b.min_cell_voltage_v));
 }
 
@@ -88,12 +90,15 @@ std::string race_section(const RaceChange* race) {
       race->left_out.empty() ? ""
                              : fmt::format("Not in the race, because the simulated car has no parameter for it: {}.",
                                            fmt::join(race->left_out, ", "));
-  const std::string what = fmt::format("{} laps of {} with {}. ", race->laps, race->course, race->car);
-  const std::string rows = race->impossible.empty()
-                               ? rows_of(*race)
-                               : html_row({"no prediction", "", "", "this pack cannot drive the car: " + race->impossible});
+  std::string what, rows;
+  if (race->impossible.empty()) {
+    what = fmt::format("{} laps of {} with {}. ", race->laps, race->course, race->car);
+    rows = rows_of(*race);
+  } else {
+    rows = html_row({"no prediction", "", "", "this pack cannot drive the car: " + race->impossible});
+  }
   return fill_template(html_asset("explain_race.html"),
-                       {{"rows", rows}, {"what", html_text(race->impossible.empty() ? what : "")}, {"left_out", html_text(left_out)}});
+                       {{"rows", rows}, {"what", html_text(what)}, {"left_out", html_text(left_out)}});
 }
 
 std::string race_json(const RaceChange* race) {

@@ -43,7 +43,10 @@ std::string clock(double seconds) {
 }
 
 /// Logarithmic from the noise itself to ten times it.
-double heat_of(double ratio) { return 0.92 * std::clamp(std::log10(std::max(ratio, 1e-9)) / std::log10(kDarkest), 0.0, 1.0); }
+double heat_of(double ratio) {
+  constexpr double kFull = 0.92;
+  return kFull * std::clamp(std::log10(std::max(ratio, 1e-9)) / std::log10(kDarkest), 0.0, 1.0);
+}
 
 std::string cell(double rms, const Trace& trace, const ShownUnit& shown, double from, double length) {
   if (rms < 0.0) return "<td class=\"none\"></td>";
@@ -57,9 +60,9 @@ std::string row_of(const Explanation& e, const Trace& trace, bool after, double 
   const VectorXd& time = e.circumstances.time_s;
   const ShownUnit shown = shown_unit(trace.unit, rms_of(trace.before));
   const VectorXd& values = after ? trace.after : trace.before;
-  std::string out = fmt::format("<tr><th scope=\"row\">{}</th><td class=\"value\">{:.3g} {}</td>",
+  std::string out = fmt::format("<tr><th scope=\"row\">{}</th><td class=\"value\">{} {}</td>",
                                 html_text(channel_words(trace.channel)),
-                                shown.scale * rms_of(values), html_text(shown.unit));
+                                shown_number(shown.scale * rms_of(values)), html_text(shown.unit));
   double from = 0.0;
   for (const double rms : rms_by_stretch(time, values, length)) {
     out += cell(rms, trace, shown, from, length);
@@ -89,11 +92,12 @@ std::vector<const Trace*> shown_traces(const Explanation& e, std::size_t& hidden
 
 std::string table_of(const Explanation& e, const std::vector<const Trace*>& traces, bool after, double length) {
   const VectorXd& time = e.circumstances.time_s;
-  const auto columns = static_cast<int>((time(time.size() - 1) - time(0)) / length) + 1;
+  const double span = time(time.size() - 1) - time(0);
+  const auto columns = static_cast<int>(span / length) + 1;
   std::string out = fmt::format(
       "<table class=\"map\"><caption>{}</caption>\n<thead><tr><th scope=\"col\">channel</th><th scope=\"col\">RMS</th>"
       "<th scope=\"col\" colspan=\"{}\">time: {:.0f} s a column, {} in all</th></tr></thead>\n<tbody>\n",
-      after ? "With what was found" : "As the model was given", columns, length, clock(time(time.size() - 1) - time(0)));
+      after ? "With what was found" : "As the model was given", columns, length, clock(span));
   for (const Trace* trace : traces) out += row_of(e, *trace, after, length);
   return out + "</tbody></table>\n";
 }
@@ -111,7 +115,8 @@ std::string residual_map(const Explanation& e) {
   std::string out = table_of(e, traces, false, length);
   if (changed) out += table_of(e, traces, true, length);
   if (hidden > 0) {
-    out += fmt::format("<p class=\"note\">{} cells and thermistors that are nearer to their mean are left out.</p>\n", hidden);
+    out += fmt::format("<p class=\"note\">{} cells and thermistors that are nearer to their mean are left out.</p>\n",
+                       hidden);
   }
   return out;
 }

@@ -17,6 +17,7 @@ struct Effects {
 [[nodiscard]] Effects effects_of(const Judged& judged, const std::vector<RefinedCause>& causes);
 
 /// On another log of the same battery or car: what a cell or sensor has it keeps, where a log began it does not.
-[[nodiscard]] Effects effects_on(const Judged& judged, const std::vector<RefinedCause>& causes, const Comparison& other);
+[[nodiscard]] Effects effects_on(const Judged& judged, const std::vector<RefinedCause>& causes,
+                                 const Comparison& other);
 
 }  // namespace voltlap::plant

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "discrepancy/shown_channel.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "discrepancy/found_cause.hpp"
 #include "discrepancy/gain.hpp"
@@ -11,6 +14,11 @@ namespace voltlap::plant {
 ShownUnit shown_unit(const std::string& unit, double size) {
   constexpr double kSmall = 0.5;  // V, below it millivolts
   return unit == "V" && size < kSmall ? ShownUnit{1e3, "mV"} : ShownUnit{1.0, unit == "m/s2" ? "m/s²" : unit};
+}
+
+std::string shown_number(double value) {
+  constexpr double kRounding = 1e-6;
+  return std::abs(value) < kRounding ? "0" : fmt::format("{:.3g}", value);
 }
 
 std::string channel_title(const Explanation& e, const Trace& trace) {

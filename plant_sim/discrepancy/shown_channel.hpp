@@ -14,6 +14,9 @@ struct ShownUnit {
 /// Unit for a number of this size [SI].
 [[nodiscard]] ShownUnit shown_unit(const std::string& unit, double size);
 
+/// Three digits; what is only rounding of the reckoning is 0.
+[[nodiscard]] std::string shown_number(double value);
+
 /// "Cell voltage, given the current"
 [[nodiscard]] std::string channel_title(const Explanation& explanation, const Trace& trace);
 

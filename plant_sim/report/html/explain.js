@@ -84,7 +84,7 @@
           title: `Against ${name.split(",")[0]}`,
           x: { name },
           y: { name: "error", unit: channel.unit, digits: channel.digits },
-          curves: curves(channel, { points: before }, { points: after }).reverse(),
+          curves: curves(channel, { points: before, whole: true }, { points: after, whole: true }).reverse(),
         }),
     );
   };

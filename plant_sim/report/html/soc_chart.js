@@ -9,7 +9,7 @@ voltlap.SocChart = class {
   /**
    * @param root element that the chart is put into
    * @param spec {id, title, note, x: {name, low, high}, y: {name, unit, digits, low}, curves}; a curve is {name, color,
-   *             pale, step, points: [[x, y, low, high], ...]}, low and high null for no bar
+   *             pale, step, whole, points: [[x, y, low, high], ...]}, low and high null for no bar
    */
   constructor(root, spec) {
     const { element } = voltlap;
@@ -104,14 +104,14 @@ voltlap.SocChart = class {
     return [line, this.#bars(curve, barred)];
   }
 
-  /** Intervals; what goes beyond the axis ends at its edge. */
+  /** Intervals; what goes beyond the axis ends at its edge, unless the curve's are to be seen whole. */
   #bars(curve, points) {
     return {
       type: "custom",
       name: `${curve.name}, interval`,
       data: points,
       dimensions: ["x", "y", "low", "high"],
-      encode: { x: 0, y: 1 },
+      encode: { x: 0, y: curve.whole ? [1, 2, 3] : 1 },
       silent: true,
       clip: true,
       animation: false,

@@ -138,6 +138,13 @@ def test_what_cannot_be_read_or_written_is_refused_with_a_way_out(tmp_path, driv
     assert all(word in said for word in words), said
 
 
+def test_a_log_too_calm_says_so_and_what_drive_would_tell(tmp_path):
+    rows = [{"time_s": 0.1 * k, "current_a": 5.0, "voltage_v": 4.1} for k in range(3000)]
+    answer = explained(tmp_path, rows, "--report", tmp_path / "r.html", model="aesc_e5_2p")
+    assert answer["verdict"] == "bad_data" and "too calm" in answer["sentence"] and "hard pulls" in answer["next_test"]
+    assert answer["prediction"] is None and "hard pulls" in (tmp_path / "r.html").read_text()
+
+
 def test_no_output_takes_the_place_of_an_input(tmp_path, drive, pack):
     log = write(tmp_path / "log.csv", drive()[:600])
     text = log.read_text()
