@@ -12,6 +12,13 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
 
+/// What a sound model usually misses of the shapes of one kind, and what of that changes from log to log; in the
+/// channel's usual size. The references correct both.
+struct Kin {
+  std::size_t number;
+  double usual, repeats;
+};
+
 class Shapes {
  public:
   Shapes(const Design& design, std::size_t channel)
@@ -20,29 +27,25 @@ class Shapes {
         size_(usual_size(design.comparison.channels[channel], design.model.car.battery.cells_in_series)),
         name_(design.comparison.channels[channel].name) {}
 
-  void add(const std::string& what, VectorXd values) {
-    double square = 0.0, count = 0.0;
+  [[nodiscard]] double size() const { return size_; }
+  /// `values` in numbers that mean the same in every log; 1 is a usual size.
+  void add(const Kin& kin, const std::string& what, VectorXd values) {
     for (double& v : values) {
       if (!std::isfinite(v)) v = 0.0;
-      square += v * v;
-      count += 1.0;
     }
-    if (square <= 0.0) return;
-    Column column{-1, 0, 0, fmt::format("anonymous/{}/{}", name_, what), balance_, std::vector<VectorXd>(channels_)};
-    column.effect[channel_] = values * (size_ / std::sqrt(square / count));
+    if (values.cwiseAbs().maxCoeff() < 1e-9) return;
+    Column column;
+    column.key = fmt::format("anonymous/{}/{}", name_, what);
+    column.balance = balance_;
+    column.effect.resize(channels_);
+    column.effect[channel_] = values * size_;
+    column.kin = kin.number;
+    column.usual = kin.usual;
+    column.repeats = kin.repeats;
     out.push_back(std::move(column));
   }
-  void add_lagged(const std::string& what, const VectorXd& values, std::initializer_list<double> taus) {
-    for (const double tau : taus) add(fmt::format("{} behind {} s", what, tau), lagged(time_, values, tau));
-  }
-  /// Mean-free powers over the range of `x`.
-  void add_powers(const std::string& what, const VectorXd& x, int highest) {
-    const double middle = 0.5 * (x.minCoeff() + x.maxCoeff()), half = 0.5 * (x.maxCoeff() - x.minCoeff());
-    if (half <= 0.0) return;
-    for (int power = 1; power <= highest; ++power) {
-      add(fmt::format("{}^{}", what, power), ((x.array() - middle) / half).pow(power).matrix());
-    }
-  }
+  [[nodiscard]] VectorXd behind(const VectorXd& values, double tau_s) const { return lagged(time_, values, tau_s); }
+  [[nodiscard]] const VectorXd& time() const { return time_; }
   std::vector<Column> out;
 
  private:
@@ -54,70 +57,138 @@ class Shapes {
   std::string name_;
 };
 
+VectorXd times(const VectorXd& a, const VectorXd& b) { return a.cwiseProduct(b); }
+
+/// In hours of the capacity: 1 is 1C.
+VectorXd rate_of(const Design& design) { return design.base.battery.current_a / design.model.car.cell.capacity_ah; }
+
+/// Open-circuit voltage over SOC: tents every 5 %, alike over 12 %.
+void ocv_shapes(const VectorXd& soc, const Kin& kin, Shapes& shapes) {
+  constexpr Index kNodes = 21;
+  constexpr double kAlike = 0.12;
+  Eigen::MatrixXd covariance(kNodes, kNodes), tents(soc.size(), kNodes);
+  for (Index k = 0; k < kNodes; ++k) {
+    const double node = static_cast<double>(k) / (kNodes - 1);
+    tents.col(k) = (1.0 - (soc.array() - node).abs() * (kNodes - 1)).max(0.0).matrix();
+    for (Index j = 0; j < kNodes; ++j) {
+      const double apart = static_cast<double>(k - j) / (kNodes - 1) / kAlike;
+      covariance(k, j) = std::exp(-0.5 * apart * apart) + (k == j ? 1e-6 : 0.0);
+    }
+  }
+  const Eigen::MatrixXd root = covariance.llt().matrixL();
+  const Eigen::MatrixXd columns = tents * root;
+  for (Index k = 0; k < kNodes; ++k) shapes.add(kin, fmt::format("ocv {}", k), columns.col(k));
+}
+
 void voltage_shapes(const Design& design, Shapes& shapes) {
+  constexpr Kin kDrop{0, 0.4, 0.07}, kStep{1, 0.1, 0.03}, kBent{2, 0.1, 0.03}, kFast{3, 0.08, 0.02},
+      kSlow{4, 0.08, 0.02}, kOcv{5, 0.1, 0.03}, kBeyond{6, 0.4, 0.4}, kUntested{7, 0.4, 0.2};
+  constexpr double kTenth = 0.1, kWarm = 0.1, kTent = 0.8;
   const BatteryResponse& b = design.base.battery;
-  const ArrayXd current = b.current_a.array();
-  const VectorXd time = design.comparison.log.time_s;
-  shapes.add("1", VectorXd::Ones(time.size()));
-  shapes.add_powers("time", time, 2);
-  shapes.add_powers("soc", b.soc, 5);
-  shapes.add("current", b.current_a);
-  shapes.add("|current|", current.abs().matrix());
-  shapes.add("current |current|", (current * current.abs()).matrix());
-  shapes.add("current soc", (current * b.soc.array()).matrix());
-  shapes.add("current soc^2", (current * b.soc.array().square()).matrix());
-  shapes.add("current temperature", (current * (b.temperature_c.array() - b.temperature_c(0))).matrix());
-  shapes.add_lagged("current", b.current_a, {0.5, 2.0, 6.0, 20.0, 60.0, 200.0, 600.0, 2000.0});
-  shapes.add_lagged("direction", current.sign().matrix(), {30.0, 300.0});
-  shapes.add_lagged("|current|", current.abs().matrix(), {60.0});
+  const VectorXd rate = rate_of(design);
+  const VectorXd temperature =
+      design.comparison.facts.temperature_c.size() > 0 ? design.comparison.facts.temperature_c : b.temperature_c;
+  const VectorXd warmth = ((temperature.array() - 25.0) / 10.0).matrix();
+  const VectorXd charge = ((b.soc.array() - 0.6) / 0.4).matrix();
+  const VectorXd heat = shapes.behind(times(b.drop_v, rate) / kWarm, 100.0);  // core above surface
+  const double cells = design.comparison.channels[0].name == "voltage" ? 1.0 : design.model.car.battery.cells_in_series;
+  const VectorXd drop = b.drop_v * (kTenth * cells / shapes.size());
+  shapes.add(kDrop, "drop", drop);
+  shapes.add(kDrop, "drop warmth", times(drop, warmth));
+  // Where the tables end they are held: 4 % a kelvin that a resistance goes on to change, more or less.
+  const std::vector<double>& known = design.model.car.cell.temperature_breakpoints_c;
+  if (!known.empty()) {
+    shapes.add(kBeyond, "colder than the tables", times(drop, (known.front() - temperature.array()).max(0.0).matrix()));
+    shapes.add(kBeyond, "warmer than the tables", times(drop, (temperature.array() - known.back()).max(0.0).matrix()));
+  }
+  shapes.add(kStep, "current", rate);
+  shapes.add(kStep, "current warmth", times(rate, warmth));
+  shapes.add(kStep, "current soc", times(rate, charge));
+  shapes.add(kStep, "current heat", times(rate, heat));
+  const std::vector<double>& currents = design.model.car.cell.current_breakpoints_a;
+  for (const double node : {0.25, 1.0, 2.0, 3.0, 4.5}) {
+    // Resistance over the size of the current: tents that are wider at higher rates.
+    const VectorXd tent = (1.0 - (rate.cwiseAbs().array() / node).log().abs() / kTent).max(0.0).matrix();
+    const VectorXd bent = times(rate, tent);
+    const double current = node * design.model.car.cell.capacity_ah;
+    const bool tested = !currents.empty() && current >= currents.front() && current <= currents.back();
+    const Kin& kin = tested ? kBent : kUntested;
+    shapes.add(kin, fmt::format("current near {}C", node), bent);
+    shapes.add(kin, fmt::format("current near {}C warmth", node), times(bent, warmth));
+  }
+  shapes.add(kBent, "charging", rate.cwiseMin(0.0));
+  for (const double tau : {1.0, 3.0, 10.0, 30.0}) {
+    const VectorXd late = shapes.behind(rate, tau);
+    shapes.add(kFast, fmt::format("behind {} s", tau), late);
+    shapes.add(kFast, fmt::format("behind {} s warmth", tau), times(late, warmth));
+    shapes.add(kFast, fmt::format("behind {} s soc", tau), times(late, charge));
+  }
+  for (const double tau : {100.0, 300.0, 1000.0}) {
+    const VectorXd late = shapes.behind(rate, tau);
+    shapes.add(kSlow, fmt::format("behind {} s", tau), late);
+    shapes.add(kSlow, fmt::format("behind {} s warmth", tau), 0.5 * times(late, warmth));
+  }
+  ocv_shapes(b.soc, kOcv, shapes);
 }
 
 void heat_shapes(const Design& design, Shapes& shapes) {
+  constexpr Kin kLevel{0, 0.2, 0.05}, kHeat{1, 0.5, 0.07}, kOther{2, 0.1, 0.02};
   const BatteryResponse& b = design.base.battery;
-  const VectorXd time = design.comparison.log.time_s;
-  const VectorXd heat = b.drop_v.cwiseProduct(b.current_a);
-  VectorXd stopped(time.size());
-  for (Index row = 0; row < time.size(); ++row) stopped(row) = design.comparison.facts.stopped[static_cast<std::size_t>(row)];
-  shapes.add("1", VectorXd::Ones(time.size()));
-  shapes.add_powers("time", time, 2);
-  shapes.add_lagged("heat", heat, {10.0, 40.0, 150.0, 600.0, 2400.0});
-  shapes.add_lagged("current", b.current_a, {40.0, 600.0, 2400.0});
-  shapes.add_lagged("stop", stopped, {300.0, 2400.0});
-  shapes.add("rise", (b.temperature_c.array() - b.temperature_c(0)).matrix());
+  const CellParameters& cell = design.model.car.cell;
+  const VectorXd rate = rate_of(design);
+  // Kelvin in 100 s.
+  const VectorXd heat = times(b.drop_v, b.current_a) * (100.0 / (cell.mass_kg * cell.heat_capacity_j_per_kg_k));
+  VectorXd stopped(rate.size());
+  for (Index row = 0; row < rate.size(); ++row) {
+    stopped(row) = design.comparison.facts.stopped[static_cast<std::size_t>(row)];
+  }
+  shapes.add(kLevel, "1", VectorXd::Ones(rate.size()));
+  for (const double tau : {20.0, 80.0, 300.0}) shapes.add(kHeat, fmt::format("heat behind {} s", tau), shapes.behind(heat, tau));
+  for (const double tau : {1000.0, 4000.0}) shapes.add(kHeat, fmt::format("heat behind {} s", tau), 2.0 * shapes.behind(heat, tau));
+  for (const double tau : {300.0, 3000.0}) {
+    shapes.add(kOther, fmt::format("current behind {} s", tau), shapes.behind(rate, tau));
+    shapes.add(kOther, fmt::format("stop behind {} s", tau), shapes.behind(stopped, tau));
+  }
+  shapes.add(kOther, "time", (shapes.time().array() - shapes.time()(0)).matrix() / 600.0);
 }
 
-void terminal_shapes(const Design& design, const VectorXd& volts, Shapes& shapes) {
-  const BatteryResponse& b = design.base.battery;
-  const VectorXd time = design.comparison.log.time_s;
-  shapes.add("1", VectorXd::Ones(time.size()));
-  shapes.add_powers("time", time, 1);
-  shapes.add("voltage", volts);
-  shapes.add("current", b.current_a);
-  shapes.add("|current|", b.current_a.cwiseAbs());
-  shapes.add("current step", shifted(time, b.current_a, 0.05) - shifted(time, b.current_a, -0.05));
-  shapes.add_lagged("current", b.current_a, {10.0, 300.0});
+void terminal_shapes(const Design& design, Shapes& shapes) {
+  constexpr Kin kLevel{0, 0.5, 0.1}, kCurrent{1, 0.5, 0.1};
+  const VectorXd rate = rate_of(design);
+  shapes.add(kLevel, "1", VectorXd::Ones(rate.size()));
+  shapes.add(kCurrent, "current", rate);
+  shapes.add(kCurrent, "charging", rate.cwiseMin(0.0));
+  shapes.add(kCurrent, "current step", shifted(shapes.time(), rate, 0.05) - shifted(shapes.time(), rate, -0.05));
+  shapes.add(kCurrent, "behind 1 s", shapes.behind(rate, 1.0));
+  shapes.add(kCurrent, "behind 10 s", shapes.behind(rate, 10.0));
 }
 
 void car_shapes(const Design& design, Shapes& shapes) {
+  constexpr Kin kLevel{0, 0.5, 0.05}, kDriven{1, 0.5, 0.05};
   const Recording& log = design.comparison.log;
-  const VectorXd time = log.time_s;
-  shapes.add("1", VectorXd::Ones(time.size()));
-  shapes.add_powers("time", time, 1);
+  const VectorXd late = (shapes.time().array() - shapes.time()(0)).matrix() / 600.0;
+  shapes.add(kLevel, "1", VectorXd::Ones(late.size()));
+  shapes.add(kLevel, "time", late);
+  struct Driven {
+    const char* role;
+    double full;
+  };
   const auto signal = [&](const char* role) {
     const VectorXd* found = log.find(role);
     return found != nullptr ? *found : VectorXd();
   };
-  const VectorXd torque = signal("motor_torque"), motor = signal("motor_speed"), speed = signal("speed");
-  for (const auto& [name, values] : {std::pair{"torque", torque}, {"motor speed", motor}, {"speed", speed},
-                                     {"brake", signal("brake")}, {"accelerator", signal("accelerator")}}) {
+  for (const Driven& d : {Driven{"motor_torque", 100.0}, {"motor_speed", 3000.0}, {"speed", 15.0}, {"brake", 0.3},
+                          {"accelerator", 0.3}}) {
+    const VectorXd values = signal(d.role) / d.full;
     if (values.size() == 0) continue;
-    shapes.add(name, values);
-    shapes.add(fmt::format("{}^2", name), values.cwiseAbs2());
-    shapes.add(fmt::format("{} time", name), values.cwiseProduct((time.array() - time(0)).matrix()));
+    shapes.add(kDriven, d.role, values);
+    shapes.add(kDriven, fmt::format("{}^2", d.role), values.cwiseAbs2());
+    shapes.add(kDriven, fmt::format("{} time", d.role), times(values, late));
   }
+  const VectorXd torque = signal("motor_torque") / 100.0, motor = signal("motor_speed") / 3000.0;
   if (torque.size() > 0 && motor.size() > 0) {
-    shapes.add("torque motor speed", torque.cwiseProduct(motor));
-    shapes.add("|torque| motor speed", torque.cwiseAbs().cwiseProduct(motor));
+    shapes.add(kDriven, "torque motor_speed", times(torque, motor));
+    shapes.add(kDriven, "|torque| motor_speed", times(torque.cwiseAbs(), motor));
   }
 }
 
@@ -139,7 +210,7 @@ std::vector<Column> anonymous_columns(const Design& design) {
     if (c == 0) {
       voltage_shapes(design, shapes);
     } else if (channel.balance == Balance::kVoltage) {
-      terminal_shapes(design, design.base.channels[c], shapes);
+      terminal_shapes(design, shapes);
     } else if (channel.balance == Balance::kHeat) {
       heat_shapes(design, shapes);
     } else {

@@ -76,7 +76,7 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
   const Index n = log.rows();
   BatteryResponse out;
   out.current_a = true_current(world, log);
-  for (VectorXd* v : {&out.voltage_v, &out.soc, &out.ocv_slope_v, &out.drop_v, &out.temperature_c}) v->resize(n);
+  for (VectorXd* v : {&out.voltage_v, &out.soc, &out.ocv_slope_v, &out.drop_v, &out.r0_ohm, &out.temperature_c}) v->resize(n);
   const double floor = world.car.battery.lookup_current_floor_a;
   const double heat_capacity = cell.mass_kg * cell.heat_capacity_j_per_kg_k;
   const double cooling = cell.convection_w_per_m2_k * cell.surface_area_m2;
@@ -113,6 +113,7 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
     const OcvPoint ocv = tables.ocv(soc);
     out.soc(row) = soc;
     out.ocv_slope_v(row) = ocv.slope_v;
+    out.r0_ohm(row) = p.r0_ohm;
     out.drop_v(row) = p.r0_ohm * end + one.v + two.v + drop_of(effects, state);
     out.voltage_v(row) = ocv.voltage_v - out.drop_v(row);
     out.temperature_c(row) = temperature;

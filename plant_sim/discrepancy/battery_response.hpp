@@ -26,6 +26,7 @@ struct BatteryResponse {
   Eigen::VectorXd voltage_v;      ///< of one cell
   Eigen::VectorXd soc, ocv_slope_v;
   Eigen::VectorXd drop_v;         ///< OCV minus voltage
+  Eigen::VectorXd r0_ohm;         ///< what a step of the current meets at once
   Eigen::VectorXd temperature_c;  ///< from its own heat
 };
 

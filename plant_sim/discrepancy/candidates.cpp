@@ -52,14 +52,40 @@ bool is_sensor(std::string_view cause) {
   return cause == "voltage_gain" || cause == "voltage_offset" || cause == "time_skew";
 }
 
+/// Columns of one form of a cause, or shapes of one kind in one channel.
+bool same_candidate(const Column& a, const Column& b) {
+  if (a.cause != b.cause) return false;
+  if (a.cause >= 0) return a.form == b.form;
+  for (std::size_t c = 0; c < a.effect.size(); ++c) {
+    if ((a.effect[c].size() > 0) != (b.effect[c].size() > 0)) return false;
+  }
+  return a.kin == b.kin;
+}
+
+/// Three typical sizes of a cause; of a shape without a name five times what is usual.
+VectorXd prior_variances(const Design& design) {
+  constexpr double kTypical = 3.0, kUnusual = 5.0;
+  VectorXd out(static_cast<Index>(design.columns.size()));
+  for (std::size_t k = 0; k < design.columns.size(); ++k) {
+    const Column& column = design.columns[k];
+    const double size = column.cause >= 0 ? kTypical : kUnusual * column.usual;
+    out(static_cast<Index>(k)) = size * size;
+  }
+  return out;
+}
+
 void append_column(Design& design, const Cause& cause, Candidate& local, std::size_t k) {
   const auto g = static_cast<std::size_t>(local.group);
   const Group& group = design.comparison.groups[g];
   const Shape& shape = design.shapes[g][static_cast<std::size_t>(local.shapes[k])];
   const double share = static_cast<double>(local.members.size()) / static_cast<double>(group.members.size());
-  Column column{local.cause, local.form, local.parameters[k],
-                fmt::format("local/{}/{}/{}", cause.name, local.form, k), cause.balance,
-                std::vector<VectorXd>(design.comparison.channels.size())};
+  Column column;
+  column.cause = local.cause;
+  column.form = local.form;
+  column.parameter = local.parameters[k];
+  column.key = fmt::format("local/{}/{}/{}", cause.name, local.form, k);
+  column.balance = cause.balance;
+  column.effect.resize(design.comparison.channels.size());
   const std::string mean = group.balance == Balance::kHeat ? "temperature" : "voltage";
   for (std::size_t c = 0; c < design.comparison.channels.size(); ++c) {
     const std::string& name = design.comparison.channels[c].name;
@@ -122,12 +148,11 @@ std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>
 System system_of(const Design& design, const std::vector<Candidate>& locals, const Score& score, const Usual& usual,
                  const std::vector<Cause>& causes, const std::vector<bool>& use) {
   const Remaining rest = remaining(score.sum(usual.inflation, use), usual);
-  System out{{}, rest.information, rest.score};
+  System out{{}, rest.information, rest.score, prior_variances(design)};
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
     if (column.key.starts_with("local/")) continue;
-    const bool goes_on = !out.candidates.empty() && column.cause >= 0 && out.candidates.back().cause == column.cause &&
-                         out.candidates.back().form == column.form;
+    const bool goes_on = !out.candidates.empty() && same_candidate(design.columns[k - 1], column);
     if (!goes_on) {
       Candidate made;
       made.cause = column.cause;

@@ -32,6 +32,7 @@ struct System {
   std::vector<Candidate> candidates;
   Eigen::MatrixXd information;
   Eigen::VectorXd score;
+  Eigen::VectorXd prior_variance;  ///< of every row, typical sizes squared
 };
 
 /// The sum over all blocks when `use` is empty; group parts then too, else only their share.

@@ -21,6 +21,7 @@ struct CauseParameter {
   double typical;                  ///< a usual size: step of derivatives, width of the prior of the linear stage
   double shown_scale = 1.0;        ///< in sentences
   const char* shown_unit = "";
+  double repeats = 0.0;            ///< standard deviation from day to day of a sound one; judgement, said in the file
 };
 
 /// One way in which a cause can act on this log.

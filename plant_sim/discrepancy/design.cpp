@@ -32,8 +32,13 @@ void add_columns(Design& out, int index, const Cause& cause, std::size_t number,
     values[parameter] += step;
     form.apply(world, values);
     const Prediction prediction = predict(world, out.comparison);
-    Column column{index, number, parameter,
-                  fmt::format("{}/{}/{}/{}", cause.name, form.channel, number, parameter), cause.balance, {}};
+    Column column;
+    column.cause = index;
+    column.form = number;
+    column.parameter = parameter;
+    column.key = fmt::format("{}/{}/{}/{}", cause.name, form.channel, number, parameter);
+    column.balance = cause.balance;
+    column.repeats = cause.parameters[parameter].repeats / cause.parameters[parameter].typical;
     bool acts = false;
     for (std::size_t c = 0; c < prediction.channels.size(); ++c) {
       column.effect.push_back(

@@ -17,6 +17,9 @@ struct Column {
   std::string key;                         ///< the same in every log
   Balance balance = Balance::kVoltage;
   std::vector<Eigen::VectorXd> effect;     ///< by channel; empty: none there
+  std::size_t kin = 0;                     ///< of a shape without a name: shapes of a channel that are of one size
+  double usual = 0.0;                      ///< how much of it a sound model usually misses, one sigma
+  double repeats = 0.0;                    ///< and how much that differs from log to log
 };
 
 /// Signature of one linear parameter on a member of a group.

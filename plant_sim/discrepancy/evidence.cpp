@@ -12,7 +12,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kPriorVariance = 9.0;
 constexpr double kPriorOfOne = 40.0;      // causes that could be it
 constexpr double kAnonymousPenalty = 1.0; // a shape without a name is less likely than a known cause
 constexpr double kImpossible = -1e300;    // evidence of a set whose parameter has a sign that it cannot have
@@ -51,11 +50,13 @@ bool form_of(const System& system, const std::size_t* members, std::size_t count
     for (Index j = 0; j < n; ++j) {
       a(i, j) = system.information(out.rows[static_cast<std::size_t>(i)], out.rows[static_cast<std::size_t>(j)]);
     }
-    a(i, i) += 1.0 / kPriorVariance;
+    const double variance = system.prior_variance(out.rows[static_cast<std::size_t>(i)]);
+    a(i, i) += 1.0 / variance;
+    out.constant -= 0.5 * std::log(variance);
   }
   const Eigen::LLT<Small> factor(a);
   if (factor.info() != Eigen::Success) return false;
-  for (Index i = 0; i < n; ++i) out.constant -= std::log(factor.matrixLLT()(i, i)) + 0.5 * std::log(kPriorVariance);
+  for (Index i = 0; i < n; ++i) out.constant -= std::log(factor.matrixLLT()(i, i));
   out.inverse = factor.solve(Small::Identity(n, n));
   return true;
 }
@@ -81,6 +82,7 @@ void for_each_set(const System& system, std::size_t largest, const Use& use) {
     for (set[1] = set[0] + 1; largest > 1 && set[1] < n; ++set[1]) {
       if (!compatible(system.candidates[set[0]], system.candidates[set[1]])) continue;
       use(set, std::size_t{2});
+      if (system.candidates[set[0]].cause < 0 && system.candidates[set[1]].cause < 0) continue;
       for (set[2] = set[1] + 1; largest > 2 && set[2] < n; ++set[2]) {
         if (compatible(system.candidates[set[0]], system.candidates[set[2]]) &&
             compatible(system.candidates[set[1]], system.candidates[set[2]])) {
@@ -133,8 +135,18 @@ std::vector<WeighedSet> weigh_sets(const System& system, std::size_t keep) {
   return out;
 }
 
-System tempered(const System& system) {
+double best_evidence(const System& system) {
+  double best = 0.0;
+  SetForm form;
+  for_each_set(system, 2, [&](const std::size_t* set, std::size_t count) {
+    if (form_of(system, set, count, form)) best = std::max(best, evidence_of(form, system.score));
+  });
+  return best;
+}
+
+System tempered(const System& system, double usual_evidence) {
   constexpr double kSignatureError = 0.003;  // rho; 1.8 % of the energy decide at ln 20, however large it is
+  constexpr double kDecides = 2.995732;      // ln 20
   double most = 0.0;
   SetForm form;
   for_each_set(system, 2, [&](const std::size_t* set, std::size_t count) {
@@ -143,7 +155,7 @@ System tempered(const System& system) {
     if (evidence != kImpossible) most = std::max(most, 2.0 * (evidence - form.constant));
   });
   System out = system;
-  const double factor = 1.0 / (1.0 + kSignatureError * most);
+  const double factor = 1.0 / (1.0 + kSignatureError * most + usual_evidence / kDecides);
   out.information *= factor;
   out.score *= factor;
   return out;

@@ -2,7 +2,7 @@
 // All sets of up to three candidates, weighed in closed form, and what the weight of the best one is worth when
 // nothing is wrong.
 //
-//   ln evidence(S) = a_S' (A_SS + P^-1)^-1 a_S / 2 - ln det(I + A_SS P) / 2 + sum ln prior       P = 3^2 typical sizes^2
+//   ln evidence(S) = a_S' (A_SS + P^-1)^-1 a_S / 2 - ln det(I + A_SS P) / 2 + sum ln prior       P: prior_variance
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -21,9 +21,12 @@ struct WeighedSet {
 [[nodiscard]] std::vector<WeighedSet> weigh_sets(const System& system, std::size_t keep);
 
 /// The system as it counts when sets are weighed: signatures are known to a few percent only, so that no evidence,
-/// however strong, tells causes apart whose signatures differ by less.
-///   A, a times 1/(1 + rho L),  L the gain of the best set
-[[nodiscard]] System tempered(const System& system);
+/// however strong, tells causes apart whose signatures differ by less; nor is evidence believed that sound logs have too.
+///   A, a times 1/(1 + rho L + E/ln 20),  L the gain of the best set, E the best evidence of a sound log
+[[nodiscard]] System tempered(const System& system, double usual_evidence);
+
+/// Of sets of up to two, at least 0.
+[[nodiscard]] double best_evidence(const System& system);
 
 struct SetFit {
   Eigen::VectorXd coefficients;  ///< by column of the set's candidates, typical sizes

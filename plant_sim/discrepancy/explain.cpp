@@ -55,7 +55,8 @@ struct Case {
   std::vector<Candidate> locals;
   Score score;
   System system;
-  std::vector<bool> use;  ///< blocks
+  double usual_evidence = 0.0;  ///< best evidence of a reference against the others
+  std::vector<bool> use;        ///< blocks
 };
 
 /// The references' floor, or the log's own.
@@ -74,6 +75,21 @@ void learn_floor(Case& c) {
   }
 }
 
+/// Each reference judged as if it were the log, by what the others teach: evidence that a sound log may have.
+double evidence_of_references(const Case& c) {
+  double most = 0.0;
+  for (const Remaining& sound : references_by_the_others(c.design, c.score, c.references)) {
+    const Eigen::Index n = sound.score.size();
+    const auto discount =
+        (Eigen::MatrixXd::Identity(n, n) + sound.information * c.usual.seen.asDiagonal()).partialPivLu();
+    System system = c.system;
+    system.information = discount.solve(sound.information);
+    system.score = discount.solve(sound.score);
+    most = std::max(most, best_evidence(system));
+  }
+  return most;
+}
+
 void analyse(Case& c, const std::string& fit_blocks) {
   const std::vector<GroupScore> groups = group_scores(c.design, c.noise);
   Score first;
@@ -85,6 +101,7 @@ void analyse(Case& c, const std::string& fit_blocks) {
   c.usual = usual_discrepancy(c.design, c.score, c.references);
   c.use = blocks_used(fit_blocks, c.score.blocks());
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
+  c.usual_evidence = evidence_of_references(c);
 }
 
 std::vector<bool> rows_of_blocks(const Case& c) {
@@ -150,7 +167,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   learn_floor(c);
   progress("weighing causes", 0.5);
   analyse(c, options.fit_blocks);
-  const System weighed = tempered(c.system);
+  const System weighed = tempered(c.system, c.usual_evidence);
   std::vector<WeighedSet> sets = weigh_sets(weighed, kSetsKept);
   const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c));
   progress("refining", 0.7);

@@ -15,12 +15,36 @@ struct Profile {
   double value, scale2;
 };
 
-Profile profile(const VectorXd& time_s, const std::vector<VectorXd>& residuals, double share, double tau_s) {
+/// How the variance is made up, before its scale.
+struct Shape {
+  double slow, tau_s;  ///< share of the coloured part, its time
+  double current;      ///< share of the current sensor in the rest
+};
+
+double mean_square_ohm(const std::vector<NoiseSample>& samples) {
+  double square = 0.0, count = 0.0;
+  for (const NoiseSample& s : samples) {
+    square += s.ohm.squaredNorm();
+    count += static_cast<double>(s.ohm.size());
+  }
+  return count > 0.0 ? square / count : 0.0;
+}
+
+Noise noise_of_shape(const Shape& shape, double scale, double square_ohm) {
+  Noise out;
+  out.white = scale * std::sqrt((1.0 - shape.slow) * (1.0 - shape.current));
+  out.coloured = scale * std::sqrt(shape.slow);
+  out.tau_s = shape.tau_s;
+  out.current_a = square_ohm > 0.0 ? scale * std::sqrt((1.0 - shape.slow) * shape.current / square_ohm) : 0.0;
+  return out;
+}
+
+Profile profile(const std::vector<NoiseSample>& samples, const Shape& shape, double square_ohm) {
   double square = 0.0, determinant = 0.0, count = 0.0;
-  for (const VectorXd& residual : residuals) {
-    const std::vector<bool> valid = finite_rows(residual);
-    const Whitener whitener(time_s, valid, {std::sqrt(1.0 - share), std::sqrt(share), tau_s});
-    square += whitener.apply(residual).squaredNorm();
+  for (const NoiseSample& sample : samples) {
+    const std::vector<bool> valid = finite_rows(sample.residual);
+    const Whitener whitener(*sample.time_s, valid, noise_of_shape(shape, 1.0, square_ohm), sample.ohm);
+    square += whitener.apply(sample.residual).squaredNorm();
     determinant += whitener.log_determinant();
     count += static_cast<double>(std::count(valid.begin(), valid.end(), true));
   }
@@ -36,7 +60,7 @@ std::vector<bool> finite_rows(const VectorXd& values) {
   return out;
 }
 
-Whitener::Whitener(const VectorXd& time_s, std::vector<bool> valid, const Noise& noise)
+Whitener::Whitener(const VectorXd& time_s, std::vector<bool> valid, const Noise& noise, const VectorXd& ohm)
     : valid_(std::move(valid)), phi_(time_s.size()), gain_(time_s.size()), scale_(time_s.size()) {
   const double power = noise.coloured * noise.coloured, white = noise.white * noise.white;
   double variance = power;
@@ -45,7 +69,8 @@ Whitener::Whitener(const VectorXd& time_s, std::vector<bool> valid, const Noise&
     variance = phi * phi * variance + power * (1.0 - phi * phi);
     phi_(row) = phi;
     const bool valid_row = valid_[static_cast<std::size_t>(row)];
-    const double innovation = variance + white;
+    const double sensor = ohm.size() > 0 ? noise.current_a * ohm(row) : 0.0;
+    const double innovation = variance + white + sensor * sensor;
     gain_(row) = valid_row ? variance / innovation : 0.0;
     scale_(row) = valid_row ? 1.0 / std::sqrt(innovation) : 0.0;
     if (valid_row) {
@@ -71,24 +96,31 @@ VectorXd Whitener::apply(const VectorXd& values) const {
   return out;
 }
 
-Noise fit_noise(const VectorXd& time_s, const std::vector<VectorXd>& residuals, double least) {
+Noise fit_noise(const std::vector<NoiseSample>& samples, double least) {
   constexpr double kShares[] = {0.0, 0.1, 0.3, 0.6, 0.85, 0.95, 0.99, 0.998};
   constexpr double kTaus[] = {0.4, 1.5, 5.0, 20.0, 80.0, 300.0};
+  constexpr double kCurrentShares[] = {0.25, 0.5, 0.75, 0.95};
+  const double square_ohm = mean_square_ohm(samples);
   Profile best{1e300, 1.0};
-  double share = 0.0, tau = 10.0;
-  for (const double tried : kShares) {
-    for (const double tried_tau : kTaus) {
-      const Profile p = profile(time_s, residuals, tried, tried_tau);
-      if (p.value < best.value) {
-        best = p;
-        share = tried;
-        tau = tried_tau;
-      }
-      if (tried == 0.0) break;
+  Shape shape{0.0, 10.0, 0.0};
+  const auto consider = [&](const Shape& tried) {
+    const Profile p = profile(samples, tried, square_ohm);
+    if (p.value >= best.value) return;
+    best = p;
+    shape = tried;
+  };
+  for (const double tau : kTaus) {
+    for (const double share : kShares) {
+      if (share > 0.0 || tau == kTaus[0]) consider({share, tau, 0.0});
     }
   }
-  const double scale = std::sqrt(best.scale2);
-  return {std::max(least, scale * std::sqrt(1.0 - share)), scale * std::sqrt(share), tau};
+  const Shape first = shape;
+  for (const double share : kCurrentShares) {
+    if (square_ohm > 0.0) consider({first.slow, first.tau_s, share});
+  }
+  Noise out = noise_of_shape(shape, std::sqrt(best.scale2), square_ohm);
+  out.white = std::max(least, out.white);
+  return out;
 }
 
 }  // namespace voltlap::plant

@@ -2,7 +2,8 @@
 // What a channel's residual does when nothing is wrong: white noise plus an Ornstein-Uhlenbeck process, and the Kalman
 // filter whose innovations are white then. Signatures go through the same filter as the residual.
 //
-//   y = x + e,   e ~ N(0, w^2),   x(t + dt) = phi x(t) + n,   phi = exp(-dt/tau),   Var x = u^2
+//   y = x + e,   e ~ N(0, w^2 + (r i)^2),   x(t + dt) = phi x(t) + n,   phi = exp(-dt/tau),   Var x = u^2
+// r: ohms by which the noise i of the current sensor comes into the model's side.
 #pragma once
 #include <Eigen/Dense>
 #include <vector>
@@ -11,12 +12,14 @@ namespace voltlap::plant {
 
 struct Noise {
   double white = 1.0, coloured = 0.0, tau_s = 10.0;  ///< w, u in the channel's unit
+  double current_a = 0.0;                            ///< i
 };
 
 class Whitener {
  public:
   /// Rows where `valid` is false carry no information; `step` of the gains is exact for uneven times.
-  Whitener(const Eigen::VectorXd& time_s, std::vector<bool> valid, const Noise& noise);
+  /// `ohm` is r by row, or empty for none.
+  Whitener(const Eigen::VectorXd& time_s, std::vector<bool> valid, const Noise& noise, const Eigen::VectorXd& ohm);
 
   /// Innovations over their standard deviation; 0 where not valid.
   [[nodiscard]] Eigen::VectorXd apply(const Eigen::VectorXd& values) const;
@@ -29,8 +32,13 @@ class Whitener {
   double log_determinant_ = 0.0;
 };
 
-/// Most likely noise of these residuals of one kind (NaN: not valid); `least` bounds the white part from below.
-[[nodiscard]] Noise fit_noise(const Eigen::VectorXd& time_s, const std::vector<Eigen::VectorXd>& residuals, double least);
+struct NoiseSample {
+  const Eigen::VectorXd* time_s;
+  Eigen::VectorXd residual;  ///< NaN: not valid
+  Eigen::VectorXd ohm;       ///< or empty
+};
+/// Most likely noise of residuals of one kind; `least` bounds the white part from below.
+[[nodiscard]] Noise fit_noise(const std::vector<NoiseSample>& samples, double least);
 
 [[nodiscard]] std::vector<bool> finite_rows(const Eigen::VectorXd& values);
 

@@ -48,7 +48,7 @@ Refinery::Refinery(const Design& design, const std::vector<Cause>& causes, const
     const auto at = static_cast<std::size_t>(c);
     std::vector<bool> valid = finite_rows(design.residual[at]);
     for (std::size_t row = 0; row < valid.size(); ++row) valid[row] = valid[row] && (use_rows.empty() || use_rows[row]);
-    whiteners_.emplace_back(time, valid, noise.at(design.comparison.channels[at].name));
+    whiteners_.emplace_back(time, valid, noise.at(design.comparison.channels[at].name), ohm_of(design, at));
     weight_.push_back(1.0 / std::sqrt(usual.inflation[at]));
     for (Index k = 0; k < p; ++k) {
       const VectorXd& effect = design.columns[static_cast<std::size_t>(k)].effect[at];

@@ -19,7 +19,7 @@ constexpr double kPriorVariance = 9.0;  // of a coefficient, in typical sizes sq
 std::vector<BlockSum> channel_sums(const Design& design, std::size_t channel, const Noise& noise,
                                    const std::vector<std::size_t>& block) {
   const VectorXd& residual = design.residual[channel];
-  const Whitener whitener(design.comparison.log.time_s, finite_rows(residual), noise);
+  const Whitener whitener(design.comparison.log.time_s, finite_rows(residual), noise, ohm_of(design, channel));
   const VectorXd y = whitener.apply(residual);
   const auto p = static_cast<Index>(design.columns.size());
   std::vector<Index> active;
@@ -63,7 +63,7 @@ GroupScore group_score(const Design& design, std::size_t g, const Noise& noise) 
       if (!std::isfinite(deviation(row))) valid[static_cast<std::size_t>(row)] = false;
     }
   }
-  const Whitener whitener(time, valid, noise);
+  const Whitener whitener(time, valid, noise, VectorXd());
   const auto m = static_cast<Index>(design.shapes[g].size()), n = static_cast<Index>(group.members.size());
   MatrixXd x(time.size(), m);
   for (Index k = 0; k < m; ++k) x.col(k) = whitener.apply(design.shapes[g][static_cast<std::size_t>(k)].effect);
@@ -77,16 +77,32 @@ GroupScore group_score(const Design& design, std::size_t g, const Noise& noise) 
   return out;
 }
 
-/// Residual minus what the columns explain of it.
-VectorXd remainder(const Design& design, std::size_t channel, const std::vector<BlockSum>& sums) {
+/// Residual minus these amounts of the columns.
+VectorXd remainder(const Design& design, std::size_t channel, const std::vector<Index>& columns,
+                   const VectorXd& coefficients) {
   VectorXd out = design.residual[channel];
-  BlockSum fit = empty_sum(sums.front().score.size());
-  for (const BlockSum& sum : sums) fit.add(sum);
-  fit.gram.diagonal().array() += 1.0 / kPriorVariance;
-  const VectorXd coefficients = fit.gram.ldlt().solve(fit.score);
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    out -= coefficients(static_cast<Index>(k)) * design.columns[static_cast<std::size_t>(columns[k])].effect[channel];
+  }
+  return out;
+}
+
+/// Columns that act on a channel: all, or the shapes without a name alone.
+std::vector<Index> columns_on(const Design& design, std::size_t channel, bool anonymous_only) {
+  std::vector<Index> out;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
-    const VectorXd& effect = design.columns[k].effect[channel];
-    if (effect.size() > 0) out -= coefficients(static_cast<Index>(k)) * effect;
+    const Column& column = design.columns[k];
+    if (column.effect[channel].size() > 0 && (column.cause < 0 || !anonymous_only)) out.push_back(static_cast<Index>(k));
+  }
+  return out;
+}
+
+LogSums sums_of(const std::vector<BlockSum>& blocks, const std::vector<Index>& columns) {
+  const auto n = static_cast<Index>(columns.size());
+  LogSums out{MatrixXd::Zero(n, n), VectorXd::Zero(n)};
+  for (const BlockSum& block : blocks) {
+    out.gram += block.gram(columns, columns);
+    out.score += block.score(columns);
   }
   return out;
 }
@@ -126,16 +142,88 @@ std::vector<VectorXd> group_remainders(const Design& design, std::size_t g, cons
 /// A residual's noise is never believed to be below this share of a usual effect.
 double least_noise(double usual) { return 0.02 * usual; }
 
-/// Logarithmic mean over logs: one of them does not decide.
-Noise pooled(const std::vector<Noise>& all) {
-  Noise out{0.0, 0.0, 0.0};
-  for (const Noise& n : all) {
-    out.white += n.white * n.white;
-    out.coloured += n.coloured * n.coloured;
-    out.tau_s += std::log(n.tau_s);
+std::size_t channel_named(const Design& design, const std::string& name) {
+  const auto& all = design.comparison.channels;
+  return static_cast<std::size_t>(
+      std::find_if(all.begin(), all.end(), [&](const BalanceChannel& c) { return c.name == name; }) - all.begin());
+}
+
+/// What is left in a channel of these logs when what they have in common and each one's own are taken away.
+std::vector<NoiseSample> remainders(const std::vector<const Design*>& designs, const std::string& name,
+                                    const Noise& noise) {
+  constexpr int kRounds = 6;
+  const bool alone = designs.size() == 1;
+  std::vector<LogSums> logs;
+  std::vector<std::vector<Index>> columns;
+  ColumnPrior prior;
+  for (const Design* design : designs) {
+    const std::size_t c = channel_named(*design, name);
+    columns.push_back(columns_on(*design, c, !alone));
+    logs.push_back(sums_of(channel_sums(*design, c, noise, block_of_rows(design->comparison.log.time_s)), columns.back()));
   }
-  const auto count = static_cast<double>(all.size());
-  return {std::sqrt(out.white / count), std::sqrt(out.coloured / count), std::exp(out.tau_s / count)};
+  std::vector<VectorXd> amounts;
+  const bool same = std::all_of(columns.begin(), columns.end(), [&](const auto& c) { return c.size() == columns[0].size(); });
+  if (alone || !same) {
+    for (std::size_t k = 0; k < logs.size(); ++k) {
+      for (std::size_t i = 0; i < columns[k].size(); ++i) {
+        const Column& column = designs[k]->columns[static_cast<std::size_t>(columns[k][i])];
+        const double size = column.cause >= 0 ? 1.0 : 2.0 * column.usual;
+        logs[k].gram(static_cast<Index>(i), static_cast<Index>(i)) += 1.0 / (size * size);
+      }
+      amounts.push_back(logs[k].gram.ldlt().solve(logs[k].score));
+    }
+  } else {
+    amounts = mixed_model(logs, prior_of(*designs[0], columns[0]), kRounds).own;
+  }
+  std::vector<NoiseSample> out;
+  for (std::size_t k = 0; k < designs.size(); ++k) {
+    const std::size_t c = channel_named(*designs[k], name);
+    out.push_back({&designs[k]->comparison.log.time_s, remainder(*designs[k], c, columns[k], amounts[k]),
+                   ohm_of(*designs[k], c)});
+  }
+  return out;
+}
+
+Noise channel_noise(const std::vector<const Design*>& designs, const std::string& name) {
+  const Design& first = *designs[0];
+  const BalanceChannel& channel = first.comparison.channels[channel_named(first, name)];
+  const double usual = usual_size(channel, first.model.car.battery.cells_in_series), least = least_noise(usual);
+  std::vector<NoiseSample> samples;
+  for (const Design* design : designs) {
+    const std::size_t c = channel_named(*design, name);
+    samples.push_back({&design->comparison.log.time_s, design->residual[c], ohm_of(*design, c)});
+  }
+  Noise noise = fit_noise(samples, least);
+  for (int pass = 0; pass < 2; ++pass) noise = fit_noise(remainders(designs, name, noise), least);
+  if (designs.size() > 1) return noise;
+  const VectorXd& time = first.comparison.log.time_s;
+  return with_model_error(with_lost_part(noise, time(time.size() - 1) - time(0)), usual);
+}
+
+Noise group_noise(const std::vector<const Design*>& designs, const std::string& stem) {
+  std::vector<NoiseSample> raw, samples;
+  double least = 0.0;
+  const auto each = [&](const auto& use) {
+    for (const Design* design : designs) {
+      for (std::size_t g = 0; g < design->comparison.groups.size(); ++g) {
+        if (design->comparison.groups[g].stem == stem) use(*design, g);
+      }
+    }
+  };
+  each([&](const Design& design, std::size_t g) {
+    const Group& group = design.comparison.groups[g];
+    least = least_noise(group.balance == Balance::kHeat ? 1.0 : 5e-3);
+    for (const VectorXd& deviation : {group.deviation.front(), group.deviation.back()}) {
+      raw.push_back({&design.comparison.log.time_s, deviation, VectorXd()});
+    }
+  });
+  const Noise noise = fit_noise(raw, least);
+  each([&](const Design& design, std::size_t g) {
+    for (VectorXd& rest : group_remainders(design, g, group_score(design, g, noise))) {
+      samples.push_back({&design.comparison.log.time_s, std::move(rest), VectorXd()});
+    }
+  });
+  return fit_noise(samples, least);
 }
 
 }  // namespace
@@ -177,32 +265,41 @@ Score score_of(const Design& design, const NoiseModel& noise) {
   return out;
 }
 
+VectorXd ohm_of(const Design& design, std::size_t channel) {
+  if (channel > 0) return {};
+  const BatterySection& battery = design.model.car.battery;
+  const double cells = design.comparison.channels[0].name == "voltage" ? 1.0 : battery.cells_in_series;
+  return design.base.battery.r0_ohm * (cells / battery.cells_in_parallel);
+}
+
+ColumnPrior prior_of(const Design& design, const std::vector<Index>& columns) {
+  ColumnPrior out;
+  out.usual.resize(static_cast<Index>(columns.size()));
+  out.repeats.resize(static_cast<Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const Column& column = design.columns[static_cast<std::size_t>(columns[k])];
+    out.kin.push_back(column.kin);
+    out.usual(static_cast<Index>(k)) = column.usual;
+    out.repeats(static_cast<Index>(k)) = column.repeats;
+  }
+  return out;
+}
+
 NoiseModel noise_of(const std::vector<const Design*>& designs) {
-  std::map<std::string, std::vector<Noise>> found;
+  NoiseModel out;
   for (const Design* design : designs) {
-    const VectorXd& time = design->comparison.log.time_s;
-    const auto block = block_of_rows(time);
-    for (std::size_t c = 0; c < design->residual.size(); ++c) {
-      const BalanceChannel& channel = design->comparison.channels[c];
-      const double least = least_noise(usual_size(channel, design->model.car.battery.cells_in_series));
-      Noise noise = fit_noise(time, {design->residual[c]}, least);
-      for (int pass = 0; pass < 2; ++pass) {
-        noise = fit_noise(time, {remainder(*design, c, channel_sums(*design, c, noise, block))}, least);
+    for (const BalanceChannel& channel : design->comparison.channels) {
+      if (out.count(channel.name) > 0) continue;
+      std::vector<const Design*> with;
+      for (const Design* other : designs) {
+        if (other->comparison.find(channel.name) != nullptr) with.push_back(other);
       }
-      noise = with_lost_part(noise, time(time.size() - 1) - time(0));
-      noise = with_model_error(noise, usual_size(channel, design->model.car.battery.cells_in_series));
-      found[channel.name].push_back(noise);
+      out[channel.name] = channel_noise(with, channel.name);
     }
-    for (std::size_t g = 0; g < design->comparison.groups.size(); ++g) {
-      const Group& group = design->comparison.groups[g];
-      const double least = least_noise(group.balance == Balance::kHeat ? 1.0 : 5e-3);
-      Noise noise = fit_noise(time, {group.deviation.front(), group.deviation.back()}, least);
-      noise = fit_noise(time, group_remainders(*design, g, group_score(*design, g, noise)), least);
-      found[group.stem].push_back(noise);
+    for (const Group& group : design->comparison.groups) {
+      if (out.count(group.stem) == 0) out[group.stem] = group_noise(designs, group.stem);
     }
   }
-  NoiseModel out;
-  for (const auto& [name, all] : found) out[name] = pooled(all);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "discrepancy/design.hpp"
+#include "discrepancy/mixed_model.hpp"
 #include "discrepancy/noise.hpp"
 
 namespace voltlap::plant {
@@ -46,8 +47,14 @@ inline constexpr double kBlock = 60.0;  // s
 
 [[nodiscard]] Score score_of(const Design& design, const NoiseModel& noise);
 
-/// Noise of what no cause and no anonymous shape explains, pooled over the logs; its slow part is enlarged by what the
-/// many columns took of it.
+/// What is expected of these columns in sound logs.
+[[nodiscard]] ColumnPrior prior_of(const Design& design, const std::vector<Eigen::Index>& columns);
+
+/// Ohms by which noise of the current comes into a channel's model side, by row; empty: none.
+[[nodiscard]] Eigen::VectorXd ohm_of(const Design& design, std::size_t channel);
+
+/// Noise of what is left when the logs' common and own amounts of the shapes without a name are taken away. One log
+/// alone: of what no column explains, its slow part enlarged by what the many columns took of it.
 [[nodiscard]] NoiseModel noise_of(const std::vector<const Design*>& designs);
 
 }  // namespace voltlap::plant

@@ -11,37 +11,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kMeanVariance = 4.0;    // P, typical sizes squared
-constexpr double kStartVariance = 0.1;   // v before the references are heard
-constexpr double kPriorLogs = 2.0;       // weight of the common value of v, in logs
-constexpr double kLeastVariance = 1e-6;
-constexpr int kRounds = 15;
-
-/// Sums of a reference in the order of another log's columns; a column that it lacks says nothing.
-BlockSum in_order_of(const Design& design, const Reference& reference, const std::vector<double>& inflation) {
-  const BlockSum own = reference.score.sum(inflation);
-  const auto p = static_cast<Index>(design.columns.size());
-  std::vector<Index> from(design.columns.size(), -1);
-  for (std::size_t k = 0; k < design.columns.size(); ++k) {
-    const auto& theirs = reference.design->columns;
-    const auto found = std::find_if(theirs.begin(), theirs.end(),
-                                    [&](const Column& c) { return c.key == design.columns[k].key; });
-    if (found != theirs.end()) from[k] = static_cast<Index>(found - theirs.begin());
-  }
-  BlockSum out = empty_sum(p);
-  out.rows = own.rows;
-  out.energy = own.energy;
-  for (Index a = 0; a < p; ++a) {
-    const Index fa = from[static_cast<std::size_t>(a)];
-    if (fa < 0) continue;
-    out.score(a) = own.score(fa);
-    for (Index b = 0; b < p; ++b) {
-      const Index fb = from[static_cast<std::size_t>(b)];
-      if (fb >= 0) out.gram(a, b) = own.gram(fa, fb);
-    }
-  }
-  return out;
-}
+constexpr int kRounds = 25;
 
 /// How much the block scores of the remainder scatter beyond white noise: 80 % quantile over the columns.
 double inflation_of(const std::vector<BlockSum>& blocks) {
@@ -65,56 +35,66 @@ double inflation_of(const std::vector<BlockSum>& blocks) {
   return std::max(1.0, ratios[ratios.size() * 8 / 10]);
 }
 
-/// What no log tells beforehand. Without references every signature may be there to a fiftieth of its usual size: what
-/// the rows do not resolve of the current, the plant's steps, thermistors that are not the cell.
+/// What no log tells beforehand: what differs from day to day, and the start. Without references also what a model
+/// usually misses.
 VectorXd always_free(const Design& design, bool with_references) {
-  constexpr double kModelError = 0.0004;
-  VectorXd v = VectorXd::Constant(static_cast<Index>(design.columns.size()), with_references ? 0.0 : kModelError);
+  constexpr double kAlone = 0.02, kShareOfUsual = 0.03;  // so that what is found stands out of the log's own floor
+  VectorXd v(static_cast<Index>(design.columns.size()));
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
-    const std::string& key = design.columns[k].key;
-    if (key.starts_with("local/")) v(static_cast<Index>(k)) = 0.0;
-    if (key.starts_with("initial_soc/")) v(static_cast<Index>(k)) = design.comparison.facts.starts_at_rest ? 0.04 : 2.0;
+    const Column& column = design.columns[k];
+    double size = column.cause >= 0 ? column.repeats : 0.0;
+    if (!with_references) size = column.cause >= 0 ? kAlone : kShareOfUsual * column.usual;
+    if (column.key.starts_with("local/")) size = 0.0;
+    v(static_cast<Index>(k)) = size * size;
+    if (column.key.starts_with("initial_soc/")) v(static_cast<Index>(k)) = design.comparison.facts.starts_at_rest ? 0.04 : 2.0;
   }
   return v;
+}
+
+/// Kelvin by which the mean temperature of this log is outside those of the references, with a margin.
+double outside_k(const Design& design, const std::vector<Reference>& references) {
+  constexpr double kMargin = 3.0;
+  double low = 1e300, high = -1e300;
+  for (const Reference& reference : references) {
+    const double mean = reference.design->base.battery.temperature_c.mean();
+    low = std::min(low, mean - kMargin);
+    high = std::max(high, mean + kMargin);
+  }
+  const double here = design.base.battery.temperature_c.mean();
+  return std::max({0.0, low - here, here - high});
+}
+
+/// The shapes without a name that act on a channel.
+std::vector<Index> shapes_on(const Design& design, std::size_t channel) {
+  std::vector<Index> out;
+  for (std::size_t k = 0; k < design.columns.size(); ++k) {
+    if (design.columns[k].cause < 0 && design.columns[k].effect[channel].size() > 0) out.push_back(static_cast<Index>(k));
+  }
+  return out;
+}
+
+/// References say little about temperatures that they did not have: 10 K away they say nothing.
+void widen_outside(const Design& design, const std::vector<Reference>& references, Usual& out) {
+  constexpr double kForgotten = 10.0;  // K
+  const double share = outside_k(design, references) / kForgotten;
+  for (std::size_t k = 0; k < design.columns.size(); ++k) {
+    const Column& column = design.columns[k];
+    if (column.cause < 0) out.variance(static_cast<Index>(k), static_cast<Index>(k)) += std::pow(share * column.usual, 2);
+  }
 }
 
 void learn(const Design& design, const std::vector<Reference>& references, Usual& out) {
   std::vector<BlockSum> sums;
   for (const Reference& reference : references) sums.push_back(in_order_of(design, reference, out.inflation));
-  const auto p = static_cast<Index>(design.columns.size());
-  const auto n = static_cast<double>(sums.size());
-  const MatrixXd one = MatrixXd::Identity(p, p);
-  VectorXd v = VectorXd::Constant(p, kStartVariance);
-  MatrixXd mean_covariance = MatrixXd::Zero(p, p);
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<MatrixXd> discount;
-    MatrixXd information = one / kMeanVariance;
-    VectorXd score = VectorXd::Zero(p);
-    for (const BlockSum& sum : sums) {
-      discount.push_back((one + sum.gram * v.asDiagonal()).partialPivLu().inverse());
-      information += discount.back() * sum.gram;
-      score += discount.back() * sum.score;
-    }
-    mean_covariance = information.ldlt().solve(one);
-    out.mean = mean_covariance * score;
-    VectorXd second = VectorXd::Zero(p);
-    for (std::size_t k = 0; k < sums.size(); ++k) {
-      const VectorXd u = v.cwiseProduct(discount[k] * (sums[k].score - sums[k].gram * out.mean));
-      const MatrixXd a = discount[k] * sums[k].gram;
-      second += u.cwiseAbs2() + (v - v.cwiseProduct(a.diagonal()).cwiseProduct(v)).cwiseMax(0.0);
-    }
-    const double common = std::exp((second / n).cwiseMax(kLeastVariance).array().log().mean());
-    v = ((second.array() + kPriorLogs * common) / (n + kPriorLogs)).cwiseMax(kLeastVariance).matrix();
+  for (std::size_t c = 0; c < design.comparison.channels.size(); ++c) {
+    const std::vector<Index> columns = shapes_on(design, c);
+    std::vector<LogSums> logs;
+    for (const BlockSum& sum : sums) logs.push_back({sum.gram(columns, columns), sum.score(columns)});
+    const MixedModel model = mixed_model(logs, prior_of(design, columns), kRounds);
+    out.mean(columns) = model.mean;
+    out.variance(columns, columns) = model.variance();
   }
-  out.variance = mean_covariance;
-  out.variance.diagonal() += v * (1.0 + 1.5 / n);
-  // What this log alone has columns for is no part of what is usual.
-  for (Index k = 0; k < p; ++k) {
-    if (!design.columns[static_cast<std::size_t>(k)].key.starts_with("local/")) continue;
-    out.mean(k) = 0.0;
-    out.variance.row(k).setZero();
-    out.variance.col(k).setZero();
-  }
+  widen_outside(design, references, out);
 }
 
 /// Median and its robust spread.
@@ -164,24 +144,86 @@ void learn_groups(const Design& design, const Score& score, const std::vector<Re
   }
 }
 
-}  // namespace
-
-Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references) {
+/// Without what sound logs show of the causes.
+Usual unseen(const Design& design, const Score& score, const std::vector<Reference>& references) {
   Usual out;
   const auto p = static_cast<Index>(design.columns.size());
   out.references = references.size();
   out.mean = VectorXd::Zero(p);
   out.variance = MatrixXd::Zero(p, p);
   for (std::size_t c = 0; c < score.channels.size(); ++c) {
-    double inflation = references.empty() ? inflation_of(score.channels[c]) : 1.0;
-    for (const Reference& reference : references) {
-      inflation = std::max(inflation, inflation_of(reference.score.channels[c]));
-    }
-    out.inflation.push_back(inflation);
+    out.inflation.push_back(references.empty() ? inflation_of(score.channels[c]) : 1.0);
   }
   if (!references.empty()) learn(design, references, out);
   out.variance.diagonal() += always_free(design, !references.empty());
   learn_groups(design, score, references, out);
+  return out;
+}
+
+/// What sound logs show of each cause, each judged by the others, is what differs from log to log: its variance.
+VectorXd seen_of_causes(const Design& design, const std::vector<Remaining>& sound) {
+  constexpr double kLeast = 2e-3, kWeight = 1.0, kStart = 50.0;  // typical sizes; logs; of the least
+  std::vector<Index> columns;
+  for (std::size_t k = 0; k < design.columns.size(); ++k) {
+    if (design.columns[k].cause >= 0 && !design.columns[k].key.starts_with("local/")) columns.push_back(static_cast<Index>(k));
+  }
+  ColumnPrior prior = prior_of(design, columns);
+  for (std::size_t k = 0; k < columns.size(); ++k) prior.kin[k] = k;
+  prior.usual.setConstant(1e-6);
+  prior.repeats.setConstant(kLeast);
+  prior.columns = kWeight;
+  prior.start = kStart;
+  std::vector<LogSums> logs;
+  for (const Remaining& log : sound) logs.push_back({log.information(columns, columns), log.score(columns)});
+  VectorXd out = VectorXd::Zero(static_cast<Index>(design.columns.size()));
+  out(columns) = mixed_model(logs, prior, kRounds).between;
+  return out;
+}
+
+}  // namespace
+
+BlockSum in_order_of(const Design& design, const Reference& reference, const std::vector<double>& inflation) {
+  const BlockSum own = reference.score.sum(inflation);
+  const auto p = static_cast<Index>(design.columns.size());
+  std::vector<Index> from(design.columns.size(), -1);
+  for (std::size_t k = 0; k < design.columns.size(); ++k) {
+    const auto& theirs = reference.design->columns;
+    const auto found = std::find_if(theirs.begin(), theirs.end(),
+                                    [&](const Column& c) { return c.key == design.columns[k].key; });
+    if (found != theirs.end()) from[k] = static_cast<Index>(found - theirs.begin());
+  }
+  BlockSum out = empty_sum(p);
+  out.rows = own.rows;
+  out.energy = own.energy;
+  for (Index a = 0; a < p; ++a) {
+    const Index fa = from[static_cast<std::size_t>(a)];
+    if (fa < 0) continue;
+    out.score(a) = own.score(fa);
+    for (Index b = 0; b < p; ++b) {
+      const Index fb = from[static_cast<std::size_t>(b)];
+      if (fb >= 0) out.gram(a, b) = own.gram(fa, fb);
+    }
+  }
+  return out;
+}
+
+std::vector<Remaining> references_by_the_others(const Design& design, const Score& score,
+                                                const std::vector<Reference>& references) {
+  std::vector<Remaining> out;
+  for (std::size_t k = 0; references.size() > 1 && k < references.size(); ++k) {
+    std::vector<Reference> others = references;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const Usual usual = unseen(design, score, others);
+    out.push_back(remaining(in_order_of(design, references[k], usual.inflation), usual));
+  }
+  return out;
+}
+
+Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references) {
+  Usual out = unseen(design, score, references);
+  out.seen = VectorXd::Zero(static_cast<Index>(design.columns.size()));
+  if (references.size() > 1) out.seen = seen_of_causes(design, references_by_the_others(design, score, references));
+  out.variance.diagonal() += out.seen;
   return out;
 }
 

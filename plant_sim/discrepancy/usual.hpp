@@ -2,9 +2,8 @@
 // The model's usual discrepancy, learned from reference logs that are known to be good: how large each signature's
 // coefficient is when nothing is wrong, and how much that differs from log to log.
 //
-//   log k:  y_k = X_k (m + u_k) + noise,   u_k ~ N(0, diag v),   m ~ N(0, P)
-//   m, v by expectation-maximisation; v is drawn to one common value, because references are few.
-// A new log's residual then has the mean X m and the covariance I + X V X', V = diag v + Cov m. In the Gram domain
+// A new log's residual then has the mean X m and the covariance I + X V X' (mixed_model.hpp); V holds what differs from
+// day to day of each cause too. In the Gram domain
 //   A = (I + G V)^-1 G,   a = (I + G V)^-1 (g - G m):   what is left to tell a new cause by.
 #pragma once
 #include <string>
@@ -21,6 +20,12 @@ struct Usual {
   std::vector<Eigen::MatrixXd> group_mean;   ///< [group][shape x member]
   std::vector<Eigen::VectorXd> group_variance;  ///< [group][shape]
   std::size_t references = 0;
+  Eigen::VectorXd seen;                       ///< of causes in sound logs beyond `repeats`: variance, by column
+};
+
+struct Remaining {
+  Eigen::MatrixXd information;  ///< A
+  Eigen::VectorXd score;        ///< a
 };
 
 struct Reference {
@@ -35,10 +40,13 @@ struct Reference {
 [[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score,
                                       const std::vector<Reference>& references);
 
-struct Remaining {
-  Eigen::MatrixXd information;  ///< A
-  Eigen::VectorXd score;        ///< a
-};
+/// Each reference judged by the others, as if it were the log.
+[[nodiscard]] std::vector<Remaining> references_by_the_others(const Design& design, const Score& score,
+                                                              const std::vector<Reference>& references);
+
+/// Sums of a reference in the order of another log's columns; a column that it lacks says nothing.
+[[nodiscard]] BlockSum in_order_of(const Design& design, const Reference& reference, const std::vector<double>& inflation);
+
 [[nodiscard]] Remaining remaining(const BlockSum& sum, const Usual& usual);
 
 }  // namespace voltlap::plant

@@ -11,7 +11,7 @@ Cause capacity() {
           .says = "the cells hold {} more charge than the model says",
           .test = "a rest of ten minutes at both ends of a deep discharge",
           .parameters =
-              {{"change", "1", -0.5, 0.5, 0.05, 100, "%"}},
+              {{"change", "1", -0.5, 0.5, 0.05, 100, "%", 0.003}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.capacity_ah *= 1.0 + v[0]; })};
           }};

@@ -11,7 +11,7 @@ Cause grip() {
           .says = "grip differs by {}",
           .test = "a full stop from speed",
           .parameters =
-              {{"change", "1", -0.6, 0.6, 0.1, 100, "%"}},
+              {{"change", "1", -0.6, 0.6, 0.1, 100, "%", 0.02}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("speed") == nullptr || c.log.find("brake") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.grip_change += v[0]; })};

@@ -11,7 +11,7 @@ Cause inverter_efficiency() {
           .says = "the inverter's losses differ by {}",
           .test = "constant power at three levels on a dynamometer, power in and torque out",
           .parameters =
-              {{"change", "1", -0.95, 10, 0.3, 100, "%"}},
+              {{"change", "1", -0.95, 10, 0.3, 100, "%", 0.03}},
           .forms = [](const World& model, const Comparison& c) -> std::vector<Form> {
             if (c.find("power") == nullptr) return {};
             if (model.car.inverter.efficiency >= 1.0) return {};

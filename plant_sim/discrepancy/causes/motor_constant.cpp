@@ -11,7 +11,7 @@ Cause motor_constant() {
           .says = "the motor's torque for its current differs by {}",
           .test = "torque on a dynamometer at two currents",
           .parameters =
-              {{"change", "1", -0.5, 0.5, 0.05, 100, "%"}},
+              {{"change", "1", -0.5, 0.5, 0.05, 100, "%", 2e-3}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("power") == nullptr && c.find("speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.torque_change += v[0]; })};

@@ -17,6 +17,7 @@ from truth import drive, world
 ZERO_C = 273.15
 PULSE_STEP_S = 1.0
 TEMPERATURES_C = (12.0, 25.0, 40.0)
+RATES = (0.5, 1.5, 4.0)  # of the capacity in an hour: one test each, as the tables over current want them
 HEAT_STEP_S = 1.0
 
 
@@ -36,23 +37,29 @@ def _repeated(cells, times):
 
 
 def pulse_tests(cells, family="particle"):
-    """[case][temperature] -> (time_s, current_a, voltage_v, temperature_c) of mean cells, computed side by side."""
-    cases, count = cells.capacity_ah.shape[0], len(TEMPERATURES_C)
-    shape = drive.pulse_test(1.0, PULSE_STEP_S)
-    current = shape[None] * cells.capacity_ah.mean(1)[:, None]
+    """[case][test] -> (time_s, current_a, voltage_v, temperature_c) of mean cells, computed side by side.
+
+    One test for each temperature and rate, temperatures outside.
+    """
+    cases, count = cells.capacity_ah.shape[0], len(TEMPERATURES_C) * len(RATES)
+    shapes = [drive.pulse_test(1.0, PULSE_STEP_S, rate) for rate in RATES]
+    longest = max(shape.size for shape in shapes)
+    shapes = np.stack([np.pad(shape, (0, longest - shape.size)) for shape in shapes])
+    shapes = np.tile(shapes, (len(TEMPERATURES_C), 1))
+    current = (cells.capacity_ah.mean(1)[:, None, None] * shapes[None]).reshape(cases * count, longest)
     many = _repeated(mean_cells(cells), count)
-    air_k = np.tile(np.array(TEMPERATURES_C) + ZERO_C, cases)
+    air_k = np.tile(np.repeat(np.array(TEMPERATURES_C) + ZERO_C, len(RATES)), cases)
     pack = world.FAMILIES[family](many, np.ones((cases * count, 1)), air_k[:, None])
     # A temperature box blows: the cells hardly warm.
     pack.p.air_w_per_k *= 20.0
     history = chemistry.run(
-        pack, PULSE_STEP_S, air_k, np.zeros((cases * count, shape.size), bool), np.repeat(current, count, 0)
+        pack, PULSE_STEP_S, air_k, np.zeros((cases * count, longest), bool), current
     )
     return [
         [
             (
                 history.time_s,
-                current[k],
+                current[k * count + j],
                 history.voltage_v[k * count + j, :, 0],
                 history.surface_k[k * count + j, :, 0] - ZERO_C,
             )

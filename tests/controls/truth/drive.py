@@ -75,13 +75,12 @@ def drive_current(rng, duration_s, capacity_ah, speed_slope=None):
     return demand * (1.3 * capacity_ah * rng.uniform(0.8, 1.1) / demand[speed > 0.1].mean())
 
 
-def pulse_test(capacity_ah, step_s, pulses=20, pulse_s=18.0, rest_s=900.0, rates=(1.0, 3.0)):
-    """Cycler test from full: 5 % of charge at C/1 in each step, rest, then short pulses at every rate [A]."""
+def pulse_test(capacity_ah, step_s, rate, pulses=20, pulse_s=18.0, rest_s=900.0):
+    """Cycler test from full at one rate: 5 % of charge in each step, a short pulse of it ahead, then a rest [A]."""
+    current = rate * capacity_ah
     parts = [np.zeros(int(60 / step_s))]
+    rest_of_step_s = 3600.0 / rate / (pulses + 0.5) - pulse_s
     for _ in range(pulses):
-        for rate in rates:
-            parts += [np.full(int(pulse_s / step_s), rate * capacity_ah), np.zeros(int(60 / step_s))]
-        used = sum(rates) * pulse_s / 3600.0
-        rest_of_step = max(1.0 / (pulses + 0.5) - used, 0.0)
-        parts += [np.full(int(3600.0 * rest_of_step / step_s), capacity_ah), np.zeros(int(rest_s / step_s))]
+        parts += [np.full(int(pulse_s / step_s), current), np.zeros(int(60 / step_s))]
+        parts += [np.full(int(rest_of_step_s / step_s), current), np.zeros(int(rest_s / step_s))]
     return np.concatenate(parts)
