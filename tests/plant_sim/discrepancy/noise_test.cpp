@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Noise with known parts: they are found again, and what the whitener makes of it is white.
+#include "discrepancy/noise.hpp"
+
+#include <cmath>
+#include <random>
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+TEST_GROUP(Noise) {
+  VectorXd time = VectorXd::LinSpaced(12000, 0.0, 1200.0);
+  std::mt19937_64 random{7};
+  std::normal_distribution<double> normal;
+
+  VectorXd drawn(const Noise& noise, const VectorXd& ohm) {
+    VectorXd out(time.size());
+    double slow = noise.coloured * normal(random);
+    for (Index row = 0; row < time.size(); ++row) {
+      if (row > 0) {
+        const double keep = std::exp(-(time(row) - time(row - 1)) / noise.tau_s);
+        slow = keep * slow + noise.coloured * std::sqrt(1.0 - keep * keep) * normal(random);
+      }
+      const double sensor = ohm.size() > 0 ? noise.current_a * ohm(row) : 0.0;
+      out(row) = slow + std::hypot(noise.white, sensor) * normal(random);
+    }
+    return out;
+  }
+};
+
+TEST(Noise, WhatTheWhitenerLeavesIsWhiteAndOfSizeOne) {
+  const Noise noise{0.5, 0.6, 30.0, 0.0};
+  const VectorXd white = Whitener(time, std::vector<bool>(12000, true), noise, VectorXd()).apply(drawn(noise, VectorXd()));
+  DOUBLES_EQUAL(1.0, white.squaredNorm() / 12000.0, 0.05);                                 // standard error 0.013
+  DOUBLES_EQUAL(0.0, white.head(11999).dot(white.tail(11999)) / white.squaredNorm(), 0.04);  // 0.009
+}
+
+TEST(Noise, WhiteAndSlowPartsAreFoundAgain) {
+  const Noise noise{0.5, 0.6, 20.0, 0.0};
+  const Noise found = fit_noise({{&time, drawn(noise, VectorXd()), VectorXd()}}, 0.0);
+  DOUBLES_EQUAL(0.5, found.white, 0.02);
+  DOUBLES_EQUAL(0.6, found.coloured, 0.15);
+  DOUBLES_EQUAL(20.0, found.tau_s, 1e-9);
+}
+
+TEST(Noise, PartOfTheCurrentSensorIsFoundByTheResistanceThatChanges) {
+  VectorXd cold = VectorXd::Constant(12000, 4e-3), warm = VectorXd::Constant(12000, 1e-3);
+  const Noise noise{0.2e-3, 0.0, 20.0, 0.2};
+  const Noise found = fit_noise({{&time, drawn(noise, cold), cold}, {&time, drawn(noise, warm), warm}}, 0.0);
+  DOUBLES_EQUAL(0.2, found.current_a, 0.02);
+  CHECK(found.white < 0.3e-3);
+}
