@@ -10,6 +10,13 @@ using Eigen::VectorXd;
 
 namespace {
 
+Effects no_effects(const Comparison& on) {
+  const VectorXd nothing = VectorXd::Zero(on.log.rows());
+  Effects out{std::vector<VectorXd>(on.channels.size(), nothing), {}};
+  for (const Group& group : on.groups) out.members.emplace_back(group.members.size(), nothing);
+  return out;
+}
+
 /// A cause in some members of group `g` of another log: on them, and on the mean that all members share.
 void add_to_members(const Judged& j, const Candidate& c, const Form& form, const RefinedCause& fit,
                     const Comparison& other, const Prediction& base, std::size_t g, Effects& out) {
@@ -36,12 +43,8 @@ void add_to_members(const Judged& j, const Candidate& c, const Form& form, const
 }  // namespace
 
 Effects effects_of(const Judged& j, const std::vector<RefinedCause>& causes) {
-  Effects out;
+  Effects out = no_effects(j.design.comparison);
   World world = j.design.model;
-  for (const VectorXd& base : j.design.base.channels) out.channels.push_back(VectorXd::Zero(base.size()));
-  for (const Group& group : j.design.comparison.groups) {
-    out.members.emplace_back(group.members.size(), VectorXd::Zero(j.design.comparison.log.rows()));
-  }
   bool global = false;
   for (const RefinedCause& fit : causes) {
     const Candidate& c = j.system.candidates[fit.candidate];
@@ -78,11 +81,7 @@ Effects effects_of(const Judged& j, const std::vector<RefinedCause>& causes) {
 
 Effects effects_on(const Judged& j, const std::vector<RefinedCause>& causes, const Comparison& other) {
   const Prediction base = predict(j.design.model, other);
-  Effects out;
-  for (const VectorXd& channel : base.channels) out.channels.push_back(VectorXd::Zero(channel.size()));
-  for (const Group& group : other.groups) {
-    out.members.emplace_back(group.members.size(), VectorXd::Zero(other.log.rows()));
-  }
+  Effects out = no_effects(other);
   World world = j.design.model;
   for (const RefinedCause& fit : causes) {
     const Candidate& c = j.system.candidates[fit.candidate];

@@ -75,6 +75,22 @@ TEST(Pack, PulseFollowsTheAnalyticResponseAtEveryStep) {
   }
 }
 
+TEST(Pack, ContactTakesItsDropFromThePackAndItsHeatFromNoCell) {
+  constexpr double kStep = 0.01, kCurrent = 200.0, kContact = 0.006;
+  Pack without(constant, false, kStep);
+  constant.battery.contact_resistance_ohm = kContact;
+  Pack with(constant, false, kStep);
+  DOUBLES_EQUAL(kContact, with.thevenin().resistance_ohm - without.thevenin().resistance_ohm, 1e-12);
+  const PackEnergy a = without.advance(kCurrent), b = with.advance(kCurrent);
+  DOUBLES_EQUAL(kContact * kCurrent, without.voltage() - with.voltage(), 1e-9);
+  DOUBLES_EQUAL(kContact * kCurrent * kCurrent * kStep, b.r0_heat_j - a.r0_heat_j, 1e-9);
+  DOUBLES_EQUAL(b.chemical_j, b.r0_heat_j + b.rc_heat_j + b.rc_stored_j + with.voltage() * kCurrent * kStep, 1e-6);
+  DOUBLES_EQUAL(without.cell_voltage(3), with.cell_voltage(3), 0.0);
+  without.renew(kStep, 26.85);
+  with.renew(kStep, 26.85);
+  DOUBLES_EQUAL(without.cell_temperature_c(3), with.cell_temperature_c(3), 0.0);
+}
+
 TEST(Pack, OpenCircuitVoltageMinusBranchesMinusOhmicDropIsTheTerminalVoltage) {
   // An independent cell: the same tables, Euler steps a hundred times finer.
   constexpr double kStep = 0.001;
