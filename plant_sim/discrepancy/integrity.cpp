@@ -88,6 +88,28 @@ void mask_frozen(Recording& log, const std::string& role, VectorXd& values, cons
   if (total > 0.0) findings.push_back({"frozen_signal", role, "duration_s", total, "s", true});
 }
 
+/// Behind open contactors a bus discharges or is charged up: its voltage moves though no current flows, faster than any
+/// cell relaxes. From a fall until the voltage is back, and from the beginning to the last rise before the first current.
+void mask_open_contactors(Recording& log, const std::string& role, VectorXd& values, const VectorXd& current) {
+  constexpr double kNoCurrent = 0.02, kJump = 0.015;  // of the largest current; of the voltage, between two rows
+  const double quiet = kNoCurrent * current.cwiseAbs().maxCoeff();
+  const auto rests = [&](Index row) { return std::abs(current(row)) <= quiet && std::abs(current(row - 1)) <= quiet; };
+  const std::string why = "the voltage moves without a current: the contactors are open";
+  Index closed = 0;
+  for (Index row = 1; row < values.size() && rests(row); ++row) {
+    if (values(row) - values(row - 1) > kJump * values(row)) closed = row;
+  }
+  if (closed > 0) mask(log, values, role, 0, closed, why);
+  for (Index row = closed + 1; row < values.size(); ++row) {
+    if (!rests(row) || !(values(row - 1) - values(row) > kJump * values(row - 1))) continue;
+    const double before = values(row - 1);
+    Index last = row;
+    while (last < values.size() && std::abs(current(last)) <= quiet && !(values(last) > (1.0 - kJump) * before)) ++last;
+    mask(log, values, role, row, last, why);
+    row = last;
+  }
+}
+
 /// Smallest step that nearly all changes are multiples of; 0 when there is none.
 double step_of(const VectorXd& values) {
   std::set<double> different;
@@ -182,6 +204,7 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
     } else if (role == "voltage" || role == "pack_voltage" || role.starts_with("cell_voltage_")) {
       mask_frozen(out.log, role, values, moving, 0.3 * most, out.findings, range);
     }
+    if (role == "pack_voltage" || role == "bus_voltage") mask_open_contactors(out.log, role, values, moving);
     const double step = step_of(values);
     if (step > 0.0 && range.usual_step < 1e9) {
       out.findings.push_back({"quantisation", role, "step", step, range.unit, step > 2.0 * range.usual_step});

@@ -102,3 +102,17 @@ def test_an_unknown_cause_in_without_is_refused(tmp_path, drive):
     run = subprocess.run([VOLTLAP, "explain", log, "--model", "vtm16e", "--set", "explain.without=ghost"],
                          capture_output=True, text=True)
     assert run.returncode == 2 and "ghost" in run.stderr
+
+
+def test_voltage_behind_open_contactors_is_masked_not_explained(tmp_path, drive):
+    rows = [dict(row) for row in drive()]
+    for k, row in enumerate(rows[-21:]):
+        row["pack_current_a"] = 0.0
+        row["pack_voltage_v"] *= 0.8**k
+    for k, row in enumerate(rows[:5]):
+        row["pack_current_a"] = 0.0
+        row["pack_voltage_v"] *= 0.7 + 0.05 * k
+    answer = explained(tmp_path, rows)
+    masked = [m for m in answer["masked"] if "contactors are open" in m["reason"]]
+    assert [m["start_s"] for m in masked] == [pytest.approx(rows[0]["time_s"]), pytest.approx(rows[-20]["time_s"])]
+    assert answer["verdict"] == "no_discrepancy", answer["sentence"]
