@@ -143,8 +143,12 @@ void heat_shapes(const Design& design, Shapes& shapes) {
     stopped(row) = design.comparison.facts.stopped[static_cast<std::size_t>(row)];
   }
   shapes.add(kLevel, "1", VectorXd::Ones(rate.size()));
-  for (const double tau : {20.0, 80.0, 300.0}) shapes.add(kHeat, fmt::format("heat behind {} s", tau), shapes.behind(heat, tau));
-  for (const double tau : {1000.0, 4000.0}) shapes.add(kHeat, fmt::format("heat behind {} s", tau), 2.0 * shapes.behind(heat, tau));
+  for (const double tau : {20.0, 80.0, 300.0}) {
+    shapes.add(kHeat, fmt::format("heat behind {} s", tau), shapes.behind(heat, tau));
+  }
+  for (const double tau : {1000.0, 4000.0}) {
+    shapes.add(kHeat, fmt::format("heat behind {} s", tau), 2.0 * shapes.behind(heat, tau));
+  }
   for (const double tau : {300.0, 3000.0}) {
     shapes.add(kOther, fmt::format("current behind {} s", tau), shapes.behind(rate, tau));
     shapes.add(kOther, fmt::format("stop behind {} s", tau), shapes.behind(stopped, tau));

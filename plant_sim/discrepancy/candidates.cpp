@@ -18,9 +18,9 @@ struct Discounted {
   MatrixXd information, score;
 };
 
-Discounted discounted(const GroupScore& group, const MatrixXd& mean, const VectorXd& variance) {
+Discounted discounted(const GroupScore& group, const MatrixXd& mean, const MatrixXd& variance) {
   const Index m = group.gram.rows();
-  const auto lu = (MatrixXd::Identity(m, m) + group.gram * variance.asDiagonal()).partialPivLu();
+  const auto lu = (MatrixXd::Identity(m, m) + group.gram * variance).partialPivLu();
   return {lu.solve(group.gram), lu.solve(group.score - group.gram * mean)};
 }
 

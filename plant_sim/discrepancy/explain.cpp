@@ -75,10 +75,10 @@ void learn_floor(Case& c) {
   }
 }
 
-/// Each reference judged as if it were the log, by what the others teach: evidence that a sound log may have.
-double evidence_of_references(const Case& c) {
+/// Best evidence that a reference has when the others judge it: what a sound log may show.
+double evidence_of_references(const Case& c, const std::vector<double>& inflation) {
   double most = 0.0;
-  for (const Remaining& sound : references_by_the_others(c.design, c.score, c.references)) {
+  for (const Remaining& sound : references_by_the_others(c.design, c.score, c.references, inflation)) {
     const Eigen::Index n = sound.score.size();
     const auto discount =
         (Eigen::MatrixXd::Identity(n, n) + sound.information * c.usual.seen.asDiagonal()).partialPivLu();
@@ -88,6 +88,18 @@ double evidence_of_references(const Case& c) {
     most = std::max(most, best_evidence(system));
   }
   return most;
+}
+
+/// A channel in which sound logs show evidence counts less, until they show none.
+std::vector<double> inflation_by_references(const Case& c) {
+  constexpr double kNothing = 1e300;
+  std::vector<double> out(c.score.channels.size(), 1.0);
+  for (std::size_t channel = 0; channel < out.size(); ++channel) {
+    std::vector<double> alone(out.size(), kNothing);
+    alone[channel] = 1.0;
+    out[channel] += evidence_of_references(c, alone) / kDecisive;
+  }
+  return out;
 }
 
 void analyse(Case& c, const std::string& fit_blocks) {
@@ -101,7 +113,11 @@ void analyse(Case& c, const std::string& fit_blocks) {
   c.usual = usual_discrepancy(c.design, c.score, c.references);
   c.use = blocks_used(fit_blocks, c.score.blocks());
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
-  c.usual_evidence = evidence_of_references(c);
+  if (c.references.size() < 2) return;
+  const std::vector<double> inflation = inflation_by_references(c);
+  c.usual = usual_discrepancy(c.design, c.score, c.references, inflation);
+  c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
+  c.usual_evidence = evidence_of_references(c, inflation);
 }
 
 std::vector<bool> rows_of_blocks(const Case& c) {

@@ -113,46 +113,76 @@ MatrixXd coefficients(const GroupScore& score) {
   return gram.ldlt().solve(score.score);
 }
 
+/// Sums of the same group in the references that have the same members.
+std::vector<const GroupScore*> same_group(const Design& design, std::size_t g, Index shapes,
+                                          const std::vector<Reference>& references) {
+  std::vector<const GroupScore*> out;
+  for (const Reference& reference : references) {
+    const auto& groups = reference.design->comparison.groups;
+    for (std::size_t r = 0; r < groups.size(); ++r) {
+      const GroupScore& theirs = reference.score.groups[r];
+      if (groups[r].members == design.comparison.groups[g].members && theirs.gram.rows() == shapes) out.push_back(&theirs);
+    }
+  }
+  return out;
+}
+
+/// From one log alone: nothing is known of a member, and the members differ as robustly as they do here.
+void members_of_one_log(const GroupScore& score, bool thermal, Usual& out) {
+  const double least = thermal ? 0.2 : 0.02;
+  const MatrixXd own = coefficients(score);
+  VectorXd variance(own.rows());
+  for (Index k = 0; k < own.rows(); ++k) {
+    const VectorXd row = own.row(k);
+    const double spread = std::max(least, robust({row.begin(), row.end()}).second);
+    variance(k) = spread * spread;
+  }
+  out.group_mean.push_back(MatrixXd::Zero(own.rows(), own.cols()));
+  out.group_variance.emplace_back(variance.asDiagonal());
+}
+
+/// From references: each member as it is known to be, and what all of them change from log to log.
+void members_of_references(const std::vector<const GroupScore*>& references, Usual& out) {
+  constexpr double kUsual = 0.5, kRepeats = 0.02;  // typical sizes
+  const Index shapes = references[0]->score.rows(), members = references[0]->score.cols();
+  ColumnPrior prior;
+  for (Index k = 0; k < shapes; ++k) prior.kin.push_back(static_cast<std::size_t>(k));
+  prior.usual = VectorXd::Constant(shapes, kUsual);
+  prior.repeats = VectorXd::Constant(shapes, kRepeats);
+  MatrixXd mean(shapes, members), variance = MatrixXd::Zero(shapes, shapes);
+  for (Index i = 0; i < members; ++i) {
+    std::vector<LogSums> logs;
+    for (const GroupScore* reference : references) logs.push_back({reference->gram, reference->score.col(i)});
+    const MixedModel model = mixed_model(logs, prior, kRounds);
+    mean.col(i) = model.mean;
+    variance += model.variance() / static_cast<double>(members);
+  }
+  out.group_mean.push_back(mean);
+  out.group_variance.push_back(variance);
+}
+
 void learn_groups(const Design& design, const Score& score, const std::vector<Reference>& references, Usual& out) {
   for (std::size_t g = 0; g < score.groups.size(); ++g) {
-    const MatrixXd own = coefficients(score.groups[g]);
-    MatrixXd mean = MatrixXd::Zero(own.rows(), own.cols());
-    std::vector<MatrixXd> theirs;
-    for (const Reference& reference : references) {
-      const auto& groups = reference.design->comparison.groups;
-      for (std::size_t r = 0; r < groups.size(); ++r) {
-        const bool same = groups[r].members == design.comparison.groups[g].members &&
-                          reference.score.groups[r].gram.rows() == own.rows();
-        if (same) theirs.push_back(coefficients(reference.score.groups[r]));
-      }
+    const auto theirs = same_group(design, g, score.groups[g].score.rows(), references);
+    if (theirs.empty()) {
+      members_of_one_log(score.groups[g], design.comparison.groups[g].balance == Balance::kHeat, out);
+    } else {
+      members_of_references(theirs, out);
     }
-    for (const MatrixXd& t : theirs) mean += t / static_cast<double>(theirs.size());
-    const bool thermal = design.comparison.groups[g].balance == Balance::kHeat;
-    const double least = theirs.empty() && thermal ? 0.2 : 0.02;
-    VectorXd v(own.rows());
-    for (Index k = 0; k < own.rows(); ++k) {
-      std::vector<double> sample;
-      for (Index i = 0; i < own.cols(); ++i) {
-        if (theirs.empty()) sample.push_back(own(k, i));
-        for (const MatrixXd& t : theirs) sample.push_back((t(k, i) - mean(k, i)) * std::sqrt(1.0 + 2.0 / static_cast<double>(theirs.size())));
-      }
-      const double spread = robust(std::move(sample)).second;
-      v(k) = std::max(spread * spread, least * least);
-    }
-    out.group_mean.push_back(theirs.empty() ? MatrixXd::Zero(own.rows(), own.cols()) : mean);
-    out.group_variance.push_back(v);
   }
 }
 
 /// Without what sound logs show of the causes.
-Usual unseen(const Design& design, const Score& score, const std::vector<Reference>& references) {
+Usual unseen(const Design& design, const Score& score, const std::vector<Reference>& references,
+             const std::vector<double>& inflation) {
   Usual out;
   const auto p = static_cast<Index>(design.columns.size());
   out.references = references.size();
   out.mean = VectorXd::Zero(p);
   out.variance = MatrixXd::Zero(p, p);
   for (std::size_t c = 0; c < score.channels.size(); ++c) {
-    out.inflation.push_back(references.empty() ? inflation_of(score.channels[c]) : 1.0);
+    const double given = inflation.empty() ? 1.0 : inflation[c];
+    out.inflation.push_back(references.empty() ? inflation_of(score.channels[c]) : given);
   }
   if (!references.empty()) learn(design, references, out);
   out.variance.diagonal() += always_free(design, !references.empty());
@@ -208,21 +238,23 @@ BlockSum in_order_of(const Design& design, const Reference& reference, const std
 }
 
 std::vector<Remaining> references_by_the_others(const Design& design, const Score& score,
-                                                const std::vector<Reference>& references) {
+                                                const std::vector<Reference>& references,
+                                                const std::vector<double>& inflation) {
   std::vector<Remaining> out;
   for (std::size_t k = 0; references.size() > 1 && k < references.size(); ++k) {
     std::vector<Reference> others = references;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const Usual usual = unseen(design, score, others);
+    const Usual usual = unseen(design, score, others, inflation);
     out.push_back(remaining(in_order_of(design, references[k], usual.inflation), usual));
   }
   return out;
 }
 
-Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references) {
-  Usual out = unseen(design, score, references);
+Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references,
+                        const std::vector<double>& inflation) {
+  Usual out = unseen(design, score, references, inflation);
   out.seen = VectorXd::Zero(static_cast<Index>(design.columns.size()));
-  if (references.size() > 1) out.seen = seen_of_causes(design, references_by_the_others(design, score, references));
+  if (references.size() > 1) out.seen = seen_of_causes(design, references_by_the_others(design, score, references, out.inflation));
   out.variance.diagonal() += out.seen;
   return out;
 }

@@ -18,7 +18,7 @@ struct Usual {
   Eigen::MatrixXd variance;           ///< V
   std::vector<double> inflation;      ///< [channel] of the white noise that the noise model leaves
   std::vector<Eigen::MatrixXd> group_mean;   ///< [group][shape x member]
-  std::vector<Eigen::VectorXd> group_variance;  ///< [group][shape]
+  std::vector<Eigen::MatrixXd> group_variance;  ///< [group][shape x shape], of any member
   std::size_t references = 0;
   Eigen::VectorXd seen;                       ///< of causes in sound logs beyond `repeats`: variance, by column
 };
@@ -37,12 +37,14 @@ struct Reference {
 /// The groups of it alone: what members of a group naturally differ by.
 [[nodiscard]] Usual group_spread(const Design& design, const Score& score, const std::vector<Reference>& references);
 
-[[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score,
-                                      const std::vector<Reference>& references);
+/// `inflation`, by channel, divides what each says; empty: 1 with references.
+[[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references,
+                                      const std::vector<double>& inflation = {});
 
-/// Each reference judged by the others, as if it were the log.
+/// Each reference judged by the others, as if it were the log; channels count over `inflation`.
 [[nodiscard]] std::vector<Remaining> references_by_the_others(const Design& design, const Score& score,
-                                                              const std::vector<Reference>& references);
+                                                              const std::vector<Reference>& references,
+                                                              const std::vector<double>& inflation);
 
 /// Sums of a reference in the order of another log's columns; a column that it lacks says nothing.
 [[nodiscard]] BlockSum in_order_of(const Design& design, const Reference& reference, const std::vector<double>& inflation);

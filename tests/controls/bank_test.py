@@ -19,7 +19,7 @@ from truth import effects
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-BENCH = [sys.executable, HERE / "explain_bench.py", "--tool", HERE / "stand_in.py"]
+BENCH = [sys.executable, HERE.parents[1] / "toolchain/explain_bench.py", "--tool", HERE / "stand_in.py"]
 
 
 def test_interval_of_a_share_is_wilsons():
@@ -223,7 +223,7 @@ def small_trial(tmp_path_factory):
     spy.chmod(0o755)
     command = [
         sys.executable,
-        HERE / "explain_bench.py",
+        HERE.parents[1] / "toolchain/explain_bench.py",
         "--tool",
         spy,
         "--quick",
