@@ -142,20 +142,24 @@ void members_of_one_log(const GroupScore& score, bool thermal, Usual& out) {
 }
 
 /// From references: each member as it is known to be, and what all of them change from log to log.
-void members_of_references(const std::vector<const GroupScore*>& references, Usual& out) {
-  constexpr double kUsual = 0.5, kRepeats = 0.02;  // typical sizes
+void members_of_references(const std::vector<const GroupScore*>& references, bool thermal, Usual& out) {
+  constexpr double kUsual = 0.5;                    // typical sizes
+  const double repeats = thermal ? 0.3 : 0.03;      // cells do not begin every drive equally warm
+  const double few = 1.0 + 2.0 / static_cast<double>(references.size());
   const Index shapes = references[0]->score.rows(), members = references[0]->score.cols();
   ColumnPrior prior;
   for (Index k = 0; k < shapes; ++k) prior.kin.push_back(static_cast<std::size_t>(k));
   prior.usual = VectorXd::Constant(shapes, kUsual);
-  prior.repeats = VectorXd::Constant(shapes, kRepeats);
+  prior.repeats = VectorXd::Constant(shapes, repeats);
+  prior.columns = 1.0;
   MatrixXd mean(shapes, members), variance = MatrixXd::Zero(shapes, shapes);
   for (Index i = 0; i < members; ++i) {
     std::vector<LogSums> logs;
     for (const GroupScore* reference : references) logs.push_back({reference->gram, reference->score.col(i)});
     const MixedModel model = mixed_model(logs, prior, kRounds);
     mean.col(i) = model.mean;
-    variance += model.variance() / static_cast<double>(members);
+    variance += model.mean_covariance / static_cast<double>(members);
+    variance.diagonal() += model.between * (few / static_cast<double>(members));
   }
   out.group_mean.push_back(mean);
   out.group_variance.push_back(variance);
@@ -167,7 +171,7 @@ void learn_groups(const Design& design, const Score& score, const std::vector<Re
     if (theirs.empty()) {
       members_of_one_log(score.groups[g], design.comparison.groups[g].balance == Balance::kHeat, out);
     } else {
-      members_of_references(theirs, out);
+      members_of_references(theirs, design.comparison.groups[g].balance == Balance::kHeat, out);
     }
   }
 }
