@@ -66,7 +66,7 @@ int LogCommand::log_in_lockstep() const {
         if (!port::is_lockstep(a.frame.id)) log.on_frame(member.tick(), Sender::kPlant, a.frame);
       }
       member.done(nothing);
-    } else if (wake == Wake::kStop) {
+    } else if (wake == Wake::kStop && !interrupted()) {
       refuse_loss(member.data());
       log.commit();
       return kExitOk;
