@@ -55,6 +55,9 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
                    "Estimation method of the reference study (ipo, fpo, ilo, flo, ffo), or all: each, the full fit and "
                    "their errors side by side; default: the full fit")
       ->check(one_of({"ipo", "fpo", "ilo", "flo", "ffo", kAllMethods}));
+  command_->add_flag("--constant", constant_,
+                     "A plain circuit: resistances and time constants with one value for all SOC, temperatures and "
+                     "currents; the OCV stays free");
   command_->add_option("--ocv", ocv_, "OCV from a slow test (a table) or a cell file; default: from the rests");
   command_->add_option("--temperature", temperatures_, "degC of the files after it that have no temperature column")
       ->allow_extra_args(false);
@@ -120,10 +123,11 @@ std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& d
     options.window_end_s = recording.window_end_s;
     const std::string name = cell_.empty() ? cell_of_file(recording.path) : recording.cell;
     auto cell = std::find_if(cells.begin(), cells.end(), [&](const CellData& c) { return c.name == name; });
-    if (cell == cells.end()) cell = cells.insert(cells.end(), {name, {}, {}});
+    if (cell == cells.end()) cell = cells.insert(cells.end(), {name, {}, {}, false});
     const std::optional<RoleMap>& map = maps.at(file++);
     cell->logs.push_back(read_cell_log(recording.path, map ? &*map : nullptr, data, options));
     CellLog& log = cell->logs.back();
+    cell->temperature_told |= !log.temperature_c.empty() || recording.temperature_given;
     double mean = recording.temperature_c;
     if (!log.temperature_c.empty()) {
       double sum = 0.0, count = 0.0;
@@ -153,6 +157,16 @@ void IdentifyCommand::take_method(IdentifyOptions& options) const {
                      "Leave out the other flag");
   }
   options.branches = 2;
+}
+
+void IdentifyCommand::take_constant(const std::vector<CellData>& cells, IdentifyOptions& options) const {
+  if (constant_ && !method_.empty()) {
+    throw InputError("--constant", "--constant with --method", "one of the two: the methods find tables over SOC",
+                     "Leave out one of the two");
+  }
+  options.constant = constant_;
+  options.temperature_told =
+      std::any_of(cells.begin(), cells.end(), [](const CellData& cell) { return cell.temperature_told; });
 }
 
 void IdentifyCommand::take_blocks(IdentifyOptions& options) const {
@@ -234,6 +248,7 @@ int IdentifyCommand::run(const DataFolder& data) {
     throw InputError("--out", "--rc 3", "one or two branches", "A cell file holds two; write three to --json");
   }
   const std::vector<CellData> cells = read(data);
+  take_constant(cells, options);
   const bool named = !out_.empty() && out_ != AtomicFile::kStandardOutput;
   std::string name = std::filesystem::path(named ? out_ : recordings_.files.front()).filename().string();
   name = name.substr(0, name.find('.'));

@@ -32,12 +32,14 @@ class IdentifyCommand {
     std::string name;
     std::vector<CellLog> logs;
     std::vector<double> temperatures_c;
+    bool temperature_told = false;  ///< by a column or a flag, of at least one
   };
   [[nodiscard]] std::vector<CellData> read(const DataFolder& data) const;
   [[nodiscard]] std::vector<CellTests> identify_cells(const std::vector<CellData>& cells,
                                                       IdentifyOptions options) const;
   [[nodiscard]] std::vector<MethodScore> compare(const std::vector<CellData>& cells,
                                                  const std::vector<CellTests>& full, IdentifyOptions options) const;
+  void take_constant(const std::vector<CellData>& cells, IdentifyOptions& options) const;
   void take_method(IdentifyOptions& options) const;
   /// What was given on the command line, to repeat it.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> flags() const;
@@ -51,6 +53,7 @@ class IdentifyCommand {
   std::vector<std::string> windows_;
   std::string method_, ocv_, blocks_, out_, json_, report_;
   int branches_ = 0;
+  bool constant_ = false;
   std::optional<CurrentHold> hold_;
   InstrumentLimits instruments_;
 };

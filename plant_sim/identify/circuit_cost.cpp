@@ -28,7 +28,7 @@ CircuitCost::CircuitCost(const CircuitFit& fit, Eigen::VectorXd tau_centre_s)
       log_centre_(tau_centre_s.array().log()),
       data_rows_(fit.rows().used),
       em_rough_(fit.ocv().roughness()),
-      r_rough_(fit.grid().roughness()) {
+      r_rough_(fit.r_roughness()) {
   prior_rows_ = em_rough_.rows() + r_rough_.rows() * (2 * at_.branches + 1) + at_.nodes * at_.branches +
                 static_cast<Index>(fit.priors().ocv.size()) + at_.states;
 }
@@ -69,16 +69,16 @@ void CircuitCost::for_each_prior(const double* p, const Put& put) const {
     const double weight = prior.roughness_weight(table, at_.branches);
     const bool is_resistance = table > 0 && table <= at_.branches + 1;
     const double* y = p + at_.first(table);
+    const Index width = rough.cols() - rough.rows() + 1;
     for (Index row = 0; row < rough.rows(); ++row) {
       double residual = 0.0;
-      w[3] = 0.0;
-      for (Index k = 0; k < 3; ++k) {
+      for (Index k = 0; k < width; ++k) {
         const double value = is_resistance ? std::exp(y[row + k]) : y[row + k];
         const double part = weight * rough(row, row + k);
         residual += part * value;
         w[static_cast<std::size_t>(k)] = is_resistance ? part * value : part;
       }
-      put(residual, at_.first(table) + row, w, 3);
+      put(residual, at_.first(table) + row, w, width);
     }
   }
   for (Index k = 0; k < at_.branches; ++k) {

@@ -10,6 +10,8 @@ namespace {
 using Eigen::Index;
 
 constexpr double kScale = 2e-3;  // s [V s^0.5]
+constexpr double kConstant = 1e-6;  // slope of a constant table that counts as one s, in its unit
+
 /// Nelder and Mead's simplex in a few dimensions.
 template <class Function>
 Eigen::VectorXd simplex_minimum(const Function& f, const Eigen::VectorXd& start, double size, int evaluations) {
@@ -59,7 +61,7 @@ Eigen::VectorXd simplex_minimum(const Function& f, const Eigen::VectorXd& start,
 double FitPriors::roughness_weight(Index table, Index branches) const {
   if (roughness_weights.size() > 0) return roughness_weights(table);
   if (table == 0) return kScale / em_roughness_v;
-  return kScale / (smoothness * (table <= branches + 1 ? resistance_scale : log_tau_roughness));
+  return kScale / ((constant ? kConstant : smoothness) * (table <= branches + 1 ? resistance_scale : log_tau_roughness));
 }
 
 CircuitFit::CircuitFit(const std::vector<TestRun>& runs, Index branches, FitPriors priors, SocGrid grid)
@@ -69,7 +71,7 @@ CircuitFit::CircuitFit(const std::vector<TestRun>& runs, Index branches, FitPrio
       priors_(std::move(priors)),
       rows_(runs, ocv_, grid_, branches),
       em_rough_(ocv_.roughness()),
-      r_rough_(grid_.roughness()) {}
+      r_rough_(priors_.constant ? grid_.slopes() : grid_.roughness()) {}
 
 void CircuitFit::add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, double& square) const {
   const Index em = em_count(), r = r_count();

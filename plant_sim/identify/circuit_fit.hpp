@@ -28,6 +28,7 @@ struct FitPriors {
   double state_sigma_v = 0.03;     ///< of a branch's unknown voltage after a gap
   double log_tau_roughness = 1.0;  ///< roughness of ln(tau) over SOC that counts as one s
   double log_tau_sigma = 0.5;      ///< how far a node's ln(tau) may stray from its branch's centre, for one sigma
+  bool constant = false;           ///< resistances and time constants may not change with SOC
   double tau_longest_s = 5000.0;   ///< what the longest rest can still tell from a drift of the OCV
   std::vector<OcvKnowledge> ocv;
   /// Weight of the roughness of each table [V s^0.5 over its unit]: Em, R0 .. RK, ln tau1 .. ln tauK. Empty: from
@@ -61,6 +62,8 @@ class CircuitFit {
   [[nodiscard]] const FitPriors& priors() const { return priors_; }
   [[nodiscard]] const SocGrid& ocv() const { return ocv_; }
   [[nodiscard]] const SocGrid& grid() const { return grid_; }
+  /// D of resistances and time constants, banded: its roughness or, where they are constant, its slopes.
+  [[nodiscard]] const Eigen::MatrixXd& r_roughness() const { return r_rough_; }
 
   [[nodiscard]] const CircuitRows& rows() const { return rows_; }
   [[nodiscard]] CircuitLayout layout() const { return {em_count(), r_count(), branches_, rows_.states}; }

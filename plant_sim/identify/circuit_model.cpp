@@ -52,6 +52,13 @@ Eigen::MatrixXd SocGrid::roughness() const {
   return rows;
 }
 
+Eigen::MatrixXd SocGrid::slopes() const {
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(size() - 1, size());
+  rows.diagonal().setConstant(-1.0);
+  rows.diagonal(1).setConstant(1.0);
+  return rows;
+}
+
 SocGrid breakpoint_grid() {
   return SocGrid({0.001, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0});
 }

@@ -39,6 +39,8 @@ class SocGrid {
   [[nodiscard]] const std::vector<double>& nodes() const { return at_; }
   /// Rows whose squares sum to the integral of the second derivative squared: what smoothness means on this grid.
   [[nodiscard]] Eigen::MatrixXd roughness() const;
+  /// Rows of the differences between neighbours: all zero for a constant.
+  [[nodiscard]] Eigen::MatrixXd slopes() const;
 
  private:
   std::vector<double> at_;

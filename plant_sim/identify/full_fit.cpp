@@ -69,7 +69,7 @@ class FullFitter {
       errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     }
     priors_.noise_v2_s = noise_density(runs_, errors);
-    if (by_evidence()) {
+    if (!priors_.constant && by_evidence()) {
       if (choose_order()) by_evidence();
     } else {
       by_prediction();
@@ -142,8 +142,10 @@ class FullFitter {
 
   void by_prediction() {
     priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
-    say("smoothness by prediction");
-    priors_.smoothness = choose_smoothness(runs_, taus_, priors_, out_.smoothness_scores);
+    if (!priors_.constant) {
+      say("smoothness by prediction");
+      priors_.smoothness = choose_smoothness(runs_, taus_, priors_, out_.smoothness_scores);
+    }
     choose_order();
     search(taus_);
     say("full fit");
@@ -160,8 +162,8 @@ class FullFitter {
     }
     out_.uncertainty = uncertainty_of(*cost, out_.packed, priors_.noise_v2_s);
     out_.priors = priors_;
-    out_.smoothness_from = "held-out pulses";
-    out_.smoothness = priors_.smoothness;
+    out_.smoothness_from = priors_.constant ? "--constant" : "held-out pulses";
+    out_.smoothness = priors_.constant ? 0.0 : priors_.smoothness;
     out_.noise_v2_s = priors_.noise_v2_s;
   }
 

@@ -25,6 +25,7 @@ using Eigen::Index;
 constexpr double kWindow = 120.0;               // s of a held-out pulse
 constexpr double kHysteresisLeast = 5e-3;       // V
 constexpr double kBin = 0.05, kExcited = 10.0;  // SOC and seconds of fast current that make a bin of SOC known
+constexpr double kCooled = 600.0;               // s of rest after which a cell is taken to be at the room's temperature
 constexpr double kRestShare = 0.5;              // of the longest rest, that a time constant may last
 
 /// Slow charge and slow discharge that disagree: the rows say nothing about the circuit, their middle is the OCV.
@@ -135,12 +136,17 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Test
 
 }  // namespace
 
-IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
+IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& given) {
+  IdentifyOptions options = given;
   std::vector<CellLog> logs = recorded;
   for (CellLog& log : logs) smooth_stepped_temperature(log);
   if (options.method && *options.method != Method::kFinalFull) return identify_by_stage(logs, options);
   const auto begin = std::chrono::steady_clock::now();
   IdentifyResult result;
+  if (options.constant) {
+    options.per_kelvin = 0.0;
+    result.notes.push_back("A plain circuit (--constant): one value of each resistance and time constant.");
+  }
   std::vector<PreparedLog> prepared = prepare(
       logs,
       {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c, options.per_kelvin,
@@ -148,6 +154,7 @@ IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOpti
       result.notes);
   FitPriors priors;
   priors.ocv = options.ocv;
+  priors.constant = options.constant;
   std::vector<TestRun> runs = runs_of(prepared, options.block_s > 0.0);
   priors.resistance_scale = typical_resistance(runs);
   if (priors.resistance_scale <= 0.0) {
@@ -157,6 +164,13 @@ IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOpti
   if (runs.size() < prepared.size()) {
     anchor_by_model(prepared, linear_fit(runs, first_taus(2), priors).model);
     runs = runs_of(prepared, options.block_s > 0.0);
+  }
+  // Resistances of a drive are those that the cell had as it warmed: a slope on top would count the warming twice.
+  if (!options.temperature_told && !options.constant && longest_rest(runs) < kCooled) {
+    options.per_kelvin = 0.0;
+    result.notes.push_back(
+        "No temperature was recorded or told, and no rest lets the cell cool: the resistances are those that it had as "
+        "it warmed, written without a change with temperature (--temperature T writes the usual one).");
   }
   std::vector<OcvKnowledge> rests;
   if (options.ocv.empty()) {

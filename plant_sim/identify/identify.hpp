@@ -18,6 +18,7 @@ namespace voltlap::plant {
 struct IdentifyOptions {
   int branches = 0;            ///< 1..3; 0: chosen by information criterion and held-out pulses, at most 2
   double per_kelvin = -0.014;  ///< [1/K] of resistances within one test; reference study, 2016, Table 7.2
+  bool temperature_told = true;  ///< else a recording without rests has warmed by nobody knows how much
   double reference_temperature_c = 25.0;       ///< at which the tables hold
   std::vector<OcvKnowledge> ocv;               ///< from a slow test or another cell file; empty: from the rests
   std::optional<double> capacity_ah;           ///< known from another recording of the cell; empty: from these
@@ -26,6 +27,7 @@ struct IdentifyOptions {
   InstrumentLimits instruments;                ///< what the intervals must cover beside noise
   double block_s = 0.0;                        ///< > 0: fit every other block of this length, predict the rest
   bool fit_even_blocks = true;
+  bool constant = false;  ///< a plain circuit: one value of each resistance and time constant for all SOC
   std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
 };
@@ -55,7 +57,7 @@ struct IdentifyResult {
   Eigen::VectorXd packed;
   std::vector<FileFinding> files;
   std::vector<OrderScore> orders;
-  std::string smoothness_from;         ///< evidence, held-out pulses
+  std::string smoothness_from;         ///< evidence, held-out pulses, --constant
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
   double rms_v = 0.0;  ///< of all rows that were used

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import subprocess
+import tomllib
 
 import pytest
 
@@ -105,3 +106,15 @@ def test_drive_is_refused_by_a_pulse_method(tmp_path):
     rows = [f"{t},{20 + 15 * ((t // 7) % 3)},{4.1 - 2e-4 * t - 1e-3 * (20 + 15 * ((t // 7) % 3))}" for t in range(3000)]
     table.write_text("time_s,current_a,voltage_v\n0,0,4.15\n" + "\n".join(rows[1:]) + "\n")
     assert "pulses with rests" in voltlap("identify", table, "--method", "ipo", code=2).stderr
+
+
+def test_a_plain_circuit_is_written_with_one_value_and_without_a_slope(bench, tmp_path):
+    cell = tmp_path / "plain.toml"
+    voltlap("identify", bench[0][0], "--rc", 2, "--constant", "--out", cell)
+    file = tomllib.loads(cell.read_text())
+    for name in ("r0", "r1", "r2", "tau1", "tau2"):
+        assert "per_kelvin" not in file[name]
+        assert max(file[name]["value"]) == pytest.approx(min(file[name]["value"]), rel=1e-3)
+    assert "A plain circuit" in cell.read_text()
+    said = voltlap("identify", bench[0][0], "--constant", "--method", "ipo", code=2).stderr
+    assert "--constant" in said and "--method" in said

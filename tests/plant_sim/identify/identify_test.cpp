@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "../core/scratch.hpp"
@@ -46,6 +47,36 @@ TEST(Identify, KnownCellIsRecoveredFromFourHoursOfPulses) {
     DOUBLES_EQUAL(1.0, r.model.tau(node, 0) / KnownCell::tau1(t), 0.1);
     DOUBLES_EQUAL(1.0, r.model.tau(node, 1) / KnownCell::tau2(t), 0.1);
   }
+}
+
+TEST(Identify, APlainCircuitHasOneValueForAllSocThatPredictsAlmostAsWell) {
+  const std::vector<CellLog> logs = logs_of(cell.pulse_plan(33.0, 320, 0.0));
+  const IdentifyResult tables = identify(logs, options);
+  options.constant = true;
+  const IdentifyResult plain = identify(logs, options);
+  for (Eigen::Index column = 0; column <= 2; ++column) {
+    const auto values = plain.model.r.col(column);
+    DOUBLES_EQUAL(1.0, values.maxCoeff() / values.minCoeff(), 1e-3);
+    CHECK(tables.model.r.col(column).maxCoeff() / tables.model.r.col(column).minCoeff() > 1.1);
+  }
+  DOUBLES_EQUAL(1.0, plain.model.r.row(0).sum() / tables.model.r.rowwise().sum().mean(), 0.15);
+  for (Eigen::Index column = 0; column < 2; ++column)
+    DOUBLES_EQUAL(1.0, plain.model.tau.col(column).maxCoeff() / plain.model.tau.col(column).minCoeff(), 1e-3);
+  CHECK(plain.rms_v > tables.rms_v && plain.rms_v < 0.03);
+}
+
+TEST(Identify, ADriveOfUnknownTemperatureGetsNoSlopeOverItAndATestWithRestsDoes) {
+  std::vector<double> drive(60, 0.0);
+  for (int k = 0; k < 60; ++k) drive.insert(drive.end(), 20, k % 2 == 0 ? 60.0 : 15.0);
+  options.temperature_told = false;
+  const IdentifyResult warmed = identify(logs_of(drive), options);
+  DOUBLES_EQUAL(0.0, warmed.model.per_kelvin, 0.0);
+  CHECK(std::any_of(warmed.notes.begin(), warmed.notes.end(), [](const std::string& note) {
+    return note.find("no rest lets the cell cool") != std::string::npos;
+  }));
+  DOUBLES_EQUAL(-0.014, identify(logs_of(cell.pulse_plan(33.0, 640)), options).model.per_kelvin, 0.0);
+  options.temperature_told = true;
+  DOUBLES_EQUAL(-0.014, identify(logs_of(drive), options).model.per_kelvin, 0.0);
 }
 
 TEST(Identify, IntervalsCoverNineTenthsOfTheTruth) {
