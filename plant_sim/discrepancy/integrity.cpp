@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
+
+#include "battery/cell_tables.hpp"
+#include "discrepancy/found_cause.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -16,7 +20,9 @@ using Eigen::VectorXd;
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGap = 5.0;            // usual intervals that make a gap
+constexpr double kBurst = 2.0;          // mean over median interval from which rows come in bursts
 constexpr double kFrozen = 3.0;         // s of one value under a moving current
+constexpr double kFrozenTurns = 3.0;    // times as long as the value usually stands
 constexpr double kLeastTime = 60.0;     // s that a judgement needs
 constexpr double kLeastRatio = 1.5;     // a finding must exceed the references' by this
 
@@ -66,10 +72,23 @@ void mask_impossible(Recording& log, const std::string& role, VectorXd& values, 
   }
 }
 
+/// How long a value usually stands: a slow scan of many cells repeats each until its next turn.
+double usual_stand_s(const VectorXd& time, const VectorXd& values) {
+  std::vector<double> stands;
+  Index first = 0;
+  for (Index row = 1; row < values.size(); ++row) {
+    if (values(row) == values(first)) continue;
+    if (std::isfinite(values(first))) stands.push_back(time(row) - time(first));
+    first = row;
+  }
+  return median_of(std::move(stands));
+}
+
 /// Does the current move while this value stands still?
 void mask_frozen(Recording& log, const std::string& role, VectorXd& values, const VectorXd& moving, double moved_by,
                  std::vector<GateFinding>& findings, const Range& range) {
   double total = 0.0;
+  const double least = std::max(kFrozen, kFrozenTurns * usual_stand_s(log.time_s, values));
   for (Index row = 0; row + 1 < values.size();) {
     Index last = row + 1;
     double low = moving(row), high = moving(row);
@@ -79,7 +98,7 @@ void mask_frozen(Recording& log, const std::string& role, VectorXd& values, cons
       ++last;
     }
     const double seconds = log.time_s(last - 1) - log.time_s(row);
-    if (last - row >= 10 && seconds >= kFrozen && high - low > moved_by && std::isfinite(values(row))) {
+    if (last - row >= 10 && seconds >= least && high - low > moved_by && std::isfinite(values(row))) {
       mask(log, values, role, row, last, fmt::format("frozen at {:.4g} {} while its neighbours move", values(row), range.unit));
       total += seconds;
     }
@@ -124,14 +143,26 @@ double step_of(const VectorXd& values) {
   return gaps[gaps.size() / 10];
 }
 
+/// Current that a voltage of this role must show: twice its usual step over the resistance that the model gives it.
+double least_shown_a(const std::string& role, const Model& model, const Range& range) {
+  const CellParameters& cell = model.world.car.cell;
+  const BatterySection& battery = model.world.car.battery;
+  const double r0 = CellTables(cell).circuit(0.5, cell.reference_temperature_c, cell.reference_current_a).r0_ohm;
+  const double cells = role == "pack_voltage" ? std::max(1, battery.cells_in_series) : 1;
+  return 2.0 * range.usual_step * battery.cells_in_parallel / (cells * r0);
+}
+
 void find_gaps(Recording& log, std::vector<GateFinding>& findings) {
   std::vector<double> intervals;
   for (Index row = 1; row < log.rows(); ++row) intervals.push_back(log.time_s(row) - log.time_s(row - 1));
-  const double usual = median_of(intervals);
+  const double mean = (log.time_s(log.rows() - 1) - log.time_s(0)) / static_cast<double>(log.rows() - 1);
+  // A logger that writes in bursts: the distance of its rows says nothing about frames that are missing.
+  const bool bursts = mean > kBurst * median_of(intervals);
+  const double usual = bursts ? mean : median_of(intervals);
   double missing = 0.0, count = 0.0;
   for (Index row = 1; row < log.rows(); ++row) {
     const double interval = log.time_s(row) - log.time_s(row - 1);
-    if (interval > 1.8 * usual) missing += std::round(interval / usual) - 1.0;
+    if (interval > 1.8 * usual && !bursts) missing += std::round(interval / usual) - 1.0;
     if (interval <= std::max(kGap * usual, 0.5)) continue;
     log.masked.push_back({"time", log.time_s(row - 1), log.time_s(row), fmt::format("nothing recorded for {:.1f} s", interval)});
     count += 1.0;
@@ -143,14 +174,33 @@ void find_gaps(Recording& log, std::vector<GateFinding>& findings) {
   }
 }
 
-/// NaN that came with the log.
-void note_holes(Recording& log, const std::string& role, const VectorXd& values, std::vector<GateFinding>& findings) {
-  double holes = 0.0;
-  for (const double v : values) holes += std::isfinite(v) ? 0.0 : 1.0;
-  if (holes <= 0.0) return;
+double holes_in(const VectorXd& values) {
+  return static_cast<double>(std::count_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); }));
+}
+
+void find_holes(const std::string& role, const VectorXd& values, std::vector<GateFinding>& findings) {
   const auto rows = static_cast<double>(values.size());
-  log.repairs.push_back(fmt::format("{}: {:.0f} rows without a value, not used", role, holes));
-  if (holes < rows) findings.push_back({"dropped_or_late_frames", role, "count", holes, "1", holes > 0.005 * rows});
+  const double holes = holes_in(values);
+  if (holes > 0.0 && holes < rows) findings.push_back({"dropped_or_late_frames", role, "count", holes, "1", holes > 0.005 * rows});
+}
+
+/// NaN that came with the log: a line for each signal, one for all cells or thermistors.
+void note_holes(Recording& log) {
+  std::map<std::string, std::vector<double>> by_stem;
+  for (const auto& [role, values] : log.signals) {
+    const double holes = holes_in(values);
+    if (holes <= 0.0) continue;
+    const bool numbered = role.starts_with("cell_voltage_") || role.starts_with("temperature_");
+    by_stem[numbered ? role.substr(0, role.rfind('_')) : role].push_back(holes);
+  }
+  for (auto& [stem, holes] : by_stem) {
+    const auto [least, most] = std::minmax_element(holes.begin(), holes.end());
+    const std::string whose = stem == "cell_voltage"  ? fmt::format("{} cells", holes.size())
+                              : stem == "temperature" ? fmt::format("{} thermistors", holes.size())
+                                                      : channel_words(stem);
+    const std::string count = *least < *most ? fmt::format("{:.0f} to {:.0f}", *least, *most) : fmt::format("{:.0f}", *most);
+    log.repairs.push_back(fmt::format("{}: {} of {} rows without a value, not used", whose, count, log.rows()));
+  }
 }
 
 void judge_amount(Gated& out) {
@@ -177,7 +227,8 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
   Gated out;
   out.log = raw;
   find_gaps(out.log, out.findings);
-  for (auto& [role, values] : out.log.signals) note_holes(out.log, role, values, out.findings);
+  for (const auto& [role, values] : out.log.signals) find_holes(role, values, out.findings);
+  note_holes(out.log);
   VectorXd moving = *out.log.find("current");
   double last = 0.0, most = 0.0;
   for (double& v : moving) {
@@ -202,7 +253,8 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
     if (role == "current") {
       mask_frozen(out.log, role, values, voltage, 0.3 * swing, out.findings, range);
     } else if (role == "voltage" || role == "pack_voltage" || role.starts_with("cell_voltage_")) {
-      mask_frozen(out.log, role, values, moving, 0.3 * most, out.findings, range);
+      const double moved_by = std::max(0.3 * most, least_shown_a(role, model, range));
+      mask_frozen(out.log, role, values, moving, moved_by, out.findings, range);
     }
     if (role == "pack_voltage" || role == "bus_voltage") mask_open_contactors(out.log, role, values, moving);
     const double step = step_of(values);
@@ -213,6 +265,19 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
   judge_amount(out);
   return out;
 }
+
+namespace {
+
+/// "cell 3 is frozen for 4.2 s"
+std::string said_of(const GateFinding& finding) {
+  const std::string whose = channel_words(finding.channel);
+  if (finding.cause == "quantisation") return fmt::format("{} is recorded in steps of {:.3g} {}", whose, finding.value, finding.unit);
+  if (finding.cause == "frozen_signal") return fmt::format("{} is frozen for {:.1f} s", whose, finding.value);
+  return finding.channel == "time" ? fmt::format("{:.0f} rows are missing or late", finding.value)
+                                   : fmt::format("{:.0f} rows of {} are missing or late", finding.value, whose);
+}
+
+}  // namespace
 
 std::vector<FoundCause> unusual_findings(const std::vector<GateFinding>& findings,
                                          const std::vector<std::vector<GateFinding>>& references) {
@@ -234,11 +299,7 @@ std::vector<FoundCause> unusual_findings(const std::vector<GateFinding>& finding
     found.parameters.push_back({"channel", "name", 0.0, 0.0, 0.0, finding.channel});
     found.parameters.push_back({finding.measure, finding.unit, finding.value, finding.value, finding.value, ""});
     found.probability = 0.99;
-    found.says = finding.cause == "quantisation"
-                     ? fmt::format("{} is recorded in steps of {:.3g} {}", finding.channel, finding.value, finding.unit)
-                 : finding.cause == "frozen_signal"
-                     ? fmt::format("{} is frozen for {:.1f} s", finding.channel, finding.value)
-                     : fmt::format("{:.0f} rows of {} are missing or late", finding.value, finding.channel);
+    found.says = said_of(finding);
     out.push_back(std::move(found));
   }
   return out;

@@ -17,7 +17,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr Index kLeastRows = 20;
-constexpr double kHold = 3.0, kLeastHold = 2.5;  // intervals, s: how long a slower channel holds
+constexpr double kHold = 3.0, kLeastHold = 2.5;  // intervals of the current, s: how long a slower channel holds
+constexpr double kOwnHold = 2.0;                 // intervals of the channel itself
 
 VectorXd values_of(const std::vector<double>& values) {
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
@@ -93,7 +94,10 @@ Recording read_recording(const DataFolder& data, const std::string& path, const 
   log.time_s = values_of(time);
   const double longest = std::max(kHold * usual_interval(time), kLeastHold);
   for (const auto& [role, channel] : read.channels) {
-    if (role != "time") log.signals[role] = values_of(held_at(channel, time, longest));
+    if (role == "time") continue;
+    // A slow scan of many cells holds until its next turn.
+    const double own = channel.time_s.size() > 1 ? kOwnHold * usual_interval(channel.time_s) : 0.0;
+    log.signals[role] = values_of(held_at(channel, time, std::max(longest, own)));
   }
   return log;
 }
