@@ -11,6 +11,7 @@
 
 #include "battery/cell_tables.hpp"
 #include "discrepancy/found_cause.hpp"
+#include "discrepancy/slow_scan.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -186,19 +187,20 @@ void find_holes(const std::string& role, const VectorXd& values, std::vector<Gat
 
 /// NaN that came with the log: a line for each signal, one for all cells or thermistors.
 void note_holes(Recording& log) {
-  std::map<std::string, std::vector<double>> by_stem;
+  std::map<std::string, std::vector<std::pair<std::string, double>>> by_stem;
   for (const auto& [role, values] : log.signals) {
     const double holes = holes_in(values);
     if (holes <= 0.0) continue;
     const bool numbered = role.starts_with("cell_voltage_") || role.starts_with("temperature_");
-    by_stem[numbered ? role.substr(0, role.rfind('_')) : role].push_back(holes);
+    by_stem[numbered ? role.substr(0, role.rfind('_')) : role].emplace_back(role, holes);
   }
-  for (auto& [stem, holes] : by_stem) {
-    const auto [least, most] = std::minmax_element(holes.begin(), holes.end());
-    const std::string whose = stem == "cell_voltage"  ? fmt::format("{} cells", holes.size())
-                              : stem == "temperature" ? fmt::format("{} thermistors", holes.size())
-                                                      : channel_words(stem);
-    const std::string count = *least < *most ? fmt::format("{:.0f} to {:.0f}", *least, *most) : fmt::format("{:.0f}", *most);
+  for (const auto& [stem, holes] : by_stem) {
+    const auto fewer = [](const auto& x, const auto& y) { return x.second < y.second; };
+    const double least = std::min_element(holes.begin(), holes.end(), fewer)->second;
+    const double most = std::max_element(holes.begin(), holes.end(), fewer)->second;
+    const std::string whose = holes.size() == 1 ? channel_words(holes.front().first)
+                                                : fmt::format("{} {}", holes.size(), stem == "temperature" ? "thermistors" : "cells");
+    const std::string count = least < most ? fmt::format("{:.0f} to {:.0f}", least, most) : fmt::format("{:.0f}", most);
     log.repairs.push_back(fmt::format("{}: {} of {} rows without a value, not used", whose, count, log.rows()));
   }
 }
@@ -263,6 +265,7 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
     }
   }
   judge_amount(out);
+  if (out.enough.empty()) bring_to_rows(out.log, model);
   return out;
 }
 

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "core/errors.hpp"
 #include "logs/drive_log.hpp"
@@ -17,8 +20,9 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr Index kLeastRows = 20;
-constexpr double kHold = 3.0, kLeastHold = 2.5;  // intervals of the current, s: how long a slower channel holds
-constexpr double kOwnHold = 2.0;                 // intervals of the channel itself
+constexpr double kTurns = 2.0;   // how long a value holds
+constexpr double kSeldom = 1.5;  // turns of the current from which a channel is read more seldom
+constexpr double kBurst = 2.0;   // mean over median interval from which samples come in bursts
 
 VectorXd values_of(const std::vector<double>& values) {
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
@@ -47,6 +51,55 @@ double usual_interval(const std::vector<double>& time_s) {
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
   return *middle;
+}
+
+struct Held {
+  VectorXd value, age_s;
+};
+
+/// The latest sample at each row: nothing where that one has no value or is older than `longest_s`.
+Held latest(const Channel& channel, const std::vector<double>& time_s, double longest_s) {
+  const auto rows = static_cast<Index>(time_s.size());
+  Held out{VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN()), VectorXd::Zero(rows)};
+  std::size_t next = 0;
+  for (Index row = 0; row < rows; ++row) {
+    const double t = time_s[static_cast<std::size_t>(row)];
+    while (next < channel.size() && channel.time_s[next] <= t) ++next;
+    if (next == 0 || t - channel.time_s[next - 1] > longest_s) continue;
+    out.value(row) = channel.value[next - 1];
+    out.age_s(row) = t - channel.time_s[next - 1];
+  }
+  return out;
+}
+
+/// How often a channel comes: the mean where it comes in bursts.
+double usual_turn(const std::vector<double>& time_s) {
+  const double mean = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  const double median = usual_interval(time_s);
+  return mean > kBurst * median ? mean : median;
+}
+
+/// One line a defect; a defect that many cells or thermistors have is one line too.
+void put_defects(const std::vector<LogDefect>& defects, Recording& log) {
+  std::map<std::pair<std::string, std::string>, std::vector<const LogDefect*>> alike;
+  for (const LogDefect& defect : defects) {
+    const std::size_t end = defect.channel.find_last_of('_');
+    const bool numbered = defect.channel.starts_with("cell_voltage_") || defect.channel.starts_with("temperature_");
+    alike[{defect.kind, numbered ? defect.channel.substr(0, end) : defect.channel}].push_back(&defect);
+  }
+  for (const auto& [key, same] : alike) {
+    if (same.size() < 3) {
+      for (const LogDefect* defect : same) log.repairs.push_back(defect->text);
+      continue;
+    }
+    double count = 0.0, first = same.front()->first_s;
+    for (const LogDefect* defect : same) {
+      count += static_cast<double>(defect->count);
+      first = std::min(first, defect->first_s);
+    }
+    log.repairs.push_back(fmt::format("{} {}: {:.0f} x {}, first at {:.3f} s", same.size(),
+                                      key.second == "temperature" ? "thermistors" : "cells", count, key.first, first));
+  }
 }
 
 }  // namespace
@@ -89,15 +142,16 @@ Recording read_recording(const DataFolder& data, const std::string& path, const 
   Recording log;
   log.path = path;
   log.repairs = read.notes;
-  for (const LogDefect& defect : read.defects) log.repairs.push_back(defect.text);
+  put_defects(read.defects, log);
   for (const MaskedStretch& m : read.masked) log.masked.push_back({m.channel, m.start_s, m.end_s, m.reason});
   log.time_s = values_of(time);
-  const double longest = std::max(kHold * usual_interval(time), kLeastHold);
+  const double turn = usual_turn(time);
   for (const auto& [role, channel] : read.channels) {
-    if (role == "time") continue;
-    // A slow scan of many cells holds until its next turn.
-    const double own = channel.time_s.size() > 1 ? kOwnHold * usual_interval(channel.time_s) : 0.0;
-    log.signals[role] = values_of(held_at(channel, time, std::max(longest, own)));
+    if (role == "time" || channel.size() < 2) continue;
+    const double own = usual_turn(channel.time_s);
+    Held held = latest(channel, time, kTurns * std::max(own, turn));
+    log.signals[role] = std::move(held.value);
+    if (own > kSeldom * turn) log.age_s[role] = std::move(held.age_s);
   }
   return log;
 }

@@ -22,6 +22,7 @@ struct Recording {
   std::string path;
   Eigen::VectorXd time_s;  ///< strictly increasing
   std::map<std::string, Eigen::VectorXd> signals;  ///< by role; never `time`
+  std::map<std::string, Eigen::VectorXd> age_s;  ///< of the values of roles that are read more seldom than the current
   std::vector<Masked> masked;
   std::vector<std::string> repairs;  ///< in words, for the report
 
