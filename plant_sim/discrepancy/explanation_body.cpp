@@ -23,6 +23,7 @@ constexpr std::size_t kMaskedShown = 200;
 std::string number_text(const FoundParameter& p) {
   if (p.unit == "name") return p.text;
   if (p.unit == "index") return fmt::format("{:.0f}", p.value);
+  if (p.name == "count") return fmt::format("{:.0f} rows", p.value);
   const double half = 0.5 * (p.high - p.low) * p.shown_scale;
   const std::string unit = p.shown_unit.empty() ? p.unit : p.shown_unit;
   if (!(half > 0.0)) return fmt::format("{:.4g} {}", p.value * p.shown_scale, unit);
@@ -49,9 +50,16 @@ const std::pair<const std::string, ChannelGain>* best_gain(const Explanation& e)
   return best;
 }
 
+/// Found in the log itself, before any comparison with the model.
+bool is_of_gate(const FoundCause& cause) { return cause.d_prime == 0.0 && cause.share_of_residual == 0.0; }
+
 std::string cause_tiles(const Explanation& e) {
   if (e.causes.empty()) return "";
   const FoundCause& cause = e.causes.front();
+  if (is_of_gate(cause)) {
+    const FoundParameter* p = main_number(cause);
+    return p == nullptr ? "" : html_tile(cause.name, number_text(*p), "", cause.says);
+  }
   std::string out;
   if (const FoundParameter* p = main_number(cause)) {
     const double half = 0.5 * (p->high - p->low) * p->shown_scale;
@@ -108,7 +116,7 @@ std::string cause_rows(const Explanation& e) {
     for (const FoundParameter& p : cause.parameters) {
       size += fmt::format("<div><small>{}</small> {}</div>", html_text(p.name), html_text(number_text(p)));
     }
-    const bool gate = cause.d_prime == 0.0 && cause.share_of_residual == 0.0;
+    const bool gate = is_of_gate(cause);
     out += fmt::format(
         "<tr><th scope=\"row\"><b>{}</b><small>{}</small></th><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
         "<td>{}</td></tr>\n",

@@ -168,9 +168,12 @@ std::vector<FoundCause> found_causes(const Judged& j, const RefinedSet& set, boo
 std::string sentence_of(const std::vector<FoundCause>& causes, const std::string& gained) {
   std::vector<std::string> says;
   for (const FoundCause& cause : causes) says.push_back(cause.says);
-  std::string text =
-      fmt::format("{}: {:.0f} % of the error", fmt::join(says, ", and "), 100.0 * causes.front().share_of_residual);
+  constexpr double kShown = 0.005;  // of the error
+  const double share = causes.front().share_of_residual;
+  std::string text = fmt::format("{}", fmt::join(says, ", and "));
+  if (share >= kShown) text += fmt::format(": {:.0f} % of the error", 100.0 * share);
   if (!gained.empty()) text += "; " + gained;
+  if (share < kShown && gained.empty()) text += "; the error as a whole is no smaller with it";
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   return text + ".";
 }
