@@ -80,59 +80,98 @@ void ocv_shapes(const VectorXd& soc, const Kin& kin, Shapes& shapes) {
   for (Index k = 0; k < kNodes; ++k) shapes.add(kin, fmt::format("ocv {}", k), columns.col(k));
 }
 
+/// The resistance over the size of the current: tents that are wider at higher rates.
+VectorXd rate_tent(const VectorXd& rate, double node) {
+  constexpr double kWidth = 0.8;  // of ln(rate)
+  return (1.0 - (rate.cwiseAbs().array() / node).log().abs() / kWidth).max(0.0).matrix();
+}
+
+struct VoltageState {
+  VectorXd rate, warmth, charge, steepness, drop;  ///< 1C; 10 K from 25 degC; from 60 % SOC; of the OCV; 100 mV
+};
+
+void resistance_shapes(const Design& design, const VoltageState& x, const VectorXd& drop, Shapes& shapes) {
+  constexpr Kin kStep{1, 3.0, 0.1}, kBent{2, 0.6, 0.01}, kUntested{7, 0.6, 0.02}, kWanders{8, 3.0, 0.3},
+      kHistory{9, 3.0, 0.1};
+  const VectorXd& rate = x.rate;
+  shapes.add(kStep, "current", rate);
+  shapes.add(kStep, "current warmth", times(rate, x.warmth));
+  shapes.add(kStep, "current warmth^2", times(rate, x.warmth.cwiseAbs2()));
+  shapes.add(kStep, "current soc", times(rate, x.charge));
+  shapes.add(kStep, "current soc^2", times(rate, x.charge.cwiseAbs2()));
+  shapes.add(kStep, "current soc^3", times(rate, times(x.charge, x.charge.cwiseAbs2())));
+  shapes.add(kStep, "current steepness", times(rate, x.steepness));
+  shapes.add(kStep, "current steepness^2", times(rate, x.steepness.cwiseAbs2()));
+  const VectorXd bend = times(rate, rate.cwiseAbs()) / 3.0;
+  shapes.add(kStep, "current rate", bend);
+  shapes.add(kStep, "current rate warmth", times(bend, x.warmth));
+  shapes.add(kStep, "current rate^2", times(bend, rate.cwiseAbs()) / 3.0);
+  // The core is warmer than the surface that is measured, and the electrodes' surfaces emptier than their cores.
+  const VectorXd heat = times(x.drop, rate);
+  for (const double tau : {60.0, 150.0, 400.0}) {
+    shapes.add(kHistory, fmt::format("drop heat {} s", tau), 0.1 * times(drop, shapes.behind(heat, tau)));
+  }
+  for (const double tau : {10.0, 30.0, 100.0}) {
+    const VectorXd load = 0.5 * shapes.behind(rate, tau);
+    shapes.add(kHistory, fmt::format("current load {} s", tau), times(rate, load));
+    if (tau != 30.0) shapes.add(kHistory, fmt::format("current rate load {} s", tau), times(bend, load));
+  }
+  const VectorXd late = ((shapes.time().array() - shapes.time()(0)) / 600.0 - 0.5).matrix();
+  shapes.add(kWanders, "current time", times(rate, late));
+  shapes.add(kWanders, "current time^2", times(rate, late.cwiseAbs2()));
+  const std::vector<double>& currents = design.model.car.cell.current_breakpoints_a;
+  for (const double node : {0.25, 1.0, 2.0, 3.0, 4.5}) {
+    const VectorXd bent = times(rate, rate_tent(rate, node));
+    const double current = node * design.model.car.cell.capacity_ah;
+    const bool tested = !currents.empty() && current >= currents.front() && current <= currents.back();
+    const Kin& kin = tested ? kBent : kUntested;
+    shapes.add(kin, fmt::format("current near {}C", node), bent);
+    shapes.add(kin, fmt::format("current near {}C warmth", node), times(bent, x.warmth));
+    shapes.add(kin, fmt::format("current near {}C soc", node), times(bent, x.charge));
+  }
+  // Below that it is noise of the sensor at rest, which a shape of its own would hide from the noise model.
+  constexpr double kCharging = 0.1;
+  if ((rate.array() < -kCharging).any()) shapes.add(kBent, "charging", rate.cwiseMin(0.0));
+}
+
 void voltage_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kDrop{0, 0.4, 0.07}, kStep{1, 0.1, 0.03}, kBent{2, 0.1, 0.03}, kFast{3, 0.08, 0.02},
-      kSlow{4, 0.08, 0.02}, kOcv{5, 0.1, 0.03}, kBeyond{6, 0.4, 0.4}, kUntested{7, 0.4, 0.2};
-  constexpr double kTenth = 0.1, kWarm = 0.1, kTent = 0.8;
+  constexpr Kin kDrop{0, 3.0, 0.1}, kFast{3, 0.5, 0.01}, kSlow{4, 0.5, 0.01}, kOcv{5, 0.3, 0.01}, kBeyond{6, 0.4, 0.1};
+  constexpr double kTenth = 0.1, kSteep = 0.8;
   const BatteryResponse& b = design.base.battery;
-  const VectorXd rate = rate_of(design);
   const VectorXd temperature =
       design.comparison.facts.temperature_c.size() > 0 ? design.comparison.facts.temperature_c : b.temperature_c;
-  const VectorXd warmth = ((temperature.array() - 25.0) / 10.0).matrix();
-  const VectorXd charge = ((b.soc.array() - 0.6) / 0.4).matrix();
-  const VectorXd heat = shapes.behind(times(b.drop_v, rate) / kWarm, 100.0);  // core above surface
   const double cells = design.comparison.channels[0].name == "voltage" ? 1.0 : design.model.car.battery.cells_in_series;
-  const VectorXd drop = b.drop_v * (kTenth * cells / shapes.size());
+  const VoltageState x{rate_of(design), ((temperature.array() - 25.0) / 10.0).matrix(),
+                       ((b.soc.array() - 0.6) / 0.4).matrix(), (b.ocv_slope_v.array() - kSteep).matrix(),
+                       b.drop_v / kTenth};
+  const VectorXd drop = x.drop * (kTenth * kTenth * cells / shapes.size());
   shapes.add(kDrop, "drop", drop);
-  shapes.add(kDrop, "drop warmth", times(drop, warmth));
+  shapes.add(kDrop, "drop warmth", times(drop, x.warmth));
   // Where the tables end they are held: 4 % a kelvin that a resistance goes on to change, more or less.
   const std::vector<double>& known = design.model.car.cell.temperature_breakpoints_c;
   if (!known.empty()) {
     shapes.add(kBeyond, "colder than the tables", times(drop, (known.front() - temperature.array()).max(0.0).matrix()));
     shapes.add(kBeyond, "warmer than the tables", times(drop, (temperature.array() - known.back()).max(0.0).matrix()));
   }
-  shapes.add(kStep, "current", rate);
-  shapes.add(kStep, "current warmth", times(rate, warmth));
-  shapes.add(kStep, "current soc", times(rate, charge));
-  shapes.add(kStep, "current heat", times(rate, heat));
-  const std::vector<double>& currents = design.model.car.cell.current_breakpoints_a;
-  for (const double node : {0.25, 1.0, 2.0, 3.0, 4.5}) {
-    // Resistance over the size of the current: tents that are wider at higher rates.
-    const VectorXd tent = (1.0 - (rate.cwiseAbs().array() / node).log().abs() / kTent).max(0.0).matrix();
-    const VectorXd bent = times(rate, tent);
-    const double current = node * design.model.car.cell.capacity_ah;
-    const bool tested = !currents.empty() && current >= currents.front() && current <= currents.back();
-    const Kin& kin = tested ? kBent : kUntested;
-    shapes.add(kin, fmt::format("current near {}C", node), bent);
-    shapes.add(kin, fmt::format("current near {}C warmth", node), times(bent, warmth));
-  }
-  shapes.add(kBent, "charging", rate.cwiseMin(0.0));
+  resistance_shapes(design, x, drop, shapes);
   for (const double tau : {1.0, 3.0, 10.0, 30.0}) {
-    const VectorXd late = shapes.behind(rate, tau);
+    const VectorXd late = shapes.behind(x.rate, tau);
     shapes.add(kFast, fmt::format("behind {} s", tau), late);
-    shapes.add(kFast, fmt::format("behind {} s warmth", tau), times(late, warmth));
-    shapes.add(kFast, fmt::format("behind {} s soc", tau), times(late, charge));
+    shapes.add(kFast, fmt::format("behind {} s warmth", tau), times(late, x.warmth));
+    shapes.add(kFast, fmt::format("behind {} s soc", tau), times(late, x.charge));
+    if (tau >= 10.0) shapes.add(kFast, fmt::format("behind {} s steepness", tau), times(late, x.steepness));
   }
   for (const double tau : {100.0, 300.0, 1000.0}) {
-    const VectorXd late = shapes.behind(rate, tau);
+    const VectorXd late = shapes.behind(x.rate, tau);
     shapes.add(kSlow, fmt::format("behind {} s", tau), late);
-    shapes.add(kSlow, fmt::format("behind {} s warmth", tau), 0.5 * times(late, warmth));
+    shapes.add(kSlow, fmt::format("behind {} s warmth", tau), 0.5 * times(late, x.warmth));
+    if (tau < 300.0) shapes.add(kSlow, fmt::format("behind {} s steepness", tau), times(late, x.steepness));
   }
   ocv_shapes(b.soc, kOcv, shapes);
 }
 
 void heat_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.2, 0.05}, kHeat{1, 0.5, 0.07}, kOther{2, 0.1, 0.02};
+  constexpr Kin kLevel{0, 0.2, 0.02}, kHeat{1, 0.7, 0.02}, kOther{2, 0.15, 0.01};
   const BatteryResponse& b = design.base.battery;
   const CellParameters& cell = design.model.car.cell;
   const VectorXd rate = rate_of(design);
@@ -157,14 +196,23 @@ void heat_shapes(const Design& design, Shapes& shapes) {
 }
 
 void terminal_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.5, 0.1}, kCurrent{1, 0.5, 0.1};
+  constexpr Kin kLevel{0, 0.5, 0.02}, kCurrent{1, 0.5, 0.01};
   const VectorXd rate = rate_of(design);
   shapes.add(kLevel, "1", VectorXd::Ones(rate.size()));
   shapes.add(kCurrent, "current", rate);
-  shapes.add(kCurrent, "charging", rate.cwiseMin(0.0));
   shapes.add(kCurrent, "current step", shifted(shapes.time(), rate, 0.05) - shifted(shapes.time(), rate, -0.05));
   shapes.add(kCurrent, "behind 1 s", shapes.behind(rate, 1.0));
   shapes.add(kCurrent, "behind 10 s", shapes.behind(rate, 10.0));
+}
+
+void soc_shapes(const Design& design, Shapes& shapes) {
+  constexpr Kin kLevel{0, 0.3, 0.1}, kDrawn{1, 0.3, 0.02};
+  const VectorXd& soc = design.base.battery.soc;
+  const VectorXd drawn = (soc(0) - soc.array()).matrix();
+  shapes.add(kLevel, "1", VectorXd::Ones(soc.size()));
+  shapes.add(kDrawn, "drawn", drawn);
+  shapes.add(kDrawn, "drawn^2", drawn.cwiseAbs2());
+  shapes.add(kDrawn, "time", (shapes.time().array() - shapes.time()(0)).matrix() / 600.0);
 }
 
 void car_shapes(const Design& design, Shapes& shapes) {
@@ -203,6 +251,7 @@ double usual_size(const BalanceChannel& channel, double cells_in_series) {
   if (channel.name == "speed") return 0.2;
   if (channel.name == "motor_speed") return 30.0;
   if (channel.balance == Balance::kHeat) return 1.0;
+  if (channel.name == "soc") return 5e-3;
   return channel.name == "voltage" ? 5e-3 : 2e-3 * cells_in_series;
 }
 
@@ -213,6 +262,8 @@ std::vector<Column> anonymous_columns(const Design& design) {
     Shapes shapes(design, c);
     if (c == 0) {
       voltage_shapes(design, shapes);
+    } else if (channel.name == "soc") {
+      soc_shapes(design, shapes);
     } else if (channel.balance == Balance::kVoltage) {
       terminal_shapes(design, shapes);
     } else if (channel.balance == Balance::kHeat) {

@@ -76,6 +76,47 @@ std::vector<bool> stopped_rows(const Recording& log) {
   return out;
 }
 
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What the sensor reads while nothing is drawn, and how far its noise goes from there.
+std::pair<double, double> rest_level(const VectorXd& current) {
+  constexpr double kSigmas = 5.0, kLeast = 1e-3;
+  const double most = largest(current);
+  std::vector<double> quiet, steps;
+  for (Index row = 1; row < current.size(); ++row) {
+    if (!(std::abs(current(row)) <= kRestCurrent * most) || !(std::abs(current(row - 1)) <= kRestCurrent * most)) continue;
+    quiet.push_back(current(row));
+    steps.push_back(std::abs(current(row) - current(row - 1)));
+  }
+  const double sigma = 1.4826 * median_of(steps) / std::sqrt(2.0);
+  return {median_of(quiet), std::max(kSigmas * sigma, kLeast * most)};
+}
+
+/// Averages the current where nothing is drawn for a while: there the noise of its sensor is all that changes, and would
+/// come back as an error of the resistance that it is multiplied with.
+void settle_rests(Comparison& out) {
+  constexpr double kWindow = 5.0, kShortest = 0.35;  // s on each side; a stretch
+  const VectorXd &time = out.log.time_s, &raw = *out.log.find("current");
+  out.facts.current_a = raw;
+  out.facts.at_rest.assign(static_cast<std::size_t>(raw.size()), false);
+  const auto [level, reach] = rest_level(raw);
+  for (Index first = 0; first < raw.size();) {
+    Index end = first;
+    while (end < raw.size() && std::abs(raw(end) - level) <= reach) ++end;
+    const Index n = end - first;
+    if (n > 1 && time(end - 1) - time(first) > kShortest) {
+      out.facts.current_a.segment(first, n) = smoothed(time.segment(first, n), raw.segment(first, n), kWindow);
+      std::fill_n(out.facts.at_rest.begin() + first, n, true);
+    }
+    first = std::max(end, first + 1);
+  }
+}
+
 /// Voltage of one cell as the model's battery sees it.
 struct MainVoltage {
   VectorXd measured;
@@ -150,6 +191,23 @@ void settle_hold(const World& model, Comparison& out) {
   out.facts.hold = hold;
 }
 
+/// As a BMS reports it that knows the charge, or that counts the current it logs.
+VectorXd reported_soc(const World& world, const Comparison& comparison, const BatteryResponse& battery) {
+  if (!world.soc_is_counted) return (battery.soc.array() - world.reported_soc_low).matrix();
+  const VectorXd &time = comparison.log.time_s, &current = comparison.facts.current_a;
+  const double coulombs = 3600.0 * world.counted_ah * world.car.battery.cells_in_parallel;
+  VectorXd out(time.size());
+  double soc = comparison.facts.initial_soc - world.reported_soc_low;
+  for (Index row = 0; row < time.size(); ++row) {
+    const CurrentHold hold = comparison.facts.hold;
+    const double begin = row == 0 || hold == CurrentHold::kNext ? current(row) : current(row - 1);
+    const double end = row > 0 && hold == CurrentHold::kPrevious ? current(row - 1) : current(row);
+    if (row > 0) soc -= 0.5 * (begin + end) * (time(row) - time(row - 1)) / coulombs;
+    out(row) = soc;
+  }
+  return out;
+}
+
 }  // namespace
 
 const char* name_of(Balance balance) {
@@ -162,7 +220,7 @@ const BalanceChannel* Comparison::find(const std::string& name) const {
   return found == channels.end() ? nullptr : &*found;
 }
 
-Comparison comparison_of(const World& model, Recording recording, bool soc_stated) {
+Comparison comparison_of(const World& model, Recording recording, const ComparisonOptions& options) {
   Comparison out;
   out.log = std::move(recording);
   const Recording& log = out.log;
@@ -176,6 +234,13 @@ Comparison comparison_of(const World& model, Recording recording, bool soc_state
     out.channels.push_back({"bus_voltage", Balance::kVoltage, "V", *log.find("bus_voltage")});
   }
   out.facts.stopped = stopped_rows(log);
+  settle_rests(out);
+  out.facts.voltage_v = held(main.measured) / main.cells;
+  out.facts.sensor_cells = main.name == "voltage" && !cells.empty() ? 0.0 : main.cells;
+  const bool starts_at_rest = !out.facts.at_rest.empty() && out.facts.at_rest.front();
+  if (options.judge_soc && starts_at_rest && log.find("soc") != nullptr) {
+    out.channels.push_back({"soc", Balance::kCharge, "1", *log.find("soc")});
+  }
   out.facts.initial_temperature_c = model.car.battery.initial_temperature_c;
   if (!thermistors.empty()) {
     const VectorXd mean = mean_of(log, thermistors);
@@ -190,7 +255,7 @@ Comparison comparison_of(const World& model, Recording recording, bool soc_state
   for (BalanceChannel& channel : car_channels(model, log)) out.channels.push_back(std::move(channel));
   if (cells.size() > 1) out.groups.push_back(group_of(log, "cell_voltage_", Balance::kVoltage));
   if (thermistors.size() > 1) out.groups.push_back(group_of(log, "temperature_", Balance::kHeat));
-  settle_start(model, main, soc_stated, out);
+  settle_start(model, main, options.soc_stated, out);
   settle_hold(model, out);
   return out;
 }
@@ -217,6 +282,8 @@ Prediction predict(const World& world, const Comparison& comparison) {
       const VectorXd* pack = log.find("pack_voltage");
       const VectorXd behind = pack != nullptr ? *pack : VectorXd(mean_of(log, cells) * static_cast<double>(cells.size()));
       out.channels.push_back(behind - world.car.contactors.resistance_ohm * pack_current);
+    } else if (channel.name == "soc") {
+      out.channels.push_back(reported_soc(world, comparison, out.battery));
     } else if (channel.name == "temperature") {
       SensorError lag{0.0, world.thermistor_offset_k, 0.0};
       VectorXd seen = out.battery.temperature_c;

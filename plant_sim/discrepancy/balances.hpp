@@ -5,7 +5,8 @@
 //   voltage        cell's (or mean cell's, or pack's) voltage given the current
 //   pack_voltage   pack voltage given the sum of the cells (where cells are recorded)
 //   bus_voltage    bus voltage given the pack voltage
-//   temperature    mean thermistor given the current
+//   soc            SOC in the log given the current (only where sound logs tell how the log's SOC is made)
+//   temperature    mean thermistor given current and voltage
 //   power          V I given torque and speed of the motor
 //   speed          acceleration given torque, speed and brake
 //   motor_speed    motor speed given ground speed
@@ -47,9 +48,15 @@ struct Comparison {
   [[nodiscard]] const BalanceChannel* find(const std::string& name) const;
 };
 
+/// What else is known when a log is compared.
+struct ComparisonOptions {
+  bool soc_stated = false;     ///< the model says with which SOC the log begins
+  bool judge_soc = false;      ///< the log's SOC is a channel of its own
+};
+
 /// Picks channels and facts (start SOC from the first rest, hold of the current) for this model. The battery of the
 /// model is brought to the log's number of cells by the caller.
-[[nodiscard]] Comparison comparison_of(const World& model, Recording log, bool soc_stated);
+[[nodiscard]] Comparison comparison_of(const World& model, Recording log, const ComparisonOptions& options);
 
 struct Prediction {
   std::vector<Eigen::VectorXd> channels;  ///< in the order of Comparison::channels

@@ -14,8 +14,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// The current that flowed, from what its sensor said; a missing reading counts as the one before.
-VectorXd true_current(const World& world, const Recording& log) {
-  const VectorXd& raw = *log.find("current");
+VectorXd true_current(const World& world, const Recording& log, const VectorXd& raw) {
   VectorXd out = raw;
   double last = 0.0;
   for (Index row = 0; row < out.size(); ++row) {
@@ -29,6 +28,12 @@ VectorXd true_current(const World& world, const Recording& log) {
     if (clipped) out(row) += std::copysign(world.current_beyond_limit_a, raw(row));
   }
   return out / world.car.battery.cells_in_parallel;
+}
+
+/// The measured voltage of one cell with the sensor's error taken out.
+VectorXd true_voltage(const World& world, const LogFacts& facts) {
+  if (facts.voltage_v.size() == 0 || facts.sensor_cells == 0.0) return facts.voltage_v;
+  return ((facts.voltage_v.array() - world.voltage.offset / facts.sensor_cells) / (1.0 + world.voltage.gain)).matrix();
 }
 
 struct Branch {
@@ -75,7 +80,7 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
   const CellTables tables(cell);
   const Index n = log.rows();
   BatteryResponse out;
-  out.current_a = true_current(world, log);
+  out.current_a = true_current(world, log, facts.current_a);
   for (VectorXd* v : {&out.voltage_v, &out.soc, &out.ocv_slope_v, &out.drop_v, &out.r0_ohm, &out.temperature_c}) v->resize(n);
   const double floor = world.car.battery.lookup_current_floor_a;
   const double heat_capacity = cell.mass_kg * cell.heat_capacity_j_per_kg_k;
@@ -84,6 +89,8 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
   Branch one, two;
   CellEffectState state;
   CircuitParameters before{};
+  const VectorXd measured = true_voltage(world, facts);
+  double heat_before = 0.0;  // power [W] that heated at the row before, by the measured voltage
   for (Index row = 0; row < n; ++row) {
     const double end = out.current_a(row);
     const double before_a = row == 0 ? end : out.current_a(row - 1);
@@ -99,8 +106,14 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
       two.step(dt, 0.5 * (before.tau2_s + p.tau2_s), before.r2_ohm, p.r2_ohm, begin, last);
       if (has_dynamics(effects)) advance(effects, state, begin, last, cell.capacity_ah, dt);
       const double square = (begin * begin + begin * last + last * last) / 3.0, mean = 0.5 * (begin + last);
-      const double heat = square * p.r0_ohm + one.v * one.v / p.r1_ohm + two.v * two.v / p.r2_ohm +
-                          drop_of(effects, state) * mean + reversible_heat(effects, mean, temperature);
+      double heat = square * p.r0_ohm + one.v * one.v / p.r1_ohm + two.v * two.v / p.r2_ohm + drop_of(effects, state) * mean;
+      if (measured.size() > 0) {
+        // Where the voltage is known so is the heat, whatever the resistances are.
+        const double heat_now = last * (tables.ocv(soc).voltage_v - measured(row));
+        heat = 0.5 * (heat_before + heat_now);
+        heat_before = heat_now;
+      }
+      heat += reversible_heat(effects, mean, temperature);
       const bool stopped = facts.stopped[static_cast<std::size_t>(row)];
       const double w = cooling * (stopped ? 1.0 + world.cooling_at_stop_change : 1.0);
       const double ambient =

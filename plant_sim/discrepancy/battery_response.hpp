@@ -19,6 +19,10 @@ struct LogFacts {
   Eigen::VectorXd temperature_c;    ///< measured mean, last value held; empty: not measured
   Eigen::VectorXd ambient_above_model_k;  ///< measured, last value held; empty: the model's holds
   std::vector<bool> stopped;        ///< the car stands, or draws nothing for 3 s
+  Eigen::VectorXd current_a;        ///< as logged, its noise averaged while nothing is drawn
+  std::vector<bool> at_rest;        ///< where it is averaged
+  Eigen::VectorXd voltage_v;        ///< of one cell as logged, last value held; empty: not measured
+  double sensor_cells = 0.0;        ///< cells that one sensor of that voltage spans; 0: many sensors, none counts
 };
 
 struct BatteryResponse {

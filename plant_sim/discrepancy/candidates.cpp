@@ -151,7 +151,7 @@ System system_of(const Design& design, const std::vector<Candidate>& locals, con
   System out{{}, rest.information, rest.score, prior_variances(design)};
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
-    if (column.key.starts_with("local/")) continue;
+    if (column.key.starts_with("local/") || column.free > 0.0) continue;
     const bool goes_on = !out.candidates.empty() && same_candidate(design.columns[k - 1], column);
     if (!goes_on) {
       Candidate made;

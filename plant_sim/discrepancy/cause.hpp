@@ -22,6 +22,7 @@ struct CauseParameter {
   double shown_scale = 1.0;        ///< in sentences
   const char* shown_unit = "";
   double repeats = 0.0;            ///< standard deviation from day to day of a sound one; judgement, said in the file
+  double spread = 0.0;             ///< and among the sound members of a group
 };
 
 /// One way in which a cause can act on this log.
@@ -64,6 +65,18 @@ struct Cause {
   for (std::size_t k = 0; k < parameters; ++k) form.linear.push_back(k);
   form.refined = form.linear;
   return form;
+}
+
+/// The form, and where the log's SOC is judged also one that leaves that SOC alone: a BMS that counts the logged current.
+[[nodiscard]] inline std::vector<Form> with_counted_soc(const Form& form, const Comparison& c) {
+  if (c.find("soc") == nullptr) return {form};
+  Form counted = form;
+  counted.apply = [plain = form.apply](World& w, Values v) {
+    if (!w.soc_is_counted) w.counted_ah = w.car.cell.capacity_ah;
+    w.soc_is_counted = true;
+    plain(w, v);
+  };
+  return {form, counted};
 }
 
 /// Where a thermistor is recorded.

@@ -55,10 +55,52 @@ void add_shapes(Design& out, int index, const Cause& cause, std::size_t number, 
     const std::vector<VectorXd> effects = form.shapes(out.model, out.comparison, out.base);
     for (std::size_t k = 0; k < effects.size(); ++k) {
       const std::size_t parameter = form.linear[k];
-      const std::string key = fmt::format("{}/{}", cause.name, parameter);
-      out.shapes[g].push_back({index, number, parameter, key, effects[k] * cause.parameters[parameter].typical});
+      const CauseParameter& p = cause.parameters[parameter];
+      out.shapes[g].push_back({index, number, parameter, fmt::format("{}/{}", cause.name, parameter),
+                               p.spread / p.typical, p.repeats / p.typical, effects[k] * p.typical});
     }
   }
+}
+
+/// Cells do not begin equally full nor equally warm, and the ends of a row stay cooler: what sound members differ by.
+void add_member_shapes(Design& out) {
+  constexpr double kSoc = 0.01, kPerKelvin = 0.02, kTenKelvin = 10.0;
+  const BatteryResponse& b = out.base.battery;
+  const CellParameters& cell = out.model.car.cell;
+  const double cooling = cell.convection_w_per_m2_k * cell.surface_area_m2;
+  const double tau = cooling > 0.0 ? cell.mass_kg * cell.heat_capacity_j_per_kg_k / cooling : 1e9;
+  const VectorXd& time = out.comparison.log.time_s;
+  const VectorXd fades = (-(time.array() - time(0)) / tau).exp().matrix();
+  const VectorXd rise = (b.temperature_c.array() - b.temperature_c(0)).matrix() / kTenKelvin;
+  for (std::size_t g = 0; g < out.comparison.groups.size(); ++g) {
+    const auto add = [&](const char* key, double spread, double repeats, const VectorXd& effect) {
+      out.shapes[g].push_back({-1, 0, 0, key, spread, repeats, effect});
+    };
+    if (out.comparison.groups[g].balance == Balance::kHeat) {
+      add("member/warmth", 0.3, 0.4, fades);
+      add("member/warming", 0.5, 0.05, rise);
+    } else {
+      add("member/soc", 1.0, 1.0, kSoc * b.ocv_slope_v);
+      add("member/warmth", 0.3, 0.4, kPerKelvin * b.drop_v.cwiseProduct(fades));
+      add("member/warming", 0.5, 0.05, kPerKelvin * b.drop_v.cwiseProduct(rise));
+    }
+  }
+}
+
+/// The first rest tells the charge to about 0.2 %.
+void add_start(Design& out) {
+  constexpr double kTypical = 0.01, kKnown = 0.2, kStepOfSoc = 0.002;
+  World world = out.model;
+  world.initial_soc_change += kStepOfSoc;
+  const Prediction prediction = predict(world, out.comparison);
+  Column column;
+  column.key = "start/soc";
+  column.balance = Balance::kCharge;
+  column.free = kKnown;
+  for (std::size_t c = 0; c < prediction.channels.size(); ++c) {
+    column.effect.push_back(without_noise((prediction.channels[c] - out.base.channels[c]) * (kTypical / kStepOfSoc)));
+  }
+  out.columns.push_back(std::move(column));
 }
 
 }  // namespace
@@ -89,6 +131,8 @@ Design design_of(const World& model, Comparison comparison, const std::vector<Ca
       }
     }
   }
+  add_member_shapes(out);
+  if (out.comparison.facts.starts_at_rest) add_start(out);
   for (Column& column : anonymous_columns(out)) out.columns.push_back(std::move(column));
   return out;
 }

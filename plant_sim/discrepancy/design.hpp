@@ -20,13 +20,15 @@ struct Column {
   std::size_t kin = 0;                     ///< of a shape without a name: shapes of a channel that are of one size
   double usual = 0.0;                      ///< how much of it a sound model usually misses, one sigma
   double repeats = 0.0;                    ///< and how much that differs from log to log
+  double free = 0.0;                       ///< how much nobody can know of it beforehand; then it is never a cause
 };
 
-/// Signature of one linear parameter on a member of a group.
+/// Signature of one linear parameter on a member of a group; `cause` is -1 for what differs between sound members.
 struct Shape {
   int cause = -1;
   std::size_t form = 0, parameter = 0;
   std::string key;
+  double spread = 0.0, repeats = 0.0;      ///< among sound members, and of one of them from log to log
   Eigen::VectorXd effect;
 };
 

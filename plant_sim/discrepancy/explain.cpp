@@ -155,7 +155,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   };
   Explanation out;
   out.with_references = !options.references.empty();
-  const bool soc_stated = model.kind != ModelKind::kCell;
+  const ComparisonOptions compared{model.kind != ModelKind::kCell, out.with_references};
   Gated gated = integrity_gate(raw, model);
   std::vector<std::vector<GateFinding>> usual_findings;
   Case c;
@@ -164,7 +164,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
     Gated theirs = integrity_gate(reference, model);
     usual_findings.push_back(theirs.findings);
     c.reference_designs.push_back(
-        std::make_unique<Design>(design_of(model.world, comparison_of(model.world, theirs.log, soc_stated), c.causes)));
+        std::make_unique<Design>(design_of(model.world, comparison_of(model.world, theirs.log, compared), c.causes)));
     progress("reading references", static_cast<double>(c.reference_designs.size()) /
                                        static_cast<double>(options.references.size()));
   }
@@ -179,7 +179,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
     return out;
   }
   progress("comparing with the model", 0.2);
-  c.design = design_of(model.world, comparison_of(model.world, gated.log, soc_stated), c.causes);
+  c.design = design_of(model.world, comparison_of(model.world, gated.log, compared), c.causes);
   learn_floor(c);
   progress("weighing causes", 0.5);
   analyse(c, options.fit_blocks);
@@ -188,9 +188,9 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c));
   progress("refining", 0.7);
   refine_best(c, sets, refinery, weighed.score.norm() / c.system.score.norm());
-  const double freedom = out.with_references ? 2.0 * static_cast<double>(options.references.size()) + 4.0 : 20.0;
+  constexpr double kFreedom = 20.0;  // of the scale of a sound log's scores
   progress("null distribution", 0.85);
-  const Decision decision = decide(weighed, sets, freedom, options.draws, options.seed);
+  const Decision decision = decide(weighed, sets, kFreedom, options.draws, options.seed);
   std::vector<System> quarters, halves;
   for (std::size_t part = 0; part < 4; ++part) {
     quarters.push_back(system_of(c.design, c.locals, c.score, c.usual, c.causes,
@@ -201,7 +201,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
                                part_of_blocks(c.use, c.score.blocks(), 2, part, false)));
   }
   std::optional<Comparison> holdout;
-  if (options.holdout) holdout = comparison_of(model.world, integrity_gate(*options.holdout, model).log, soc_stated);
+  if (options.holdout) holdout = comparison_of(model.world, integrity_gate(*options.holdout, model).log, compared);
   const Judged judged{c.causes,  c.design, c.system, c.noise,  c.use,
                       sets,      decision, quarters, halves,   refinery, holdout ? &*holdout : nullptr};
   put_verdict(judged, gate, out);

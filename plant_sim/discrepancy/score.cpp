@@ -92,7 +92,8 @@ std::vector<Index> columns_on(const Design& design, std::size_t channel, bool an
   std::vector<Index> out;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
-    if (column.effect[channel].size() > 0 && (column.cause < 0 || !anonymous_only)) out.push_back(static_cast<Index>(k));
+    const bool shape = column.cause < 0 && column.free == 0.0;
+    if (column.effect[channel].size() > 0 && (shape || !anonymous_only)) out.push_back(static_cast<Index>(k));
   }
   return out;
 }
@@ -116,9 +117,8 @@ Noise with_model_error(Noise noise, double usual) {
 }
 
 /// The columns took a part of the slow noise with them: as many of its independent stretches as there are slow columns.
-Noise with_lost_part(Noise noise, double seconds) {
-  constexpr double kSlowColumns = 20.0, kMost = 4.0;
-  noise.coloured *= std::sqrt(std::min(kMost, 1.0 + kSlowColumns * 2.0 * noise.tau_s / seconds));
+Noise with_lost_part(Noise noise, double seconds, double slow_columns, double most) {
+  noise.coloured *= std::sqrt(std::min(most, 1.0 + slow_columns * 2.0 * noise.tau_s / seconds));
   return noise;
 }
 
@@ -155,7 +155,6 @@ std::vector<NoiseSample> remainders(const std::vector<const Design*>& designs, c
   const bool alone = designs.size() == 1;
   std::vector<LogSums> logs;
   std::vector<std::vector<Index>> columns;
-  ColumnPrior prior;
   for (const Design* design : designs) {
     const std::size_t c = channel_named(*design, name);
     columns.push_back(columns_on(*design, c, !alone));
@@ -195,9 +194,14 @@ Noise channel_noise(const std::vector<const Design*>& designs, const std::string
   }
   Noise noise = fit_noise(samples, least);
   for (int pass = 0; pass < 2; ++pass) noise = fit_noise(remainders(designs, name, noise), least);
-  if (designs.size() > 1) return noise;
   const VectorXd& time = first.comparison.log.time_s;
-  return with_model_error(with_lost_part(noise, time(time.size() - 1) - time(0)), usual);
+  const double seconds = time(time.size() - 1) - time(0);
+  constexpr double kOfOneLog = 20.0, kMostOfOneLog = 4.0, kOfMany = 5.0, kMostOfMany = 2.0;
+  if (designs.size() > 1) {
+    noise = with_lost_part(noise, seconds, kOfMany, kMostOfMany);
+    return channel.name == "soc" ? with_model_error(noise, usual) : noise;
+  }
+  return with_model_error(with_lost_part(noise, seconds, kOfOneLog, kMostOfOneLog), usual);
 }
 
 Noise group_noise(const std::vector<const Design*>& designs, const std::string& stem) {
@@ -269,7 +273,12 @@ VectorXd ohm_of(const Design& design, std::size_t channel) {
   if (channel > 0) return {};
   const BatterySection& battery = design.model.car.battery;
   const double cells = design.comparison.channels[0].name == "voltage" ? 1.0 : battery.cells_in_series;
-  return design.base.battery.r0_ohm * (cells / battery.cells_in_parallel);
+  VectorXd out = design.base.battery.r0_ohm * (cells / battery.cells_in_parallel);
+  const std::vector<bool>& averaged = design.comparison.facts.at_rest;
+  for (Index row = 0; row < out.size(); ++row) {
+    if (averaged[static_cast<std::size_t>(row)]) out(row) = 0.0;
+  }
+  return out;
 }
 
 ColumnPrior prior_of(const Design& design, const std::vector<Index>& columns) {
@@ -278,7 +287,7 @@ ColumnPrior prior_of(const Design& design, const std::vector<Index>& columns) {
   out.repeats.resize(static_cast<Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const Column& column = design.columns[static_cast<std::size_t>(columns[k])];
-    out.kin.push_back(column.kin);
+    out.kin.push_back(k);  // each column by itself: what one repeats tells little of the others
     out.usual(static_cast<Index>(k)) = column.usual;
     out.repeats(static_cast<Index>(k)) = column.repeats;
   }

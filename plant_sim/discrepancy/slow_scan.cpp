@@ -37,7 +37,7 @@ VectorXd change_since(const VectorXd& time, const VectorXd& voltage, const Vecto
 void bring_to_rows(Recording& log, const Model& model) {
   const auto due = [](const auto& entry) { return is_cell(entry.first) || entry.first == "pack_voltage"; };
   if (!std::any_of(log.age_s.begin(), log.age_s.end(), due)) return;
-  const Comparison c = comparison_of(model.world, log, model.kind != ModelKind::kCell);
+  const Comparison c = comparison_of(model.world, log, {.soc_stated = model.kind != ModelKind::kCell});
   const VectorXd voltage = predict(model.world, c).battery.voltage_v;
   double oldest = 0.0;
   for (const auto& [role, age] : log.age_s) {

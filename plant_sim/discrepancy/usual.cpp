@@ -38,15 +38,16 @@ double inflation_of(const std::vector<BlockSum>& blocks) {
 /// What no log tells beforehand: what differs from day to day, and the start. Without references also what a model
 /// usually misses.
 VectorXd always_free(const Design& design, bool with_references) {
-  constexpr double kAlone = 0.02, kShareOfUsual = 0.03;  // so that what is found stands out of the log's own floor
+  constexpr double kAlone = 0.02, kShareOfUsual = 0.03, kMost = 0.4;  // so that what is found stands out of the log's own floor
   VectorXd v(static_cast<Index>(design.columns.size()));
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
     double size = column.cause >= 0 ? column.repeats : 0.0;
-    if (!with_references) size = column.cause >= 0 ? kAlone : kShareOfUsual * column.usual;
+    if (!with_references) size = column.cause >= 0 ? kAlone : kShareOfUsual * std::min(kMost, column.usual);
     if (column.key.starts_with("local/")) size = 0.0;
     v(static_cast<Index>(k)) = size * size;
-    if (column.key.starts_with("initial_soc/")) v(static_cast<Index>(k)) = design.comparison.facts.starts_at_rest ? 0.04 : 2.0;
+    if (column.key.starts_with("initial_soc/") && !design.comparison.facts.starts_at_rest) v(static_cast<Index>(k)) = 2.0;
+    if (column.free > 0.0) v(static_cast<Index>(k)) = column.free * column.free;
   }
   return v;
 }
@@ -68,18 +69,19 @@ double outside_k(const Design& design, const std::vector<Reference>& references)
 std::vector<Index> shapes_on(const Design& design, std::size_t channel) {
   std::vector<Index> out;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
-    if (design.columns[k].cause < 0 && design.columns[k].effect[channel].size() > 0) out.push_back(static_cast<Index>(k));
+    const Column& column = design.columns[k];
+    if (column.cause < 0 && column.free == 0.0 && column.effect[channel].size() > 0) out.push_back(static_cast<Index>(k));
   }
   return out;
 }
 
 /// References say little about temperatures that they did not have: 10 K away they say nothing.
 void widen_outside(const Design& design, const std::vector<Reference>& references, Usual& out) {
-  constexpr double kForgotten = 10.0;  // K
+  constexpr double kForgotten = 10.0, kMost = 0.4;  // K; usual sizes of the channel
   const double share = outside_k(design, references) / kForgotten;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
-    if (column.cause < 0) out.variance(static_cast<Index>(k), static_cast<Index>(k)) += std::pow(share * column.usual, 2);
+    if (column.cause < 0 && column.free == 0.0) out.variance(static_cast<Index>(k), static_cast<Index>(k)) += std::pow(share * std::min(kMost, column.usual), 2);
   }
 }
 
@@ -142,16 +144,19 @@ void members_of_one_log(const GroupScore& score, bool thermal, Usual& out) {
 }
 
 /// From references: each member as it is known to be, and what all of them change from log to log.
-void members_of_references(const std::vector<const GroupScore*>& references, bool thermal, Usual& out) {
-  constexpr double kUsual = 0.5;                    // typical sizes
-  const double repeats = thermal ? 0.3 : 0.03;      // cells do not begin every drive equally warm
-  const double few = 1.0 + 2.0 / static_cast<double>(references.size());
+void members_of_references(const std::vector<const GroupScore*>& references,
+                           const std::vector<Shape>& shapes_of_group, Usual& out) {
   const Index shapes = references[0]->score.rows(), members = references[0]->score.cols();
   ColumnPrior prior;
   for (Index k = 0; k < shapes; ++k) prior.kin.push_back(static_cast<std::size_t>(k));
-  prior.usual = VectorXd::Constant(shapes, kUsual);
-  prior.repeats = VectorXd::Constant(shapes, repeats);
-  prior.columns = 1.0;
+  prior.usual.resize(shapes);
+  prior.repeats.resize(shapes);
+  constexpr double kLeast = 1e-3;  // typical sizes
+  for (Index k = 0; k < shapes; ++k) {
+    prior.usual(k) = std::max(kLeast, shapes_of_group[static_cast<std::size_t>(k)].spread);
+    prior.repeats(k) = std::max(kLeast, shapes_of_group[static_cast<std::size_t>(k)].repeats);
+  }
+  prior.columns = 2.0;
   MatrixXd mean(shapes, members), variance = MatrixXd::Zero(shapes, shapes);
   for (Index i = 0; i < members; ++i) {
     std::vector<LogSums> logs;
@@ -159,7 +164,7 @@ void members_of_references(const std::vector<const GroupScore*>& references, boo
     const MixedModel model = mixed_model(logs, prior, kRounds);
     mean.col(i) = model.mean;
     variance += model.mean_covariance / static_cast<double>(members);
-    variance.diagonal() += model.between * (few / static_cast<double>(members));
+    variance.diagonal() += model.between / static_cast<double>(members);
   }
   out.group_mean.push_back(mean);
   out.group_variance.push_back(variance);
@@ -171,7 +176,7 @@ void learn_groups(const Design& design, const Score& score, const std::vector<Re
     if (theirs.empty()) {
       members_of_one_log(score.groups[g], design.comparison.groups[g].balance == Balance::kHeat, out);
     } else {
-      members_of_references(theirs, design.comparison.groups[g].balance == Balance::kHeat, out);
+      members_of_references(theirs, design.shapes[g], out);
     }
   }
 }

@@ -19,6 +19,9 @@ struct World {
   double current_beyond_limit_a = 0.0;  ///< mean of what is missing there
   double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
   double initial_soc_change = 0.0;
+  double reported_soc_low = 0.0;   ///< by which the SOC in the log begins below the true one
+  bool soc_is_counted = false;     ///< the SOC in the log is the logged current over `counted_ah`, as a BMS counts
+  double counted_ah = 0.0;         ///< of one cell
   double cooling_at_stop_change = 0.0;
   double thermistor_delay_s = 0.0, thermistor_offset_k = 0.0;  ///< of all thermistors
   double neighbour_heat = 0.0;

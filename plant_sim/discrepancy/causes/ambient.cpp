@@ -11,7 +11,7 @@ Cause ambient() {
           .says = "the air around the battery is {} warmer than assumed",
           .test = "a thermometer in the airstream",
           .parameters =
-              {{"temperature_k", "K", -40, 40, 4, 1, "K", 0.5}},
+              {{"temperature_k", "K", -40, 40, 4, 1, "K", 0.05}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (!has_temperature(c)) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.environment.ambient_c += v[0]; })};

@@ -11,9 +11,9 @@ Cause capacity() {
           .says = "the cells hold {} more charge than the model says",
           .test = "a rest of ten minutes at both ends of a deep discharge",
           .parameters =
-              {{"change", "1", -0.5, 0.5, 0.05, 100, "%", 0.003}},
-          .forms = [](const World&, const Comparison&) -> std::vector<Form> {
-            return {plain_form(1, [](World& w, Values v) { w.car.cell.capacity_ah *= 1.0 + v[0]; })};
+              {{"change", "1", -0.5, 0.5, 0.05, 100, "%", 5e-4}},
+          .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
+            return with_counted_soc(plain_form(1, [](World& w, Values v) { w.car.cell.capacity_ah *= 1.0 + v[0]; }), c);
           }};
 }
 

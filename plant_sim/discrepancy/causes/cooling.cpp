@@ -11,7 +11,7 @@ Cause cooling() {
           .says = "cooling differs by {}",
           .test = "half an hour of standing with a hot battery",
           .parameters =
-              {{"change", "1", -0.95, 10, 0.2, 100, "%", 0.07}},
+              {{"change", "1", -0.95, 10, 0.2, 100, "%", 0.05}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (!has_temperature(c)) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.cell.convection_w_per_m2_k *= 1.0 + v[0]; })};

@@ -11,7 +11,7 @@ Cause cooling_at_stop() {
           .says = "cooling differs by {} while the car stands",
           .test = "a stop of five minutes with a hot battery, then driving on",
           .parameters =
-              {{"change", "1", -0.95, 10, 0.3, 100, "%", 0.1}},
+              {{"change", "1", -0.95, 10, 0.3, 100, "%", 0.02}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (!has_temperature(c)) return {};
             bool some = false, all = true;

@@ -12,8 +12,8 @@ Cause current_gain() {
           .test = "a second current sensor, or the charge counter of a charger over a full charge",
           .parameters =
               {{"change", "1", -0.2, 0.2, 0.015, 100, "%"}},
-          .forms = [](const World&, const Comparison&) -> std::vector<Form> {
-            return {plain_form(1, [](World& w, Values v) { w.current.gain += v[0]; })};
+          .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
+            return with_counted_soc(plain_form(1, [](World& w, Values v) { w.current.gain += v[0]; }), c);
           }};
 }
 

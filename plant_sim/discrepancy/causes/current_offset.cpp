@@ -12,8 +12,8 @@ Cause current_offset() {
           .test = "half a minute with open contactors: the sensor must read zero",
           .parameters =
               {{"current_a", "A", -10, 10, 0.5, 1, "A"}},
-          .forms = [](const World&, const Comparison&) -> std::vector<Form> {
-            return {plain_form(1, [](World& w, Values v) { w.current.offset += v[0]; })};
+          .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
+            return with_counted_soc(plain_form(1, [](World& w, Values v) { w.current.offset += v[0]; }), c);
           }};
 }
 

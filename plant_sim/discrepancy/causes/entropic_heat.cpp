@@ -11,7 +11,7 @@ Cause entropic_heat() {
           .says = "reversible heat of {} (dOCV/dT) is not in the model",
           .test = "a discharge and a charge at the same current, the temperature logged",
           .parameters =
-              {{"entropy_v_per_k", "V/K", -2e-3, 2e-3, 1.5e-4, 1e3, "mV/K", 1e-5}},
+              {{"entropy_v_per_k", "V/K", -2e-3, 2e-3, 1.5e-4, 1e3, "mV/K", 1e-6}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (!has_temperature(c)) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.entropy_v_per_k += v[0]; })};

@@ -11,7 +11,7 @@ Cause heat_capacity() {
           .says = "the heat capacity differs by {}",
           .test = "a minute of the hardest current from rest, the temperature logged",
           .parameters =
-              {{"change", "1", -0.7, 3, 0.1, 100, "%", 0.01}},
+              {{"change", "1", -0.7, 3, 0.1, 100, "%", 2e-3}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (!has_temperature(c)) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.cell.heat_capacity_j_per_kg_k *= 1.0 + v[0]; })};

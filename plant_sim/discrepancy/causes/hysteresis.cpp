@@ -11,7 +11,7 @@ Cause hysteresis() {
           .says = "the rest voltage depends on the direction by {}",
           .test = "the same SOC reached by charge and by discharge, a rest of ten minutes at each",
           .parameters =
-              {{"amplitude_v", "V", -0.1, 0.1, 0.01, 1e3, "mV", 3e-4}},
+              {{"amplitude_v", "V", -0.1, 0.1, 0.01, 1e3, "mV", 5e-5}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.hysteresis_v += v[0]; })};
           }};

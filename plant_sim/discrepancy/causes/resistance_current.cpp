@@ -11,7 +11,7 @@ Cause resistance_current() {
           .says = "the exchange current differs by {}: the resistance bends with the current",
           .test = "pulses at three currents, up to the largest, at one temperature",
           .parameters =
-              {{"exchange_current_change", "1", -0.9, 10, 0.3, 100, "%", 0.015}},
+              {{"exchange_current_change", "1", -0.9, 10, 0.3, 100, "%", 0.01}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.exchange_current_change += v[0]; })};
           }};

@@ -11,7 +11,7 @@ Cause time_skew() {
           .says = "{channel} is {} late",
           .test = "sharp steps of the current, logged at the highest rate",
           .parameters =
-              {{"delay_s", "s", 0, 2, 0.05, 1e3, "ms"}},
+              {{"delay_s", "s", 0, 2, 0.05, 1e3, "ms", 5e-5, 1e-3}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             std::vector<Form> out;
             Form current = plain_form(1, [](World& w, Values v) { w.current.delay_s += v[0]; });

@@ -11,7 +11,7 @@ Cause voltage_gain() {
           .says = "{channel} reads {} too much",
           .test = "a meter at the same terminals at two voltages",
           .parameters =
-              {{"change", "1", -0.1, 0.1, 5e-3, 100, "%"}},
+              {{"change", "1", -0.1, 0.1, 5e-3, 100, "%", 5e-5, 1e-3}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             std::vector<Form> out;
             const bool own_sensor = c.find("pack_voltage") != nullptr || c.log.numbered("cell_voltage_").empty();

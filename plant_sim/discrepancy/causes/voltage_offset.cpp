@@ -11,7 +11,7 @@ Cause voltage_offset() {
           .says = "{channel} reads {} too much all the time",
           .test = "a meter at the same terminals at rest",
           .parameters =
-              {{"voltage_v", "V", -5, 5, 0.01, 1e3, "mV"}},
+              {{"voltage_v", "V", -5, 5, 0.01, 1e3, "mV", 1e-4, 1.5e-3}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             std::vector<Form> out;
             const bool own_sensor = c.find("pack_voltage") != nullptr || c.log.numbered("cell_voltage_").empty();
