@@ -5,59 +5,15 @@
 
 #include <cmath>
 
+#include "discrepancy/car_shapes.hpp"
+#include "discrepancy/channel_shapes.hpp"
+
 namespace voltlap::plant {
 namespace {
 
 using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
-
-/// What a sound model usually misses of the shapes of one kind, and what of that changes from log to log; in the
-/// channel's usual size. The references correct both.
-struct Kin {
-  std::size_t number;
-  double usual, repeats;
-};
-
-class Shapes {
- public:
-  Shapes(const Design& design, std::size_t channel)
-      : channel_(channel), time_(design.comparison.log.time_s), channels_(design.comparison.channels.size()),
-        balance_(design.comparison.channels[channel].balance),
-        size_(usual_size(design.comparison.channels[channel], design.model.car.battery.cells_in_series)),
-        name_(design.comparison.channels[channel].name) {}
-
-  [[nodiscard]] double size() const { return size_; }
-  /// `values` in numbers that mean the same in every log; 1 is a usual size.
-  void add(const Kin& kin, const std::string& what, VectorXd values) {
-    for (double& v : values) {
-      if (!std::isfinite(v)) v = 0.0;
-    }
-    if (values.cwiseAbs().maxCoeff() < 1e-9) return;
-    Column column;
-    column.key = fmt::format("anonymous/{}/{}", name_, what);
-    column.balance = balance_;
-    column.effect.resize(channels_);
-    column.effect[channel_] = values * size_;
-    column.kin = kin.number;
-    column.usual = kin.usual;
-    column.repeats = kin.repeats;
-    out.push_back(std::move(column));
-  }
-  [[nodiscard]] VectorXd behind(const VectorXd& values, double tau_s) const { return lagged(time_, values, tau_s); }
-  [[nodiscard]] const VectorXd& time() const { return time_; }
-  std::vector<Column> out;
-
- private:
-  std::size_t channel_;
-  VectorXd time_;
-  std::size_t channels_;
-  Balance balance_;
-  double size_;
-  std::string name_;
-};
-
-VectorXd times(const VectorXd& a, const VectorXd& b) { return a.cwiseProduct(b); }
 
 /// In hours of the capacity: 1 is 1C.
 VectorXd rate_of(const Design& design) { return design.base.battery.current_a / design.model.car.cell.capacity_ah; }
@@ -215,41 +171,13 @@ void soc_shapes(const Design& design, Shapes& shapes) {
   shapes.add(kDrawn, "time", (shapes.time().array() - shapes.time()(0)).matrix() / 600.0);
 }
 
-void car_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.5, 0.05}, kDriven{1, 0.5, 0.05};
-  const Recording& log = design.comparison.log;
-  const VectorXd late = (shapes.time().array() - shapes.time()(0)).matrix() / 600.0;
-  shapes.add(kLevel, "1", VectorXd::Ones(late.size()));
-  shapes.add(kLevel, "time", late);
-  struct Driven {
-    const char* role;
-    double full;
-  };
-  const auto signal = [&](const char* role) {
-    const VectorXd* found = log.find(role);
-    return found != nullptr ? *found : VectorXd();
-  };
-  for (const Driven& d : {Driven{"motor_torque", 100.0}, {"motor_speed", 3000.0}, {"speed", 15.0}, {"brake", 0.3},
-                          {"accelerator", 0.3}}) {
-    const VectorXd values = signal(d.role) / d.full;
-    if (values.size() == 0) continue;
-    shapes.add(kDriven, d.role, values);
-    shapes.add(kDriven, fmt::format("{}^2", d.role), values.cwiseAbs2());
-    shapes.add(kDriven, fmt::format("{} time", d.role), times(values, late));
-  }
-  const VectorXd torque = signal("motor_torque") / 100.0, motor = signal("motor_speed") / 3000.0;
-  if (torque.size() > 0 && motor.size() > 0) {
-    shapes.add(kDriven, "torque motor_speed", times(torque, motor));
-    shapes.add(kDriven, "|torque| motor_speed", times(torque.cwiseAbs(), motor));
-  }
-}
-
 }  // namespace
 
 double usual_size(const BalanceChannel& channel, double cells_in_series) {
-  if (channel.name == "power") return 300.0;
+  if (channel.name == "power") return 1.0;
   if (channel.name == "speed") return 0.2;
   if (channel.name == "motor_speed") return 30.0;
+  if (channel.name == "motor_torque") return 1.0;
   if (channel.balance == Balance::kHeat) return 1.0;
   if (channel.name == "soc") return 5e-3;
   return channel.name == "voltage" ? 5e-3 : 2e-3 * cells_in_series;
@@ -269,7 +197,7 @@ std::vector<Column> anonymous_columns(const Design& design) {
     } else if (channel.balance == Balance::kHeat) {
       heat_shapes(design, shapes);
     } else {
-      car_shapes(design, shapes);
+      car_shapes(design, channel, shapes);
     }
     for (Column& column : shapes.out) out.push_back(std::move(column));
   }

@@ -11,7 +11,7 @@ namespace voltlap::plant {
 
 [[nodiscard]] std::vector<Column> anonymous_columns(const Design& design);
 
-/// Size [V, K, W, m/s2, rpm] that counts as usual for a shape in this channel.
+/// Size [V, K, Nm, m/s, rpm] that counts as usual for a shape in this channel.
 [[nodiscard]] double usual_size(const BalanceChannel& channel, double cells_in_series);
 
 }  // namespace voltlap::plant

@@ -8,8 +8,9 @@
 //   soc            SOC in the log given the current (only where sound logs tell how the log's SOC is made)
 //   temperature    mean thermistor given current and voltage
 //   power          V I given torque and speed of the motor
-//   speed          acceleration given torque, speed and brake
+//   speed          speed gained in the last seconds given torque and brake
 //   motor_speed    motor speed given ground speed
+//   motor_torque torque with the accelerator released
 // and two groups, each member minus the group's mean: cell_voltage_<n>, temperature_<n>.
 #pragma once
 #include <Eigen/Dense>

@@ -21,8 +21,12 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kRpm = 2.0 * 3.14159265358979323846 / 60.0;  // rad/s
-constexpr double kSlopeWindow = 0.25;   // s on each side, of the acceleration
-constexpr double kMoving = 2.0;         // m/s; below it neither slip nor force is judged
+constexpr double kMoving = 2.0;    // m/s; below it neither slip nor force is judged
+constexpr double kMemory = 2.0;    // s, of the gain of speed
+constexpr double kTouch = 0.01;    // of the brake pedal; below it the pads do not touch, what is read is noise
+constexpr double kGap = 0.5;       // s without a row, over which no sum goes on
+constexpr double kReleased = 0.02; // of the accelerator; below it the torque is what the brakes ask for
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 const VectorXd* pack_voltage(const Recording& log) {
   for (const char* role : {"pack_voltage", "bus_voltage"}) {
@@ -33,35 +37,51 @@ const VectorXd* pack_voltage(const Recording& log) {
 
 bool has_torque(const Recording& log) { return log.find("motor_torque") || log.find("accelerator"); }
 
-/// Slope of a straight line through the rows within the window.
-VectorXd slope_of(const VectorXd& time, const VectorXd& values) {
-  VectorXd out(values.size());
-  Index first = 0, last = 0;
-  for (Index row = 0; row < values.size(); ++row) {
-    while (time(row) - time(first) > kSlopeWindow + 1e-6) ++first;
-    while (last + 1 < values.size() && time(last + 1) - time(row) <= kSlopeWindow + 1e-6) ++last;
-    const Index n = last - first + 1;
-    const auto t = time.segment(first, n).array() - time.segment(first, n).mean();
-    out(row) = n > 1 ? (t * values.segment(first, n).array()).sum() / t.square().sum()
-                     : std::numeric_limits<double>::quiet_NaN();
+/// Rows in which all that moves the car is known. The sums below begin anew after any other row.
+bool is_driving(const Recording& log, Index row) {
+  const VectorXd *torque = log.find("motor_torque"), *brake = log.find("brake");
+  if (torque == nullptr) torque = log.find("accelerator");
+  return (*log.find("speed"))(row) > kMoving && std::isfinite((*torque)(row)) &&
+         (brake == nullptr || std::isfinite((*brake)(row)));
+}
+
+/// What has come in over the last seconds: the sum of what each row adds, forgotten with the time kMemory. Begins with
+/// nothing where the car gets moving.
+template <class Added>
+VectorXd remembered(const Recording& log, const Added& added) {
+  VectorXd out = VectorXd::Constant(log.rows(), kNothing);
+  for (Index row = 0; row < log.rows(); ++row) {
+    if (!is_driving(log, row)) continue;
+    const double dt = row > 0 ? log.time_s(row) - log.time_s(row - 1) : kGap;
+    const bool goes_on = dt < kGap && std::isfinite(out(row - 1));
+    out(row) = goes_on ? out(row - 1) * std::exp(-dt / kMemory) + added(row) : 0.0;
   }
   return out;
 }
 
-/// Mean over the same window, so that what drives the acceleration is smoothed as it is.
-VectorXd smoothed(const VectorXd& time, const VectorXd& values) {
-  VectorXd out(values.size());
-  Index first = 0, last = 0;
-  for (Index row = 0; row < values.size(); ++row) {
-    while (time(row) - time(first) > kSlopeWindow + 1e-6) ++first;
-    while (last + 1 < values.size() && time(last + 1) - time(row) <= kSlopeWindow + 1e-6) ++last;
-    out(row) = values.segment(first, last - first + 1).mean();
+/// Speed [rad/s] from which the torque falls; infinite if it never does.
+double base_speed(const MotorSection& m) {
+  for (std::size_t k = 1; k < m.curve_speed_rpm.size(); ++k) {
+    if (m.curve_torque_nm[k] >= m.curve_torque_nm.front()) continue;
+    // Beyond it the power is constant: it lies where that power meets the full torque.
+    return m.curve_torque_nm[k] * m.curve_speed_rpm[k] / m.curve_torque_nm.front() * kRpm;
   }
-  return out;
+  return std::numeric_limits<double>::infinity();
 }
 
-/// Motor torque at the shaft, as it really is in this world.
-VectorXd torque_of(const World& world, const Comparison& comparison) {
+/// Loss [W] of the current that weakens the field beyond the base speed, against the base speed that the model has.
+double weakening_loss(const World& world, double omega) {
+  constexpr double kShare = 0.1;  // at twice the base speed, of the copper loss at full current; assumed
+  if (world.base_speed_change == 0.0) return 0.0;
+  const MotorSection& m = world.car.motor;
+  const double full = kShare * m.winding_resistance_ohm * std::pow(world.car.inverter.current_max_a, 2);
+  const double base = base_speed(m), changed = base * (1.0 + world.base_speed_change);
+  const auto loss = [&](double from) { return full * std::pow(std::max(0.0, std::abs(omega) / from - 1.0), 2); };
+  return loss(changed) - loss(base);
+}
+
+/// Motor torque at the shaft that inverter or pedal report.
+VectorXd reported_torque(const World& world, const Comparison& comparison) {
   const Recording& log = comparison.log;
   const MotorSection& motor = world.car.motor;
   VectorXd out(log.rows());
@@ -83,7 +103,7 @@ VectorXd torque_of(const World& world, const Comparison& comparison) {
       out(row) = std::min(motor_torque(motor, pedal(row) * world.car.inverter.current_max_a, 1.0), most);
     }
   }
-  return out * (1.0 + world.torque_change);
+  return out;
 }
 
 /// Kelvin above ambient of the winding, from the model's losses.
@@ -105,30 +125,55 @@ VectorXd winding_above_ambient(const World& world, const Comparison& comparison,
   return out;
 }
 
-VectorXd warmed_torque(const World& world, const Comparison& comparison) {
-  VectorXd torque = torque_of(world, comparison);
-  if (world.torque_per_k == 0.0) return torque;
-  const VectorXd warm = winding_above_ambient(world, comparison, torque);
-  return (torque.array() * (1.0 - world.torque_per_k * warm.array())).matrix();
+/// What the motor really gives for it.
+VectorXd true_torque(const World& world, const Comparison& comparison, const VectorXd& reported) {
+  if (world.torque_per_k == 0.0) return reported * (1.0 + world.torque_change);
+  const VectorXd warm = winding_above_ambient(world, comparison, reported);
+  return (reported.array() * (1.0 + world.torque_per_k * warm.array()) * (1.0 + world.torque_change)).matrix();
 }
 
+/// values(t - delay_s) by cubics whose slope at a row is that between its neighbours. A straight line would take a part
+/// of the row's own noise away, which the residual has too: every log would seem late.
+VectorXd delayed(const VectorXd& time, const VectorXd& values, double delay_s) {
+  const Index last = values.size() - 1;
+  const auto slope = [&](Index k) {
+    const Index a = std::max<Index>(0, k - 1), b = std::min(last, k + 1);
+    return (values(b) - values(a)) / (time(b) - time(a));
+  };
+  VectorXd out = values;
+  Index k = 0;
+  for (Index row = 0; row <= last; ++row) {
+    const double at = std::clamp(time(row) - delay_s, time(0), time(last));
+    while (k > 0 && time(k) > at) --k;
+    while (k + 2 <= last && time(k + 1) <= at) ++k;
+    const double dt = time(k + 1) - time(k), x = (at - time(k)) / dt;
+    const double a = slope(k) * dt, b = slope(k + 1) * dt, rise = values(k + 1) - values(k);
+    out(row) = values(k) + x * (a + x * (3.0 * rise - 2.0 * a - b + x * (a + b - 2.0 * rise)));
+  }
+  return out;
+}
+
+/// The current follows the torque that is reported, the work what the motor gives for it.
 VectorXd power_of(const World& world, const Comparison& comparison) {
   const Recording& log = comparison.log;
   const MotorSection& m = world.car.motor;
   const Inverter inverter(world.car.inverter);
-  const VectorXd torque = warmed_torque(world, comparison), &speed = *log.find("motor_speed");
+  const VectorXd reported = reported_torque(world, comparison), given = true_torque(world, comparison, reported),
+                 &speed = *log.find("motor_speed");
   const VectorXd& volts = *pack_voltage(log);
   VectorXd out(log.rows());
   for (Index row = 0; row < log.rows(); ++row) {
-    const double omega = speed(row) * kRpm, mechanical = torque(row) * omega;
-    const double eta = mechanical >= 0.0 ? m.efficiency : 1.0 / m.efficiency;
-    const double phase = torque(row) / (m.constant_nm_per_a * eta);
-    const double motor_w = motor_power(m, phase, omega);
-    const double true_w =
-        inverter.dc_power(motor_w) + world.loss_change * inverter.loss(motor_w) + world.car.low_voltage.power_w;
+    const double omega = speed(row) * kRpm, eta = given(row) * omega >= 0.0 ? m.efficiency : 1.0 / m.efficiency;
+    const double phase = reported(row) / (m.constant_nm_per_a * eta);
+    const double motor_w = motor_power(m, phase, omega) + (given(row) - reported(row)) * omega / eta;
+    const double dc_w = inverter.dc_power(motor_w) + weakening_loss(world, omega);
+    // Inverter and motor warm the same water: a log cannot tell whose losses changed.
+    const double loss_w = dc_w - given(row) * omega;
+    const double true_w = dc_w + world.loss_change * loss_w + world.car.low_voltage.power_w;
     out(row) = true_w * (1.0 + world.current.gain) + volts(row) * world.current.offset;
   }
-  return world.current.delay_s != 0.0 ? shifted(log.time_s, out, -world.current.delay_s) : out;
+  if (world.current.delay_s != 0.0) out = delayed(log.time_s, out, world.current.delay_s);
+  return power_as_torque(log, out);
 }
 
 /// Friction brakes' force on the car, with what their heat takes from it.
@@ -142,9 +187,9 @@ VectorXd brake_force(const World& world, const Comparison& comparison) {
   for (Index row = 1; row < log.rows(); ++row) {
     const double dt = std::min(1.0, log.time_s(row) - log.time_s(row - 1)), v = speed(row);
     if (!std::isfinite((*pedal)(row)) || !std::isfinite(v)) continue;
-    const BrakeTorques t = brake_torques(car.brakes, (*pedal)(row));
-    const double front = t.front_nm / car.tyres.radius_m * (1.0 - world.friction_per_k * rotors.front_c()),
-                 rear = t.rear_nm / car.tyres.radius_m * (1.0 - world.friction_per_k * rotors.rear_c());
+    const BrakeTorques t = brake_torques(car.brakes, (*pedal)(row) > kTouch ? (*pedal)(row) : 0.0);
+    const double front = t.front_nm / car.tyres.radius_m * (1.0 + world.friction_per_k * rotors.front_c()),
+                 rear = t.rear_nm / car.tyres.radius_m * (1.0 + world.friction_per_k * rotors.rear_c());
     const double most = car.tyres.pacejka_d * (1.0 + world.grip_change) * total_mass(car) *
                         car.environment.gravity_mps2;
     out(row) = v > kMoving ? std::min(front + rear, most) : 0.0;
@@ -154,7 +199,7 @@ VectorXd brake_force(const World& world, const Comparison& comparison) {
 }
 
 VectorXd drive_force(const World& world, const Comparison& comparison) {
-  const VectorXd torque = warmed_torque(world, comparison);
+  const VectorXd torque = true_torque(world, comparison, reported_torque(world, comparison));
   VectorXd out(torque.size());
   for (Index row = 0; row < torque.size(); ++row) {
     out(row) = wheel_torque(world.car.powertrain, torque(row), torque(row) >= 0.0) / world.car.tyres.radius_m;
@@ -162,23 +207,33 @@ VectorXd drive_force(const World& world, const Comparison& comparison) {
   return out;
 }
 
-/// Force that would give the recorded acceleration to the model's mass, so that a change of mass shows.
-VectorXd force_of(const World& world, const Comparison& comparison) {
+/// Speed gained over the last seconds.
+VectorXd gained_speed(const World& world, const Comparison& comparison) {
   const Recording& log = comparison.log;
   const VehicleParameters& car = world.car;
   const VectorXd &speed = *log.find("speed"), brakes = brake_force(world, comparison),
                  drive = drive_force(world, comparison);
-  VectorXd out(log.rows());
+  VectorXd acceleration(log.rows());
   const double r = car.tyres.radius_m, mass = total_mass(car);
   const double inertia = (car.vehicle.front_axle_inertia_kg_m2 + car.powertrain.driveline_inertia_kg_m2) / (r * r);
   for (Index row = 0; row < log.rows(); ++row) {
     const double v = speed(row);
-    double force = drive(row) - drag_force(car, v + world.wind_mps) - rolling_force(car, v) -
-                   mass * car.environment.gravity_mps2 * world.slope - brakes(row);
-    if ((*log.find("speed"))(row) < kMoving) force = std::numeric_limits<double>::quiet_NaN();
-    out(row) = force / (mass + inertia);
+    const double force = drive(row) - drag_force(car, v + world.wind_mps) - rolling_force(car, v) -
+                         mass * car.environment.gravity_mps2 * world.slope - brakes(row);
+    acceleration(row) = force / (mass + inertia);
   }
-  return smoothed(log.time_s, out);
+  return gain_of_speed(log, acceleration);
+}
+
+/// Slip that this part of the peak force takes. Grip is the peak: how stiff a tyre is at no slip stays.
+double slip_at(const TyreSection& tyre, double force_n, double normal_n, double grip) {
+  constexpr double kMost = 0.97;  // of the peak; beyond it no slip is steady
+  const double used = std::clamp(force_n / (normal_n * tyre.pacejka_d * grip), -kMost, kMost);
+  double inner = std::tan(std::asin(used) / tyre.pacejka_c), stiff = inner;
+  for (int round = 0; round < 3; ++round) {  // inner = x - E (x - atan x), x = B k
+    stiff = (inner - tyre.pacejka_e * std::atan(stiff)) / (1.0 - tyre.pacejka_e);
+  }
+  return stiff * grip / tyre.pacejka_b;
 }
 
 VectorXd motor_speed_of(const World& world, const Comparison& comparison) {
@@ -186,14 +241,47 @@ VectorXd motor_speed_of(const World& world, const Comparison& comparison) {
   const VehicleParameters& car = world.car;
   const VectorXd &speed = *log.find("speed"), drive = drive_force(world, comparison);
   const double normal = total_mass(car) * car.environment.gravity_mps2 * car.vehicle.cg_rear_fraction;
-  const double stiffness = tyre_force(car.tyres, 0.0, normal).slope_n;
-  VectorXd out(log.rows());
+  VectorXd out = VectorXd::Constant(log.rows(), kNothing);
   for (Index row = 0; row < log.rows(); ++row) {
-    const double v = speed(row), slip = drive(row) / stiffness * (1.0 + world.slip_change);
-    out(row) = v > kMoving ? v * (1.0 + slip) * car.powertrain.final_drive / car.tyres.radius_m / kRpm
-                           : std::numeric_limits<double>::quiet_NaN();
+    if (!(speed(row) > kMoving)) continue;
+    const double slip = slip_at(car.tyres, drive(row), normal, 1.0 + world.grip_change) * (1.0 + world.slip_change);
+    out(row) = speed(row) * (1.0 + slip) * car.powertrain.final_drive / car.tyres.radius_m / kRpm;
   }
   return out;
+}
+
+/// Rows in which the driver does not ask the motor for torque.
+bool is_released(const Recording& log, Index row) {
+  return std::abs((*log.find("accelerator"))(row)) < kReleased && (*log.find("speed"))(row) > kMoving;
+}
+
+/// Torque with the accelerator released: the share of braking that the motor takes, beside what the brakes give.
+VectorXd released_torque(const World& world, const Comparison& comparison) {
+  const Recording& log = comparison.log;
+  const VehicleParameters& car = world.car;
+  const VectorXd &pedal = *log.find("accelerator"), &brake = *log.find("brake");
+  const double beside = world.regen_split / (1.0 - world.regen_split);
+  VectorXd out = VectorXd::Constant(log.rows(), kNothing);
+  for (Index row = 0; row < log.rows(); ++row) {
+    if (!is_released(log, row)) continue;
+    const BrakeTorques t = brake_torques(car.brakes, brake(row));
+    out(row) = motor_torque(car.motor, pedal(row) * car.inverter.current_max_a, 1.0) -
+               beside * (t.front_nm + t.rear_nm) / car.powertrain.final_drive;
+  }
+  return out;
+}
+
+VectorXd measured_released_torque(const Recording& log) {
+  VectorXd out = *log.find("motor_torque");
+  for (Index row = 0; row < log.rows(); ++row) {
+    if (!is_released(log, row)) out(row) = kNothing;
+  }
+  return out;
+}
+
+VectorXd measured_gain_of_speed(const Recording& log) {
+  const VectorXd& speed = *log.find("speed");
+  return remembered(log, [&](Index row) { return speed(row) - speed(row - 1); });
 }
 
 }  // namespace
@@ -203,21 +291,37 @@ std::vector<BalanceChannel> car_channels(const World& model, const Recording& lo
   std::vector<BalanceChannel> out;
   const VectorXd *volts = pack_voltage(log), *speed = log.find("speed"), *motor = log.find("motor_speed");
   if (has_torque(log) && motor != nullptr && volts != nullptr) {
-    out.push_back({"power", Balance::kPower, "W", volts->cwiseProduct(*log.find("current"))});
+    out.push_back({"power", Balance::kPower, "Nm", power_as_torque(log, volts->cwiseProduct(*log.find("current")))});
   }
   if (has_torque(log) && speed != nullptr) {
-    out.push_back({"speed", Balance::kForce, "m/s2", slope_of(log.time_s, *speed)});
+    out.push_back({"speed", Balance::kForce, "m/s", measured_gain_of_speed(log)});
   }
   if (motor != nullptr && speed != nullptr && has_torque(log)) {
     out.push_back({"motor_speed", Balance::kForce, "rpm", *motor});
   }
+  if (log.find("accelerator") && log.find("motor_torque") && log.find("brake") && speed != nullptr) {
+    out.push_back({"motor_torque", Balance::kForce, "Nm", measured_released_torque(log)});
+  }
   return out;
+}
+
+VectorXd power_as_torque(const Recording& log, const VectorXd& power) {
+  constexpr double kCreep = 30.0;  // rad/s; below it the current's noise outweighs that of the torque
+  const auto omega = log.find("motor_speed")->array() * kRpm;
+  return (power.array() / (omega.square() + kCreep * kCreep).sqrt()).matrix();
+}
+
+VectorXd gain_of_speed(const Recording& log, const VectorXd& acceleration) {
+  return remembered(log, [&](Index row) {
+    return 0.5 * (acceleration(row) + acceleration(row - 1)) * (log.time_s(row) - log.time_s(row - 1));
+  });
 }
 
 VectorXd car_prediction(const std::string& channel, const World& world, const Comparison& comparison,
                         const BatteryResponse&) {
   if (channel == "power") return power_of(world, comparison);
-  if (channel == "speed") return force_of(world, comparison);
+  if (channel == "speed") return gained_speed(world, comparison);
+  if (channel == "motor_torque") return released_torque(world, comparison);
   return motor_speed_of(world, comparison);
 }
 

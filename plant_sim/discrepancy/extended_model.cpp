@@ -70,12 +70,13 @@ ExtendedCar extended_car(const World& given, const World& extended) {
   if (extended.pack_resistance_ohm != given.pack_resistance_ohm) {
     car.battery.contact_resistance_ohm = std::max(0.0, extended.pack_resistance_ohm);
   }
-  car.tyres.pacejka_b /= 1.0 + extended.slip_change;
+  car.tyres.pacejka_b /= (1.0 + extended.slip_change) * (1.0 + extended.grip_change);
   car.tyres.pacejka_d *= 1.0 + extended.grip_change;
   car.tyres.friction *= 1.0 + extended.grip_change;
   car.motor.constant_nm_per_a *= 1.0 + extended.torque_change;
   for (double& speed : car.motor.curve_speed_rpm) speed *= 1.0 + extended.base_speed_change;
   if (extended.loss_change != 0.0) {
+    car.motor.winding_resistance_ohm *= 1.0 + extended.loss_change;
     car.inverter.efficiency = 1.0 / (1.0 + (1.0 + extended.loss_change) * (1.0 / car.inverter.efficiency - 1.0));
   }
   // Both say one number.

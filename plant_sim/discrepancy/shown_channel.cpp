@@ -13,7 +13,7 @@ namespace voltlap::plant {
 
 ShownUnit shown_unit(const std::string& unit, double size) {
   constexpr double kSmall = 0.5;  // V, below it millivolts
-  return unit == "V" && size < kSmall ? ShownUnit{1e3, "mV"} : ShownUnit{1.0, unit == "m/s2" ? "m/s²" : unit};
+  return unit == "V" && size < kSmall ? ShownUnit{1e3, "mV"} : ShownUnit{1.0, unit};
 }
 
 std::string shown_number(double value) {
@@ -31,9 +31,10 @@ std::string channel_title(const Explanation& e, const Trace& trace) {
   if (name == "pack_voltage") return cells ? "pack voltage given the cells" : "pack voltage given the current";
   if (name == "bus_voltage") return "bus voltage given the pack voltage";
   if (name == "temperature") return "temperature given the current";
-  if (name == "power") return "electric power given torque and motor speed";
-  if (name == "speed") return "acceleration given torque, speed and brake";
+  if (name == "power") return "electric power, as a torque, given torque and motor speed";
+  if (name == "speed") return "speed gained in the last seconds given torque and brake";
   if (name == "motor_speed") return "motor speed given ground speed";
+  if (name == "motor_torque") return "torque with the accelerator released";
   return name;
 }
 

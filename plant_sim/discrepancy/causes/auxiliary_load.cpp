@@ -11,7 +11,7 @@ Cause auxiliary_load() {
           .says = "something draws {} more all the time",
           .test = "a minute of standing with the tractive system on",
           .parameters =
-              {{"power_w", "W", -2000, 5000, 150, 1, "W", 20}},
+              {{"power_w", "W", -2000, 5000, 150, 1, "W", 8}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("power") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.low_voltage.power_w += v[0]; })};

@@ -11,7 +11,7 @@ Cause drag_area() {
           .says = "drag area differs by {}",
           .test = "coast-downs from top speed, both ways",
           .parameters =
-              {{"change", "1", -0.9, 3, 0.15, 100, "%", 0.015}},
+              {{"change", "1", -0.9, 3, 0.15, 100, "%", 0.005}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.aero.drag_coefficient *= 1.0 + v[0]; })};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The speed above which the torque falls is another one; shows where no torque is recorded.
+// The speed above which the field is weakened is another one: beyond it a current flows that only warms. Where no
+// torque is recorded, the torque falls from there too.
 #include "discrepancy/cause.hpp"
 #include "discrepancy/causes/list.hpp"
 
@@ -8,12 +9,12 @@ namespace voltlap::plant {
 Cause field_weakening() {
   return {.name = "field_weakening",
           .balance = Balance::kPower,
-          .says = "the motor's torque falls from a speed that is {} off",
+          .says = "the motor's field is weakened from a speed that is {} off",
           .test = "full pedal up to top speed",
           .parameters =
               {{"base_speed_change", "1", -0.5, 0.5, 0.05, 100, "%"}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
-            if (c.find("speed") == nullptr || c.log.find("motor_torque") != nullptr || c.log.find("motor_speed") == nullptr) return {};
+            if (c.find("power") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.base_speed_change += v[0]; })};
           }};
 }

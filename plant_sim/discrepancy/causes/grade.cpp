@@ -11,7 +11,7 @@ Cause grade() {
           .says = "the course climbs by {}",
           .test = "the same stretch both ways",
           .parameters =
-              {{"slope", "1", -0.1, 0.1, 5e-3, 100, "%", 3e-4}},
+              {{"slope", "1", -0.1, 0.1, 5e-3, 100, "%"}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.slope += v[0]; })};

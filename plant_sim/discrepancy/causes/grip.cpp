@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tyres hold more or less than the model says; shows where brakes are at the limit.
+// The tyres hold more or less than the model says: the driven wheels slip more as they come near to the limit, and
+// brakes end there.
 #include "discrepancy/cause.hpp"
 #include "discrepancy/causes/list.hpp"
 
@@ -11,9 +12,10 @@ Cause grip() {
           .says = "grip differs by {}",
           .test = "a full stop from speed",
           .parameters =
-              {{"change", "1", -0.6, 0.6, 0.1, 100, "%", 0.02}},
+              {{"change", "1", -0.6, 0.6, 0.1, 100, "%", 0.01}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
-            if (c.find("speed") == nullptr || c.log.find("brake") == nullptr) return {};
+            const bool brakes = c.find("speed") != nullptr && c.log.find("brake") != nullptr;
+            if (c.find("motor_speed") == nullptr && !brakes) return {};
             return {plain_form(1, [](World& w, Values v) { w.grip_change += v[0]; })};
           }};
 }

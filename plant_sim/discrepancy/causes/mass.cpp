@@ -11,7 +11,7 @@ Cause mass() {
           .says = "the car's mass (with driver) differs by {}",
           .test = "scales",
           .parameters =
-              {{"change", "1", -0.4, 0.6, 0.05, 100, "%", 0.004}},
+              {{"change", "1", -0.4, 0.6, 0.05, 100, "%", 0.003}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { const double total = w.car.vehicle.mass_kg + w.car.vehicle.driver_mass_kg;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A warm motor gives less torque for its current.
+// A warm motor gives another torque for its current, mostly less.
 #include "discrepancy/cause.hpp"
 #include "discrepancy/causes/list.hpp"
 
@@ -8,7 +8,7 @@ namespace voltlap::plant {
 Cause motor_temperature() {
   return {.name = "motor_temperature",
           .balance = Balance::kPower,
-          .says = "torque falls by {} of winding temperature",
+          .says = "torque changes by {} of winding temperature",
           .test = "the same full-pedal pull with a cold and a hot motor",
           .parameters =
               {{"torque_per_k", "1/K", -0.01, 0.01, 1e-3, 100, "%/K"}},

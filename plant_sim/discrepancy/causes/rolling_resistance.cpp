@@ -11,7 +11,7 @@ Cause rolling_resistance() {
           .says = "rolling resistance differs by {}",
           .test = "a coast-down at walking speed, both ways",
           .parameters =
-              {{"change", "1", -0.9, 5, 0.3, 100, "%", 0.03}},
+              {{"change", "1", -0.9, 5, 0.3, 100, "%", 0.01}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.tyres.rolling_resistance *= 1.0 + v[0]; })};

@@ -11,7 +11,7 @@ Cause tyre_radius() {
           .says = "the tyres' rolling radius differs by {}",
           .test = "ten turns of a wheel, measured with a tape",
           .parameters =
-              {{"change", "1", -0.15, 0.15, 0.015, 100, "%", 1e-3}},
+              {{"change", "1", -0.15, 0.15, 0.015, 100, "%", 3e-4}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("motor_speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.tyres.radius_m *= 1.0 + v[0]; })};

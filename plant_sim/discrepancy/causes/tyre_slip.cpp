@@ -11,7 +11,7 @@ Cause tyre_slip() {
           .says = "tyre slip differs by {}",
           .test = "full-pedal pulls at two speeds with ground speed logged",
           .parameters =
-              {{"change", "1", -0.9, 5, 0.3, 100, "%", 0.04}},
+              {{"change", "1", -0.9, 5, 0.3, 100, "%", 0.03}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("motor_speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.slip_change += v[0]; })};

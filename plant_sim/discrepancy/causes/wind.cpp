@@ -11,7 +11,7 @@ Cause wind() {
           .says = "a head wind of {}",
           .test = "the same stretch both ways",
           .parameters =
-              {{"speed_mps", "m/s", -15, 15, 1.5, 1, "m/s", 0.3}},
+              {{"speed_mps", "m/s", -15, 15, 1.5, 1, "m/s", 0.05}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.wind_mps += v[0]; })};
