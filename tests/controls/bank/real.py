@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects put exactly into recordings of real cars: what a sensor or a contact does to a log needs no model.
 
-A recording is cut in two. The first part is the reference, and the tool's model is identified from it; the second part
-is asked about, once as it is and then with each effect at 1.5, 3 and 10 times the detectable size. That size comes from
-the recording itself: 3.3 standard errors of the effect's size, from how a regression of the voltage on the current, its
+The model is identified from every other minute of the untouched recording, and the minutes between are asked about, once
+as they are and then with each effect at 1.5, 3 and 10 times the detectable size. (Halves would not do: a recording is one
+discharge, and the second half has charges that the first never saw.) That size comes from the recording itself: 3.3 standard errors of the effect's size, from how a regression of the voltage on the current, its
 two lags and the charge misses it, minute by minute.
 """
 
@@ -198,15 +198,6 @@ INJECTIONS = (
 )
 
 
-def parts(log):
-    """The first and the second half of a recording, by time."""
-    middle = 0.5 * (log["time"][0] + log["time"][-1])
-    return (
-        {role: values[log["time"] < middle] for role, values in log.items()},
-        {role: values[log["time"] >= middle] for role, values in log.items()},
-    )
-
-
 def write(path, log):
     """A plain table of a pack."""
     roles = [role for role in log if role != "time"]
@@ -218,22 +209,25 @@ def write(path, log):
 
 
 def identify(binary, folder, recording):
-    """The model from the reference part alone."""
+    """The model from the even minutes of the untouched recording, which is then taken away."""
     out = folder / "cell.toml"
     command = [
         binary,
         "identify",
-        folder / "reference_0.csv",
+        folder / "untouched.csv",
         "--cells-in-series",
         recording.series,
         "--cells-in-parallel",
         recording.parallel,
         "--rc",
         "2",
+        "--blocks",
+        "60:even",
         "--out",
         out,
     ]
     result = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    (folder / "untouched.csv").unlink()
     if result.returncode != 0:
         raise RuntimeError(f"voltlap identify failed on {recording.name}: " + result.stderr.strip())
     (folder / "model.toml").write_text(
@@ -244,7 +238,7 @@ def identify(binary, folder, recording):
 
 
 def questions(log, kinds):
-    """[(injection or None, times detectable, size, log)] for the second part of a recording."""
+    """[(injection or None, times detectable, size, log)] for a recording."""
     out = [(None, 0.0, 0.0, log)]
     for injection in INJECTIONS:
         if injection.kind not in kinds:
@@ -266,7 +260,7 @@ class Outcome:
     times: float
     size: float
     answer: object
-    before: frozenset = frozenset()  # what was said about the part as it is
+    before: frozenset = frozenset()  # what was said about the recording as it is
 
     @property
     def said(self):
@@ -279,7 +273,7 @@ class Outcome:
 
     @property
     def right(self):
-        """The untouched part is clean; what was injected, or what such a log cannot tell from it, is newly reported."""
+        """The untouched recording is clean; what was injected, or what such a log cannot tell from it, is newly reported."""
         if self.injection is None:
             return self.answer.verdict == "no_discrepancy"
         return bool((self.said - self.before) & set(self.injection.names))
@@ -289,15 +283,15 @@ def run(binary, data, folder, running, tell):
     """All recordings, one question after the other. `tell(text)` is progress."""
     out = []
     for recording in RECORDINGS:
-        reference, log = parts(load(data, recording))
+        log = load(data, recording)
         place = folder / secrets.token_hex(8)
         place.mkdir()
-        write(place / "reference_0.csv", reference)
+        write(place / "untouched.csv", log)
         identify(binary, place, recording)
         for injection, times, size, changed in questions(log, recording.kinds):
             tell(f"{recording.name}, question {len(out) + 1}")
             write(place / "log.csv", changed)
-            answer = tool.ask(binary, place, 1, "", running)
+            answer = tool.ask(binary, place, 1, "", running, ("explain.fit_blocks=odd",))
             if injection is None:
                 before = frozenset(Outcome(recording.name, None, 0.0, 0.0, answer).said)
             out.append(Outcome(recording.name, injection, times, size, answer, before))

@@ -26,7 +26,7 @@ class Answer:
     failed: str = ""
 
 
-def command(tool, folder, seed, without=""):
+def command(tool, folder, seed, without="", settings=()):
     """The command line, with names inside the folder alone."""
     names = sorted(path.name for path in folder.iterdir())
     log = next(name for name in names if name.startswith("log."))
@@ -37,17 +37,19 @@ def command(tool, folder, seed, without=""):
     if "map.toml" in names:
         out += ["--map", "./map.toml"]
     if without:
-        out += ["--set", f"explain.without={without}"]
+        settings = (*settings, f"explain.without={without}")
+    if settings:
+        out += ["--set", *settings]
     return out
 
 
-def ask(tool, folder, seed, without, running):
+def ask(tool, folder, seed, without, running, settings=()):
     """Runs the tool in the folder with an empty environment. `running`: where its process is kept, to be ended."""
     folder = Path(folder)
     environment = {"PATH": os.environ.get("PATH", ""), "LANG": "C.UTF-8", "HOME": str(folder)}
     before = os.times()
     process = subprocess.Popen(
-        command(tool, folder, seed, without),
+        command(tool, folder, seed, without, settings),
         cwd=folder,
         env=environment,
         stdin=subprocess.DEVNULL,
