@@ -18,10 +18,11 @@ struct Discounted {
   MatrixXd information, score;
 };
 
-Discounted discounted(const GroupScore& group, const MatrixXd& mean, const MatrixXd& variance) {
+Discounted discounted(const GroupScore& group, const Usual& usual, std::size_t g) {
   const Index m = group.gram.rows();
-  const auto lu = (MatrixXd::Identity(m, m) + group.gram * variance).partialPivLu();
-  return {lu.solve(group.gram), lu.solve(group.score - group.gram * mean)};
+  const auto lu = (MatrixXd::Identity(m, m) + group.gram * usual.group_variance[g]).partialPivLu();
+  const double weight = 1.0 / usual.group_inflation[g];
+  return {weight * lu.solve(group.gram), weight * lu.solve(group.score - group.gram * usual.group_mean[g])};
 }
 
 /// Shapes of a form in a group, in the order of its linear parameters.
@@ -111,7 +112,7 @@ std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>
   std::vector<Candidate> out;
   for (std::size_t g = 0; g < design.comparison.groups.size(); ++g) {
     const Group& group = design.comparison.groups[g];
-    const Discounted d = discounted(scores[g], usual.group_mean[g], usual.group_variance[g]);
+    const Discounted d = discounted(scores[g], usual, g);
     const auto members = static_cast<Index>(group.members.size());
     for (std::size_t cause = 0; cause < causes.size(); ++cause) {
       for (std::size_t form = 0; form < design.forms[cause].size(); ++form) {
@@ -173,7 +174,7 @@ System system_of(const Design& design, const std::vector<Candidate>& locals, con
                                          static_cast<double>(std::max<std::size_t>(1, use.size()));
   std::vector<Discounted> groups;
   for (std::size_t g = 0; g < score.groups.size(); ++g) {
-    groups.push_back(discounted(score.groups[g], usual.group_mean[g], usual.group_variance[g]));
+    groups.push_back(discounted(score.groups[g], usual, g));
   }
   for (const Candidate& a : locals) {
     const auto g = static_cast<std::size_t>(a.group);

@@ -56,15 +56,18 @@ void add_shapes(Design& out, int index, const Cause& cause, std::size_t number, 
     for (std::size_t k = 0; k < effects.size(); ++k) {
       const std::size_t parameter = form.linear[k];
       const CauseParameter& p = cause.parameters[parameter];
-      out.shapes[g].push_back({index, number, parameter, fmt::format("{}/{}", cause.name, parameter),
-                               p.spread / p.typical, p.repeats / p.typical, effects[k] * p.typical});
+      const std::string key = fmt::format("{}/{}", cause.name, parameter);
+      // Another form of the cause may have the same shape: sound members differ by it once.
+      const bool again = std::any_of(out.shapes[g].begin(), out.shapes[g].end(), [&](const Shape& s) { return s.key == key; });
+      out.shapes[g].push_back({index, number, parameter, key, again ? 0.0 : p.spread / p.typical,
+                               again ? 0.0 : p.repeats / p.typical, effects[k] * p.typical});
     }
   }
 }
 
 /// Cells do not begin equally full nor equally warm, and the ends of a row stay cooler: what sound members differ by.
 void add_member_shapes(Design& out) {
-  constexpr double kSoc = 0.01, kPerKelvin = 0.02, kTenKelvin = 10.0;
+  constexpr double kSoc = 0.01, kPerKelvin = 0.02, kTenKelvin = 10.0, kCore = 150.0;
   const BatteryResponse& b = out.base.battery;
   const CellParameters& cell = out.model.car.cell;
   const double cooling = cell.convection_w_per_m2_k * cell.surface_area_m2;
@@ -73,7 +76,7 @@ void add_member_shapes(Design& out) {
   const VectorXd fades = (-(time.array() - time(0)) / tau).exp().matrix();
   const VectorXd rise = (b.temperature_c.array() - b.temperature_c(0)).matrix() / kTenKelvin;
   for (std::size_t g = 0; g < out.comparison.groups.size(); ++g) {
-    const auto add = [&](const char* key, double spread, double repeats, const VectorXd& effect) {
+    const auto add = [&](const std::string& key, double spread, double repeats, const VectorXd& effect) {
       out.shapes[g].push_back({-1, 0, 0, key, spread, repeats, effect});
     };
     if (out.comparison.groups[g].balance == Balance::kHeat) {
@@ -81,8 +84,16 @@ void add_member_shapes(Design& out) {
       add("member/warming", 0.5, 0.05, rise);
     } else {
       add("member/soc", 1.0, 1.0, kSoc * b.ocv_slope_v);
-      add("member/warmth", 0.3, 0.4, kPerKelvin * b.drop_v.cwiseProduct(fades));
-      add("member/warming", 0.5, 0.05, kPerKelvin * b.drop_v.cwiseProduct(rise));
+      // Beside the resistance that the cell has on the whole, which is the weak cell's: only how it changes.
+      const auto changing = [&](const VectorXd& with) {
+        const VectorXd shape = b.drop_v.cwiseProduct(with);
+        return VectorXd(kPerKelvin * (shape - b.drop_v * (shape.dot(b.drop_v) / std::max(1e-12, b.drop_v.squaredNorm()))));
+      };
+      add("member/warmth", 0.3, 0.4, changing(fades));
+      add("member/warming", 0.5, 0.1, changing(rise));
+      // The core is warmer than what the rise of the mean tells.
+      const VectorXd heat = b.drop_v.cwiseProduct(b.current_a) / std::max(1e-9, (b.drop_v.cwiseProduct(b.current_a)).mean());
+      add("member/heat", 0.5, 0.1, changing(lagged(time, heat, kCore)));
     }
   }
 }

@@ -11,7 +11,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kRounds = 25;
+constexpr int kRounds = 25, kRoundsOfMembers = 8;
 
 /// How much the block scores of the remainder scatter beyond white noise: 80 % quantile over the columns.
 double inflation_of(const std::vector<BlockSum>& blocks) {
@@ -141,6 +141,21 @@ void members_of_one_log(const GroupScore& score, bool thermal, Usual& out) {
   }
   out.group_mean.push_back(MatrixXd::Zero(own.rows(), own.cols()));
   out.group_variance.emplace_back(variance.asDiagonal());
+  out.group_inflation.push_back(1.0);
+}
+
+/// By shape: mean square of what each log shows when the others judge it, over what they let expect.
+VectorXd surprise_of(const std::vector<LogSums>& logs, const ColumnPrior& prior) {
+  VectorXd out = VectorXd::Zero(prior.usual.size());
+  for (std::size_t k = 0; logs.size() > 1 && k < logs.size(); ++k) {
+    std::vector<LogSums> others = logs;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const MixedModel model = mixed_model(others, prior, kRoundsOfMembers);
+    const VectorXd rest = logs[k].score - logs[k].gram * model.mean;
+    const VectorXd expected = (logs[k].gram + logs[k].gram * model.variance() * logs[k].gram).diagonal();
+    out += (rest.cwiseAbs2().cwiseQuotient(expected.cwiseMax(1e-300))) / static_cast<double>(logs.size());
+  }
+  return out;
 }
 
 /// From references: each member as it is known to be, and what all of them change from log to log.
@@ -151,23 +166,27 @@ void members_of_references(const std::vector<const GroupScore*>& references,
   for (Index k = 0; k < shapes; ++k) prior.kin.push_back(static_cast<std::size_t>(k));
   prior.usual.resize(shapes);
   prior.repeats.resize(shapes);
-  constexpr double kLeast = 1e-3;  // typical sizes
+  constexpr double kLeast = 1e-4;  // typical sizes
   for (Index k = 0; k < shapes; ++k) {
     prior.usual(k) = std::max(kLeast, shapes_of_group[static_cast<std::size_t>(k)].spread);
     prior.repeats(k) = std::max(kLeast, shapes_of_group[static_cast<std::size_t>(k)].repeats);
   }
-  prior.columns = 2.0;
+  prior.columns = 4.0;
   MatrixXd mean(shapes, members), variance = MatrixXd::Zero(shapes, shapes);
+  VectorXd surprise = VectorXd::Zero(shapes);
+  const Index every = std::max<Index>(1, members / 4);  // some stand for all
   for (Index i = 0; i < members; ++i) {
     std::vector<LogSums> logs;
     for (const GroupScore* reference : references) logs.push_back({reference->gram, reference->score.col(i)});
-    const MixedModel model = mixed_model(logs, prior, kRounds);
+    if (i % every == 0) surprise += surprise_of(logs, prior) / std::ceil(static_cast<double>(members) / static_cast<double>(every));
+    const MixedModel model = mixed_model(logs, prior, kRoundsOfMembers);
     mean.col(i) = model.mean;
     variance += model.mean_covariance / static_cast<double>(members);
     variance.diagonal() += model.between / static_cast<double>(members);
   }
   out.group_mean.push_back(mean);
   out.group_variance.push_back(variance);
+  out.group_inflation.push_back(std::max(1.0, surprise.maxCoeff()));
 }
 
 void learn_groups(const Design& design, const Score& score, const std::vector<Reference>& references, Usual& out) {

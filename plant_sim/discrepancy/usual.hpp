@@ -19,6 +19,7 @@ struct Usual {
   std::vector<double> inflation;      ///< [channel] of the white noise that the noise model leaves
   std::vector<Eigen::MatrixXd> group_mean;   ///< [group][shape x member]
   std::vector<Eigen::MatrixXd> group_variance;  ///< [group][shape x shape], of any member
+  std::vector<double> group_inflation;          ///< [group] of what each member says, as for channels
   std::size_t references = 0;
   Eigen::VectorXd seen;                       ///< of causes in sound logs beyond `repeats`: variance, by column
 };
