@@ -36,7 +36,8 @@ VectorXd change_of(const VectorXd& time, const VectorXd& values) {
 
 /// Losses in kilowatts, and the pedal as another measure of the torque.
 void power_shapes(const Design& design, const CarSignals& s, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.1, 0.005}, kDriven{1, 0.2, 0.02}, kPedal{2, 0.5, 0.02};
+  constexpr Kin kLevel{0, 0.1, 0.005}, kDriven{1, 0.2, 0.02}, kPedal{2, 0.5, 0.02},
+      kWarm{3, 1.0, 0.3};  // a winding begins no two drives equally warm
   const Recording& log = design.comparison.log;
   const auto add = [&](const Kin& kin, const char* what, const VectorXd& values) {
     shapes.add(kin, what, power_as_torque(log, 1000.0 * values));
@@ -44,7 +45,7 @@ void power_shapes(const Design& design, const CarSignals& s, Shapes& shapes) {
   const VectorXd square = s.torque.cwiseAbs2();
   add(kLevel, "1", VectorXd::Ones(s.late.size()));
   add(kDriven, "torque^2", square);
-  add(kDriven, "torque^2 warm", times(square, shapes.behind(square, 300.0)));
+  add(kWarm, "torque^2 warm", times(square, shapes.behind(square, 300.0)));
   add(kDriven, "motor speed", s.motor);
   add(kDriven, "motor speed^2", s.motor.cwiseAbs2());
   add(kDriven, "torque motor speed", times(s.torque, s.motor));
