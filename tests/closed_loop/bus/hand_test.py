@@ -192,9 +192,8 @@ def test_real_time_run_takes_as_long_as_its_drive_and_reports_late_steps(tmp_pat
         heard = bus.drain()
     took_s = time.monotonic() - begin
     outcome = result(tmp_path / "r.json")
-    # A machine that is too slow fails the run, as a real node that is late would; then it says how late it was. More than
-    # a step of 10 ms on top of a frame's own period is what the other nodes' time-outs of 20 ms do not forgive.
-    assert done.returncode == 0 or outcome["bus"]["late_worst_s"] > 0.01, done.stdout
+    # A machine that is too slow fails the run, as a real node that is late would; then it says how late it was.
+    assert done.returncode == 0 or outcome["bus"]["late_worst_s"] > 0.02, done.stdout
     assert took_s > (7.0 if done.returncode == 0 else 0.5) and outcome["bus"]["pacing"] == "realtime"
     assert "late steps" in done.stdout
     assert not [frame for frame in heard if 0x7E0 <= frame[0] <= 0x7FF]
