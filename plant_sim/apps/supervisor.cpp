@@ -231,7 +231,9 @@ class Supervisor {
   [[nodiscard]] int worst(int plant_code) const {
     if (plant_code != kExitOk) return plant_code;
     for (const Node& node : nodes_) {
-      const bool asked_to_end = bus_.realtime && node.process->exit_code() == kExitInterrupted;
+      const std::optional<int> code = node.process->exit_code();
+      // In real time they are ended by end_all()'s signal, whose number they tell when it comes before the plant's stop.
+      const bool asked_to_end = bus_.realtime && (code == kExitInterrupted || code == 128 + SIGTERM);
       if (node.process->exit_code() != kExitOk && !asked_to_end) return node.process->exit_code().value_or(kExitFailedRun);
     }
     return lost_ ? kExitFailedRun : kExitOk;
