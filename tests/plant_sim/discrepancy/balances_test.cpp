@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a log tells before any cause is weighed: its rests, its SOC, and the heat that its own voltage means.
+#include "discrepancy/balances.hpp"
+
+#include <cmath>
+#include <random>
+
+#include "discrepancy/model.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr Index kRows = 3000, kRest = 600, kDriven = 2400;  // 10 Hz: a rest, 3 min of 20 A, a rest
+constexpr double kLoad = 20.0, kOffset = 0.3, kNoise = 0.15;  // A
+
+World leaf() {
+  return load_model(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", {}).world;
+}
+
+/// As the model itself would have it, but for the sensor's noise and offset; `soc` as it is predicted, less `low`.
+Recording log_of(const World& model, double low) {
+  Recording log;
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, kNoise);
+  log.time_s = VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
+  VectorXd& current = log.signals["current"];
+  current = VectorXd::Zero(kRows);
+  for (Index row = 0; row < kRows; ++row) {
+    current(row) = (row >= kRest && row < kDriven ? kLoad : 0.0) + kOffset + noise(random);
+  }
+  log.signals["voltage"] = VectorXd::Constant(kRows, 3.9);
+  log.signals["soc"] = VectorXd::Constant(kRows, 0.5);
+  const Comparison blank = comparison_of(model, log, {.judge_soc = true});
+  const Prediction expected = predict(model, blank);
+  log.signals["voltage"] = expected.channels[0];
+  log.signals["soc"] = (expected.battery.soc.array() - low).matrix();
+  return log;
+}
+
+double mean_residual(const World& model, const Comparison& c, const char* name) {
+  const Prediction p = predict(model, c);
+  for (std::size_t k = 0; k < c.channels.size(); ++k) {
+    if (c.channels[k].name == name) return (c.channels[k].measured - p.channels[k]).mean();
+  }
+  FAIL("no such channel");
+  return NAN;
+}
+
+}  // namespace
+
+TEST_GROUP(Balances) {};
+
+TEST(Balances, the_noise_of_the_current_is_averaged_at_rest_and_its_offset_stays) {
+  const World model = leaf();
+  const Comparison c = comparison_of(model, log_of(model, 0.0), {});
+  const VectorXd rest = c.facts.current_a.head(kRest);
+  DOUBLES_EQUAL(kOffset, rest.mean(), 0.03);
+  CHECK((rest.array() - rest.mean()).matrix().norm() / std::sqrt(double{kRest}) < kNoise / 4.0);
+  CHECK(c.facts.at_rest[kRest / 2]);
+  CHECK_FALSE(c.facts.at_rest[(kRest + kDriven) / 2]);
+  DOUBLES_EQUAL((*c.log.find("current"))(1000), c.facts.current_a(1000), 0.0);
+}
+
+TEST(Balances, the_soc_of_a_log_is_a_channel_only_where_it_is_asked_for) {
+  const World model = leaf();
+  const Recording log = log_of(model, 0.0);
+  CHECK(comparison_of(model, log, {}).find("soc") == nullptr);
+  CHECK(comparison_of(model, log, {.judge_soc = true}).find("soc") != nullptr);
+}
+
+TEST(Balances, a_log_that_begins_too_low_shows_it_in_its_soc) {
+  World model = leaf();
+  const Comparison c = comparison_of(model, log_of(model, 0.02), {.judge_soc = true});
+  const double seen = mean_residual(model, c, "soc");
+  model.reported_soc_low = 0.02;
+  DOUBLES_EQUAL(seen + 0.02, mean_residual(model, c, "soc"), 1e-12);
+  CHECK(std::abs(mean_residual(model, c, "soc")) < 0.002);
+}
+
+TEST(Balances, a_soc_that_is_counted_from_the_log_does_not_see_the_capacity) {
+  World model = leaf();
+  const Comparison c = comparison_of(model, log_of(model, 0.0), {.judge_soc = true});
+  const double sound = mean_residual(model, c, "soc");
+  World counted = model;
+  counted.soc_is_counted = true;
+  counted.counted_ah = model.car.cell.capacity_ah;
+  counted.car.cell.capacity_ah *= 0.9;
+  DOUBLES_EQUAL(sound, mean_residual(counted, c, "soc"), 1e-9);
+  model.car.cell.capacity_ah *= 0.9;
+  CHECK(std::abs(mean_residual(model, c, "soc") - sound) > 1e-3);
+}
+
+TEST(Balances, heat_follows_the_measured_voltage_and_not_the_resistances) {
+  World model = leaf();
+  Recording log = log_of(model, 0.0);
+  const Comparison c = comparison_of(model, log, {});
+  const double warm = predict(model, c).battery.temperature_c(kDriven);
+  for (double& r : model.car.cell.r0_ohm.value) r *= 2.0;
+  for (double& r : model.car.cell.r0_ohm.table) r *= 2.0;
+  DOUBLES_EQUAL(warm, predict(model, c).battery.temperature_c(kDriven), 1e-9);
+}
