@@ -165,9 +165,7 @@ void settle_start(const World& model, const MainVoltage& voltage, bool soc_state
       tables.circuit(0.5, model.car.cell.reference_temperature_c, model.car.cell.reference_current_a);
   const double drop = p.r0_ohm * current_sum / count / model.car.battery.cells_in_parallel;
   // The median: a log may begin while the contactors close.
-  const auto middle = volts.begin() + static_cast<std::ptrdiff_t>(volts.size() / 2);
-  std::nth_element(volts.begin(), middle, volts.end());
-  out.facts.initial_soc = std::clamp(tables.soc_of_ocv(*middle + drop), 0.0, 1.0);
+  out.facts.initial_soc = std::clamp(tables.soc_of_ocv(median_of(volts) + drop), 0.0, 1.0);
 }
 
 /// Straight or held: whichever the steps of the voltage agree with.
