@@ -13,6 +13,8 @@ namespace voltlap::plant {
 
 using Values = std::span<const double>;
 
+inline constexpr double kUsualOhm = 3e-3;  // a cell of 30 Ah
+
 /// A number of a cause. `low` and `high` are the prior: beyond them the cause is not believed.
 struct CauseParameter {
   const char* name;
@@ -23,6 +25,7 @@ struct CauseParameter {
   const char* shown_unit = "";
   double repeats = 0.0;            ///< standard deviation from day to day of a sound one; judgement, said in the file
   double spread = 0.0;             ///< and among the sound members of a group
+  bool of_cell = false;            ///< ohms, typical for a cell of kUsualOhm: a cell with more resistance has more of it
 };
 
 /// One way in which a cause can act on this log.

@@ -12,6 +12,7 @@
 #include "discrepancy/causes/list.hpp"
 #include "discrepancy/findings.hpp"
 #include "discrepancy/integrity.hpp"
+#include "discrepancy/parts.hpp"
 #include "discrepancy/verdict.hpp"
 
 namespace voltlap::plant {
@@ -22,27 +23,6 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kSetsKept = 400;
 constexpr std::size_t kRefined = 5;
-
-std::vector<bool> blocks_used(const std::string& which, std::size_t blocks) {
-  std::vector<bool> use;
-  if (which == "all") return use;
-  for (std::size_t b = 0; b < blocks; ++b) use.push_back((b % 2 == 0) == (which == "even"));
-  return use;
-}
-
-std::vector<bool> part_of_blocks(const std::vector<bool>& use, std::size_t blocks, std::size_t parts, std::size_t part,
-                                 bool interleaved) {
-  std::vector<bool> out(blocks, false);
-  std::size_t used = 0, total = 0;
-  for (std::size_t b = 0; b < blocks; ++b) total += use.empty() || use[b] ? 1 : 0;
-  for (std::size_t b = 0; b < blocks; ++b) {
-    if (!use.empty() && !use[b]) continue;
-    const std::size_t mine = interleaved ? used % parts : used * parts / std::max<std::size_t>(1, total);
-    out[b] = mine == part;
-    ++used;
-  }
-  return out;
-}
 
 /// Everything about one log that the steps below share.
 struct Case {
@@ -120,13 +100,6 @@ void analyse(Case& c, const std::string& fit_blocks) {
   c.usual_evidence = evidence_of_references(c, inflation);
 }
 
-std::vector<bool> rows_of_blocks(const Case& c) {
-  std::vector<bool> rows;
-  if (c.use.empty()) return rows;
-  for (const std::size_t b : block_of_rows(c.design.comparison.log.time_s)) rows.push_back(c.use[b]);
-  return rows;
-}
-
 /// Nonlinear fits of the best sets may change their order.
 void refine_best(const Case& c, std::vector<WeighedSet>& sets, const Refinery& refinery, double tempering) {
   const double best = sets.empty() ? 0.0 : sets[0].evidence;
@@ -160,6 +133,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   std::vector<std::vector<GateFinding>> usual_findings;
   Case c;
   c.causes = catalogue(options.without);
+  size_for(model.world.car.cell, c.causes);
   for (const Recording& reference : options.references) {
     Gated theirs = integrity_gate(reference, model);
     usual_findings.push_back(theirs.findings);
@@ -185,25 +159,17 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   analyse(c, options.fit_blocks);
   const System weighed = tempered(c.system, c.usual_evidence);
   std::vector<WeighedSet> sets = weigh_sets(weighed, kSetsKept);
-  const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c));
+  const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c.design, c.use));
   progress("refining", 0.7);
   refine_best(c, sets, refinery, weighed.score.norm() / c.system.score.norm());
   constexpr double kFreedom = 20.0;  // of the scale of a sound log's scores
   progress("null distribution", 0.85);
   const Decision decision = decide(weighed, sets, kFreedom, options.draws, options.seed);
-  std::vector<System> quarters, halves;
-  for (std::size_t part = 0; part < 4; ++part) {
-    quarters.push_back(system_of(c.design, c.locals, c.score, c.usual, c.causes,
-                                 part_of_blocks(c.use, c.score.blocks(), 4, part, true)));
-  }
-  for (std::size_t part = 0; part < 2; ++part) {
-    halves.push_back(system_of(c.design, c.locals, c.score, c.usual, c.causes,
-                               part_of_blocks(c.use, c.score.blocks(), 2, part, false)));
-  }
+  const Parts parts = parts_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   std::optional<Comparison> holdout;
   if (options.holdout) holdout = comparison_of(model.world, integrity_gate(*options.holdout, model).log, compared);
-  const Judged judged{c.causes,  c.design, c.system, c.noise,  c.use,
-                      sets,      decision, quarters, halves,   refinery, holdout ? &*holdout : nullptr};
+  const Judged judged{c.causes, c.design, c.locals, c.system, c.noise,  c.usual,
+                      c.use,    sets,     decision, parts,    refinery, holdout ? &*holdout : nullptr};
   put_verdict(judged, gate, out);
   return out;
 }

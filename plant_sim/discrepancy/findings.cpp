@@ -9,6 +9,7 @@
 
 #include "discrepancy/found_cause.hpp"
 #include "discrepancy/gain.hpp"
+#include "discrepancy/named_part.hpp"
 #include "discrepancy/set_effects.hpp"
 
 namespace voltlap::plant {
@@ -20,6 +21,8 @@ using Eigen::VectorXd;
 constexpr double kLeastGain = 0.5;     // of what blocks that were kept back could gain
 constexpr double kStable = 4.5;        // standard errors between the halves of a log
 constexpr double kCancelling = 2.5;    // effect of one cause over that of all together
+constexpr double kMaterial = 0.1;      // of an RMS: a part that matters
+constexpr double kMostOfIt = 0.5;      // of what a shape without a name explains
 constexpr double kCertain = 0.99;      // no probability is said to be higher
 
 std::string gain_text(const Explanation& out) {
@@ -151,9 +154,10 @@ std::vector<std::string> equivalents_of(const Judged& j, std::size_t k, const st
 /// Strongest first.
 std::vector<FoundCause> found_causes(const Judged& j, const RefinedSet& set, bool named) {
   std::vector<FoundCause> out;
+  const std::vector<double> shares = shares_of(j, set.causes);
   for (std::size_t k = 0; k < set.causes.size(); ++k) {
     FoundCause found = found_cause(j, set.causes[k]);
-    found.share_of_residual = std::clamp(share_of(j, set.causes[k]), 0.0, 1.0);
+    found.share_of_residual = shares[k];
     found.probability = std::min(kCertain, (1.0 - j.decision.null_probability) / (1.0 + std::exp(-j.decision.margin)));
     if (!named) found.probability = std::min(found.probability, 0.5);
     found.equivalent_to = equivalents_of(j, k, found.name);
@@ -199,35 +203,126 @@ std::string telling_test(const Judged& j, const std::vector<std::size_t>& member
   return cause_of(j, telling).test;
 }
 
-}  // namespace
+/// Is a channel worse with the answer, where it was not fitted?
+bool makes_worse(const Explanation& out) {
+  return std::any_of(out.gain.begin(), out.gain.end(), [](const auto& channel) {
+    return channel.second.after > (1.0 + kMaterial) * channel.second.before;
+  });
+}
 
-void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanation& out) {
-  const bool nothing = j.decision.members.empty();
-  const bool unknown = !nothing && j.decision.anonymous && !j.decision.named_rival;
-  std::vector<std::size_t> members = j.decision.members;
-  if (!nothing && !unknown && j.decision.anonymous) members = j.sets[*j.decision.named_rival].members;
-  const RefinedSet set = nothing || unknown ? RefinedSet{{}, j.design.model, 0.0} : j.refinery.refine(members);
+/// Is a channel smaller by a part that matters, for sure?
+bool makes_better(const Explanation& out) {
+  return std::any_of(out.gain.begin(), out.gain.end(), [](const auto& channel) {
+    const ChannelGain& gain = channel.second;
+    return gain.after < (1.0 - kMaterial) * gain.before && gain.drop_low > 0.0;
+  });
+}
+
+/// Is what remains of the channels that became smaller near their noise?
+bool is_clean(const Explanation& out) {
+  constexpr double kNear = 5.0;
+  return std::none_of(out.gain.begin(), out.gain.end(), [](const auto& channel) {
+    const ChannelGain& gain = channel.second;
+    return gain.after < (1.0 - kMaterial) * gain.before && gain.after > kNear * gain.floor;
+  });
+}
+
+void put_set(const RefinedSet& set, const Judged& j, Explanation& out) {
+  out.gain.clear();
+  out.traces.clear();
   measure_gain(j, set, out);
   keep_traces(j, set, out);
-  if (nothing) return put_no_discrepancy(gate, out);
-  put_runners_up(j, out);
-  if (unknown) {
-    name_unknown(j, out);
-    out.causes.insert(out.causes.end(), gate.begin(), gate.end());
-    return;
-  }
-  const std::string why_not = j.decision.anonymous
-                                  ? "a shape that no known cause has explains the log as well"
-                                  : objection(j, set, held_out(j.quarters, j.halves, members));
+}
+
+/// The set that weighs most, or the best with names only. False when the error is larger with it; references know what
+/// the model always misses, which an RMS does not.
+bool put_named_set(const Judged& j, Explanation& out) {
+  const std::vector<std::size_t> members =
+      j.decision.anonymous ? j.sets[*j.decision.named_rival].members : j.decision.members;
+  const RefinedSet set = j.refinery.refine(members);
+  put_set(set, j, out);
+  if (!out.with_references && makes_worse(out) && !makes_better(out)) return false;
+  std::string why_not = j.decision.anonymous ? "a shape that no known cause has explains the log as well"
+                                             : objection(j, set, held_out(j.parts, members));
+  if (why_not.empty() && !out.with_references && !is_clean(out)) why_not = "what remains is far above the noise";
   out.verdict = why_not.empty() ? Verdict::kNamed : Verdict::kAmbiguous;
   out.causes = found_causes(j, set, why_not.empty());
   out.sentence = sentence_of(out.causes, gain_text(out));
-  out.causes.insert(out.causes.end(), gate.begin(), gate.end());
   out.world = world_with_cells(j, set);
-  if (out.verdict == Verdict::kNamed) return;
+  if (out.verdict == Verdict::kNamed) return true;
   out.sentence = fmt::format("Most likely: {} Not certain: {}.", out.sentence, why_not);
   put_alternatives(j, members, out);
   out.next_test = telling_test(j, members);
+  return true;
+}
+
+/// The set of named causes that explains most in plain units, with its sizes; none when all are beyond their priors.
+std::optional<RefinedSet> largest_named_part(const Judged& j, PlainView& view, const Refinery& refinery,
+                                             Decision& decision) {
+  constexpr int kTried = 8;
+  for (int tried = 0; tried < kTried && !view.sets.empty() && view.sets[0].evidence > 0.0; ++tried) {
+    decision = choose(view.system, view.sets);
+    decision.null_probability = j.decision.null_probability;
+    RefinedSet set = refinery.refine(decision.members);
+    const bool possible = std::all_of(set.causes.begin(), set.causes.end(),
+                                      [](const RefinedCause& fit) { return fit.inside_prior; });
+    if (possible) {
+      widen_by_minutes(view, j, set);
+      return set;
+    }
+    std::erase_if(view.sets, [&](const WeighedSet& s) { return s.members == decision.members; });
+  }
+  return std::nullopt;
+}
+
+/// Share of what the answer without a name explains, noise and all, that these explain too. What is slow weighs little
+/// there: an offset that only takes the mean of an error says little of it.
+double shared_with_unknown(const Judged& j, const std::vector<std::size_t>& members) {
+  return overlap(j.system, j.decision.members, fit_set(j.system, j.decision.members).coefficients, members);
+}
+
+/// Of an error that has no name as a whole, the part that named causes explain, if that holds where it was not fitted.
+void put_named_part(const Judged& j, Explanation& out) {
+  PlainView view = plain_view(j);
+  const Refinery refinery = plain_refinery(j, view);
+  Decision decision;
+  const std::optional<RefinedSet> set = largest_named_part(j, view, refinery, decision);
+  if (!set) return;
+  const Judged plain{j.causes, j.design,  j.locals, view.system, j.noise,  view.usual,
+                     j.use,    view.sets, decision, view.parts,  refinery, j.holdout};
+  Explanation part;
+  measure_gain(plain, *set, part);
+  if (makes_worse(part) || !makes_better(part) || shared_with_unknown(j, decision.members) < kMostOfIt) return;
+  keep_traces(plain, *set, part);
+  put_runners_up(plain, part);
+  put_alternatives(plain, decision.members, part);
+  out.verdict = Verdict::kAmbiguous;
+  out.gain = part.gain;
+  out.traces = part.traces;
+  out.runners_up = part.runners_up;
+  out.alternatives = part.alternatives;
+  out.causes = found_causes(plain, *set, false);
+  out.sentence = fmt::format("A part of it: {} What remains in the {} balance none of the known causes explains.",
+                             sentence_of(out.causes, gain_text(out)), name_of(*out.unknown_in));
+  out.next_test = telling_test(plain, decision.members);
+  out.world = world_with_cells(plain, *set);
+}
+
+}  // namespace
+
+void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanation& out) {
+  if (j.decision.members.empty()) {
+    put_set({{}, j.design.model, 0.0}, j, out);
+    return put_no_discrepancy(gate, out);
+  }
+  put_runners_up(j, out);
+  const bool unknown = j.decision.anonymous && !j.decision.named_rival;
+  if (unknown || !put_named_set(j, out)) {
+    put_set({{}, j.design.model, 0.0}, j, out);
+    name_unknown(j, out);
+    if (!out.with_references) put_named_part(j, out);
+  }
+  out.causes.insert(out.causes.end(), gate.begin(), gate.end());
 }
 
 }  // namespace voltlap::plant

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <map>
 
@@ -35,8 +36,7 @@ struct Fold {
 
 /// The refined causes with the linear parameters as another part of the log would have them.
 std::vector<RefinedCause> as_fitted_by(const Judged& j, const RefinedSet& set, const System& part) {
-  std::vector<std::size_t> members;
-  for (const RefinedCause& fit : set.causes) members.push_back(fit.candidate);
+  const std::vector<std::size_t> members = members_of(set);
   const VectorXd here = fit_set(part, members).coefficients, all = fit_set(j.system, members).coefficients;
   std::vector<RefinedCause> out = set.causes;
   Index at = 0;
@@ -63,9 +63,10 @@ std::vector<Fold> folds_of(const Judged& j, const RefinedSet& set, std::size_t b
     return out;
   }
   for (std::size_t parity = 0; parity < 2; ++parity) {
-    System part = j.quarters[parity];
-    part.information += j.quarters[parity + 2].information;
-    part.score += j.quarters[parity + 2].score;
+    const std::vector<System>& quarters = j.parts.quarters;
+    System part = quarters[parity];
+    part.information += quarters[parity + 2].information;
+    part.score += quarters[parity + 2].score;
     std::vector<bool> keep;
     for (std::size_t b = 0; b < blocks; ++b) keep.push_back(b % 2 != parity);
     out.push_back({keep, as_fitted_by(j, set, part)});
@@ -139,6 +140,34 @@ void add_all(const Judged& j, const Comparison& on, const std::vector<VectorXd>&
   }
 }
 
+/// Share of the squares of each channel, and of the members that `named` act on, that causes explain together.
+using Shares = std::map<std::string, double>;
+
+Shares explained_by(const Judged& j, const std::vector<RefinedCause>& some, const std::vector<RefinedCause>& named) {
+  const Effects effects = effects_of(j, some);
+  Shares out;
+  const auto put = [&](const std::string& name, const VectorXd& residual, const VectorXd& effect) {
+    const double was = rms_of(residual), is = rms_of(residual - effect);
+    if (was > 0.0) out[name] = 1.0 - is * is / (was * was);
+  };
+  const Comparison& on = j.design.comparison;
+  for (std::size_t c = 0; c < on.channels.size(); ++c) put(on.channels[c].name, j.design.residual[c], effects.channels[c]);
+  for (std::size_t g = 0; g < on.groups.size(); ++g) {
+    for (std::size_t m = 0; m < on.groups[g].members.size(); ++m) {
+      const std::string& member = on.groups[g].members[m];
+      if (is_named(j, named, member)) put(member, on.groups[g].deviation[m], effects.members[g][m]);
+    }
+  }
+  return out;
+}
+
+/// Of the orders in which `all` causes can be added, those in which one of them comes after `before` others.
+double weight_of(int before, std::size_t all) {
+  double out = 1.0 / static_cast<double>(all);
+  for (int k = 0; k < before; ++k) out *= static_cast<double>(k + 1) / static_cast<double>(all - 1 - static_cast<std::size_t>(k));
+  return out;
+}
+
 }  // namespace
 
 double rms_of(const VectorXd& values) {
@@ -171,24 +200,28 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   }
 }
 
-double share_of(const Judged& j, const RefinedCause& fit) {
-  const Effects effects = effects_of(j, {fit});
-  double most = 0.0;
-  const auto consider = [&](const VectorXd& residual, const VectorXd& effect) {
-    if (effect.cwiseAbs().maxCoeff() <= 0.0) return;
-    const double was = rms_of(residual), is = rms_of(residual - effect);
-    if (was > 0.0) most = std::max(most, 1.0 - is * is / (was * was));
-  };
-  for (std::size_t c = 0; c < j.design.residual.size(); ++c) consider(j.design.residual[c], effects.channels[c]);
-  const Candidate& candidate = j.system.candidates[fit.candidate];
-  if (candidate.group >= 0) {
-    const auto g = static_cast<std::size_t>(candidate.group);
-    for (const Index m : candidate.members) {
-      const auto at = static_cast<std::size_t>(m);
-      consider(j.design.comparison.groups[g].deviation[at], effects.members[g][at]);
+std::vector<double> shares_of(const Judged& j, const std::vector<RefinedCause>& causes) {
+  const std::size_t subsets = std::size_t{1} << causes.size();
+  std::vector<Shares> of;
+  for (std::size_t subset = 0; subset < subsets; ++subset) {
+    std::vector<RefinedCause> some;
+    for (std::size_t k = 0; k < causes.size(); ++k) {
+      if ((subset >> k & 1U) != 0) some.push_back(causes[k]);
+    }
+    of.push_back(explained_by(j, some, causes));
+  }
+  std::vector<double> out(causes.size(), 0.0);
+  for (std::size_t k = 0; k < causes.size(); ++k) {
+    for (const auto& [channel, unused] : of.back()) {
+      double share = 0.0;
+      for (std::size_t subset = 0; subset < subsets; ++subset) {
+        if ((subset >> k & 1U) != 0) continue;
+        share += weight_of(std::popcount(subset), causes.size()) * (of[subset | std::size_t{1} << k].at(channel) - of[subset].at(channel));
+      }
+      out[k] = std::max(out[k], std::min(share, 1.0));
     }
   }
-  return most;
+  return out;
 }
 
 void keep_traces(const Judged& j, const RefinedSet& set, Explanation& out) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much smaller the errors are with a set of causes: on blocks that did not fit it, by cause, and row by row.
 #pragma once
+#include <vector>
+
 #include "discrepancy/explain.hpp"
 #include "discrepancy/judged.hpp"
 
@@ -15,8 +17,9 @@ namespace voltlap::plant {
 /// RMS of every channel on blocks that were kept back, without and with the set.
 void measure_gain(const Judged& judged, const RefinedSet& set, Explanation& out);
 
-/// Largest share of a channel's error that one cause takes away.
-[[nodiscard]] double share_of(const Judged& judged, const RefinedCause& fit);
+/// By cause the largest share of a channel's squares that it takes away: the mean over all orders in which the causes
+/// can be added (Shapley), since what one levels another may need.
+[[nodiscard]] std::vector<double> shares_of(const Judged& judged, const std::vector<RefinedCause>& causes);
 
 /// Residuals without and with the set, for pictures.
 void keep_traces(const Judged& judged, const RefinedSet& set, Explanation& out);

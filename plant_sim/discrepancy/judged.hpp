@@ -3,6 +3,7 @@
 #pragma once
 #include <vector>
 
+#include "discrepancy/parts.hpp"
 #include "discrepancy/verdict.hpp"
 
 namespace voltlap::plant {
@@ -10,12 +11,14 @@ namespace voltlap::plant {
 struct Judged {
   const std::vector<Cause>& causes;
   const Design& design;
+  const std::vector<Candidate>& locals;
   const System& system;
   const NoiseModel& noise;
+  const Usual& usual;
   const std::vector<bool>& use;  ///< blocks that were fitted; empty: all
   const std::vector<WeighedSet>& sets;
   const Decision& decision;
-  const std::vector<System>&quarters, &halves;
+  const Parts& parts;
   const Refinery& refinery;
   const Comparison* holdout;     ///< a log that the gain is measured on; none: blocks of this one
 };

@@ -23,6 +23,13 @@ struct RefinedSet {
   double gain = 0.0;                 ///< drop of the discounted energy
 };
 
+/// Its candidates.
+[[nodiscard]] inline std::vector<std::size_t> members_of(const RefinedSet& set) {
+  std::vector<std::size_t> out;
+  for (const RefinedCause& cause : set.causes) out.push_back(cause.candidate);
+  return out;
+}
+
 class Refinery {
  public:
   Refinery(const Design& design, const std::vector<Cause>& causes, const System& system, const NoiseModel& noise,

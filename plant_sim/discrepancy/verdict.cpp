@@ -57,8 +57,14 @@ Decision decide(const System& system, const std::vector<WeighedSet>& sets, doubl
                 std::uint64_t seed) {
   Decision out;
   if (sets.empty() || sets[0].evidence <= 0.0) return out;
-  out.null_probability = null_probability(system, sets[0].evidence, freedom, draws, seed);
-  if (out.null_probability > kNullLevel) return out;
+  const double null = null_probability(system, sets[0].evidence, freedom, draws, seed);
+  if (null <= kNullLevel) out = choose(system, sets);
+  out.null_probability = null;
+  return out;
+}
+
+Decision choose(const System& system, const std::vector<WeighedSet>& sets) {
+  Decision out;
   std::size_t chosen = sized_down(sets);
   // A shape without a name that is no better than names of the same class gives way to them.
   for (std::size_t k = 0; !sets[chosen].named && k < sets.size(); ++k) {
@@ -99,17 +105,12 @@ Decision decide(const System& system, const std::vector<WeighedSet>& sets, doubl
   return out;
 }
 
-HeldOut held_out(const std::vector<System>& quarters, const std::vector<System>& halves, const Members& members) {
+HeldOut held_out(const Parts& parts, const Members& members) {
+  const std::vector<System>&quarters = parts.quarters, &halves = parts.halves;
   std::vector<double> gains;
   double possible = 0.0;
   for (std::size_t k = 0; k < quarters.size(); ++k) {
-    System others = quarters[k == 0 ? 1 : 0];
-    for (std::size_t j = (k == 0 ? 2 : 1); j < quarters.size(); ++j) {
-      if (j == k) continue;
-      others.information += quarters[j].information;
-      others.score += quarters[j].score;
-    }
-    const VectorXd coefficients = fit_set(others, members).coefficients;
+    const VectorXd coefficients = fit_set(all_but(quarters, k), members).coefficients;
     VectorXd all = VectorXd::Zero(quarters[k].score.size());
     Index at = 0;
     for (const std::size_t m : members) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "discrepancy/parts.hpp"
 #include "discrepancy/refine.hpp"
 
 namespace voltlap::plant {
@@ -30,12 +31,14 @@ struct Decision {
 [[nodiscard]] Decision decide(const System& system, const std::vector<WeighedSet>& sets, double freedom, int draws,
                               std::uint64_t seed);
 
+/// The best of `sets`, which are not empty, with its rivals, whether or not chance reaches its evidence.
+[[nodiscard]] Decision choose(const System& system, const std::vector<WeighedSet>& sets);
+
 /// Gain of a set on blocks that did not fit it, as a share of what it could gain there.
 struct HeldOut {
   double share = 0.0, low = 0.0;   ///< with its lower 95 % end
   double unstable = 0.0;           ///< largest difference of a coefficient between the halves, in standard errors
 };
-[[nodiscard]] HeldOut held_out(const std::vector<System>& quarters, const std::vector<System>& halves,
-                               const std::vector<std::size_t>& members);
+[[nodiscard]] HeldOut held_out(const Parts& parts, const std::vector<std::size_t>& members);
 
 }  // namespace voltlap::plant

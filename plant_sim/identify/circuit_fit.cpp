@@ -60,7 +60,7 @@ Eigen::VectorXd simplex_minimum(const Function& f, const Eigen::VectorXd& start,
 
 double FitPriors::roughness_weight(Index table, Index branches) const {
   if (roughness_weights.size() > 0) return roughness_weights(table);
-  if (table == 0) return kScale / em_roughness_v;
+  if (table == 0) return kScale / (em_roughness_v * (constant ? smoothness : 1.0));
   return kScale / ((constant ? kConstant : smoothness) * (table <= branches + 1 ? resistance_scale : log_tau_roughness));
 }
 

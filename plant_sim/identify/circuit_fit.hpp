@@ -21,7 +21,7 @@ struct OcvKnowledge {
 };
 
 struct FitPriors {
-  double smoothness = 0.5;         ///< c [1]
+  double smoothness = 0.5;         ///< c [1]; of the OCV where the resistances are constant
   double resistance_scale = 1e-3;  ///< R_typical [ohm]
   double em_roughness_v = 1.0;     ///< m [V]
   double noise_v2_s = 1e-4;        ///< n^2 [V^2 s]

@@ -142,10 +142,8 @@ class FullFitter {
 
   void by_prediction() {
     priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
-    if (!priors_.constant) {
-      say("smoothness by prediction");
-      priors_.smoothness = choose_smoothness(runs_, taus_, priors_, out_.smoothness_scores);
-    }
+    say("smoothness by prediction");
+    priors_.smoothness = choose_smoothness(runs_, taus_, priors_, out_.smoothness_scores);
     choose_order();
     search(taus_);
     say("full fit");
@@ -162,8 +160,9 @@ class FullFitter {
     }
     out_.uncertainty = uncertainty_of(*cost, out_.packed, priors_.noise_v2_s);
     out_.priors = priors_;
-    out_.smoothness_from = priors_.constant ? "--constant" : "held-out pulses";
-    out_.smoothness = priors_.constant ? 0.0 : priors_.smoothness;
+    const bool chosen = !out_.smoothness_scores.empty();
+    out_.smoothness_from = chosen ? "held-out pulses" : "--constant";
+    out_.smoothness = chosen ? priors_.smoothness : 0.0;
     out_.noise_v2_s = priors_.noise_v2_s;
   }
 

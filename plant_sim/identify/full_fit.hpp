@@ -30,7 +30,7 @@ struct FullFit {
   Eigen::VectorXd tau_centre_s;  ///< as CircuitCost takes them
   Eigen::VectorXd packed;
   Uncertainty uncertainty;
-  std::string smoothness_from;  ///< evidence, held-out pulses, --constant
+  std::string smoothness_from;  ///< evidence, held-out pulses; --constant where too few are left out
   double smoothness = 0.0;      ///< of held-out pulses; 0 with evidence
   SmoothnessScores smoothness_scores;
   std::vector<OrderScore> orders;

@@ -57,7 +57,7 @@ struct IdentifyResult {
   Eigen::VectorXd packed;
   std::vector<FileFinding> files;
   std::vector<OrderScore> orders;
-  std::string smoothness_from;         ///< evidence, held-out pulses, --constant
+  std::string smoothness_from;         ///< evidence, held-out pulses; --constant where too few are left out
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
   double rms_v = 0.0;  ///< of all rows that were used

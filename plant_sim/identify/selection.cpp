@@ -41,6 +41,7 @@ BlockScore heldout_score(const std::vector<TestRun>& runs, const Eigen::VectorXd
 double choose_smoothness(const std::vector<TestRun>& runs, const Eigen::VectorXd& taus, FitPriors priors,
                          SmoothnessScores& scores) {
   constexpr int kWidest = 7;  // 2^-7 to 2^7
+  constexpr std::size_t kLeastParts = 4;
   std::map<int, BlockScore> tried;  // by the exponent
   const auto score_at = [&](int exponent) -> const BlockScore& {
     auto [at, is_new] = tried.try_emplace(exponent);
@@ -51,6 +52,7 @@ double choose_smoothness(const std::vector<TestRun>& runs, const Eigen::VectorXd
     return at->second;
   };
   int best = 0;
+  if (priors.constant && score_at(best).parts.size() < kLeastParts) return 1.0;  // an OCV that no other part judges
   for (const int direction : {1, -1}) {
     while (std::abs(best) < kWidest && score_at(best + direction).mean() < score_at(best).mean()) best += direction;
   }

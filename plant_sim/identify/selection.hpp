@@ -15,6 +15,7 @@ using SmoothnessScores = std::vector<std::pair<double, double>>;
 
 /// The smoothest weight whose held-out error is above the least by no more than one standard error of their
 /// difference. Neighbours of the best are tried, by factors of two, until it stands between two worse ones.
+/// A plain circuit has the OCV alone to choose it for: a free OCV would take over what constant resistances miss.
 [[nodiscard]] double choose_smoothness(const std::vector<TestRun>& runs, const Eigen::VectorXd& taus,
                                        FitPriors priors, SmoothnessScores& scores);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "battery/cell_tables.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -21,6 +22,16 @@ std::vector<Cause> catalogue(const std::vector<std::string>& without) {
     all.erase(found);
   }
   return all;
+}
+
+void size_for(const CellParameters& cell, std::vector<Cause>& causes) {
+  constexpr double kHalfFull = 0.5;
+  const double ohm = CellTables(cell).circuit(kHalfFull, cell.reference_temperature_c, cell.reference_current_a).r0_ohm;
+  for (Cause& cause : causes) {
+    for (CauseParameter& p : cause.parameters) {
+      if (p.of_cell) p.typical *= std::max(1.0, ohm / kUsualOhm);
+    }
+  }
 }
 
 }  // namespace voltlap::plant

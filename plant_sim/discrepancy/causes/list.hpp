@@ -61,4 +61,7 @@ VOLTLAP_CAUSES(VOLTLAP_DECLARE)
 /// All causes, without those named in `without`. Throws InputError for a name that is none.
 [[nodiscard]] std::vector<Cause> catalogue(const std::vector<std::string>& without);
 
+/// Typical sizes for this cell: those of resistances grow with its own.
+void size_for(const CellParameters& cell, std::vector<Cause>& causes);
+
 }  // namespace voltlap::plant

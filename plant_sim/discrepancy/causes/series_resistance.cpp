@@ -11,7 +11,7 @@ Cause series_resistance() {
           .says = "every cell's series resistance is {} off",
           .test = "pulses: a minute of hard on and off at one temperature and SOC",
           .parameters =
-              {{"resistance_ohm", "ohm", -0.05, 0.05, 2e-4, 1e3, "mOhm"}},
+              {{"resistance_ohm", "ohm", -0.05, 0.05, 2e-4, 1e3, "mOhm", 0.0, 0.0, true}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.series_ohm += v[0]; })};
           }};

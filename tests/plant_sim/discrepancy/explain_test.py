@@ -79,6 +79,30 @@ def test_a_cause_that_is_not_in_the_catalogue_is_not_called_by_another_name(tmp_
         assert answer["unknown_in"] == "voltage"
 
 
+def test_of_an_error_without_a_name_the_part_that_a_cause_explains_is_offered_with_what_it_gains(tmp_path, drive):
+    rows = drive()
+    last = rows[-1]["time_s"]
+    ohm = [4e-4 * (1 - abs(2 * row["time_s"] / last - 1)) for row in rows]  # comes and goes: no cause does; mean 0.2 mOhm
+    answer = explained(tmp_path, [
+        {k: v - r * row["pack_current_a"] * {"cell": 1, "pack": 24}.get(k.split("_voltage")[0], 0) for k, v in row.items()}
+        for row, r in zip(rows, ohm)])
+    assert answer["verdict"] == "ambiguous" and answer["unknown_in"] == "voltage" and answer["next_test"]
+    assert answer["sentence"].startswith("A part of it: ") and "none of the known causes explains" in answer["sentence"]
+    size = next(c for c in answer["causes"] if c["name"] == "series_resistance")["parameters"]["resistance_ohm"]
+    assert size["ci95_low"] < 2e-4 < size["ci95_high"]
+    gain = answer["gain"]["voltage"]
+    assert gain["heldout_rms_after"] < 0.7 * gain["heldout_rms_before"]
+    assert 0.9 < sum(c["share_of_residual"] for c in answer["causes"]) < 2.1  # of two channels
+
+
+def test_an_answer_with_which_another_log_is_worse_is_not_offered(tmp_path, drive):
+    other = write(tmp_path / "other.csv", contact(drive(), -0.006))
+    answer = explained(tmp_path, contact(drive(), 0.006), "--holdout", other)
+    assert answer["verdict"] == "unknown" and answer["causes"] == [] and answer["unknown_in"] == "voltage"
+    gain = answer["gain"]["pack_voltage"]
+    assert gain["heldout_rms_after"] == gain["heldout_rms_before"]
+
+
 def test_a_log_too_short_to_tell_anything_says_what_drive_would(tmp_path, drive):
     answer = explained(tmp_path, drive()[:300])
     assert answer["verdict"] == "bad_data" and "short" in answer["sentence"] and answer["next_test"]

@@ -65,6 +65,30 @@ TEST(Identify, APlainCircuitHasOneValueForAllSocThatPredictsAlmostAsWell) {
   CHECK(plain.rms_v > tables.rms_v && plain.rms_v < 0.03);
 }
 
+TEST(Identify, HowSmoothTheOcvOfAPlainCircuitIsPulsesDecideThatItDidNotSee) {
+  options.constant = true;
+  const IdentifyResult plain = identify(logs_of(cell.pulse_plan(33.0, 320, 0.0)), options);
+  STRCMP_EQUAL("held-out pulses", plain.smoothness_from.c_str());
+  const auto error_at = [&](double smoothness) {
+    const auto found = std::find_if(plain.smoothness_scores.begin(), plain.smoothness_scores.end(),
+                                    [&](const auto& score) { return score.first == smoothness; });
+    CHECK(found != plain.smoothness_scores.end());
+    return found->second;
+  };
+  for (const auto& [smoothness, error] : plain.smoothness_scores) {
+    if (smoothness < plain.smoothness) CHECK(error > error_at(plain.smoothness));  // none as good is smoother
+  }
+  CHECK(plain.smoothness_scores.size() >= 3);
+}
+
+TEST(Identify, TheOcvOfAPlainCircuitIsNotChosenByAMinute) {
+  options.constant = true;
+  std::vector<double> drive;
+  for (int k = 0; k < 4; ++k) drive.insert(drive.end(), 20, k % 2 == 0 ? 60.0 : 15.0);
+  const IdentifyResult plain = identify(logs_of(drive), options);
+  STRCMP_EQUAL("--constant", plain.smoothness_from.c_str());
+}
+
 TEST(Identify, ADriveOfUnknownTemperatureGetsNoSlopeOverItAndATestWithRestsDoes) {
   std::vector<double> drive(60, 0.0);
   for (int k = 0; k < 60; ++k) drive.insert(drive.end(), 20, k % 2 == 0 ? 60.0 : 15.0);
