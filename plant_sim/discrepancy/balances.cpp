@@ -254,7 +254,11 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   if (cells.size() > 1) out.groups.push_back(group_of(log, "cell_voltage_", Balance::kVoltage));
   if (thermistors.size() > 1) out.groups.push_back(group_of(log, "temperature_", Balance::kHeat));
   settle_start(model, main, options.soc_stated, out);
-  settle_hold(model, out);
+  if (options.hold) {
+    out.facts.hold = *options.hold;
+  } else {
+    settle_hold(model, out);
+  }
   return out;
 }
 

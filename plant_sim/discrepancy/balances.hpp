@@ -15,6 +15,7 @@
 #pragma once
 #include <Eigen/Dense>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,7 @@ struct Comparison {
 struct ComparisonOptions {
   bool soc_stated = false;     ///< the model says with which SOC the log begins
   bool judge_soc = false;      ///< the log's SOC is a channel of its own
+  std::optional<CurrentHold> hold = {};  ///< of the current, as its logger is known to have it; else found in the log
 };
 
 /// Picks channels and facts (start SOC from the first rest, hold of the current) for this model. The battery of the

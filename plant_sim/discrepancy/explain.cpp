@@ -128,7 +128,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   };
   Explanation out;
   out.with_references = !options.references.empty();
-  const ComparisonOptions compared{model.kind != ModelKind::kCell, out.with_references};
+  ComparisonOptions compared{model.kind != ModelKind::kCell, out.with_references};
   Gated gated = integrity_gate(raw, model);
   std::vector<std::vector<GateFinding>> usual_findings;
   Case c;
@@ -139,6 +139,8 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
     usual_findings.push_back(theirs.findings);
     c.reference_designs.push_back(
         std::make_unique<Design>(design_of(model.world, comparison_of(model.world, theirs.log, compared), c.causes)));
+    // One logger holds the current in one way; a log with an effect in it could seem to hold it otherwise.
+    compared.hold = c.reference_designs.front()->comparison.facts.hold;
     progress("reading references", static_cast<double>(c.reference_designs.size()) /
                                        static_cast<double>(options.references.size()));
   }

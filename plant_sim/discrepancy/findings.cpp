@@ -281,6 +281,17 @@ double shared_with_unknown(const Judged& j, const std::vector<std::size_t>& memb
   return overlap(j.system, j.decision.members, fit_set(j.system, j.decision.members).coefficients, members);
 }
 
+/// Does it take nearly all of the squares of a channel of the balance that has no name?
+bool is_nearly_all(const Judged& j, const Explanation& out, Balance balance) {
+  constexpr double kNearly = 0.9;
+  return std::any_of(out.gain.begin(), out.gain.end(), [&](const auto& channel) {
+    const auto& [name, gain] = channel;
+    const BalanceChannel* known = j.design.comparison.find(name);
+    return known != nullptr && known->balance == balance && gain.drop_low > 0.0 &&
+           gain.after * gain.after < (1.0 - kNearly) * gain.before * gain.before;
+  });
+}
+
 /// Of an error that has no name as a whole, the part that named causes explain, if that holds where it was not fitted.
 void put_named_part(const Judged& j, Explanation& out) {
   PlainView view = plain_view(j);
@@ -292,7 +303,8 @@ void put_named_part(const Judged& j, Explanation& out) {
                      j.use,    view.sets, decision, view.parts,  refinery, j.holdout};
   Explanation part;
   measure_gain(plain, *set, part);
-  if (makes_worse(part) || !makes_better(part) || shared_with_unknown(j, decision.members) < kMostOfIt) return;
+  if (makes_worse(part) || !makes_better(part)) return;
+  if (shared_with_unknown(j, decision.members) < kMostOfIt && !is_nearly_all(j, part, *out.unknown_in)) return;
   keep_traces(plain, *set, part);
   put_runners_up(plain, part);
   put_alternatives(plain, decision.members, part);
@@ -320,7 +332,7 @@ void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanati
   if (unknown || !put_named_set(j, out)) {
     put_set({{}, j.design.model, 0.0}, j, out);
     name_unknown(j, out);
-    if (!out.with_references) put_named_part(j, out);
+    put_named_part(j, out);
   }
   out.causes.insert(out.causes.end(), gate.begin(), gate.end());
 }

@@ -32,15 +32,28 @@ std::size_t minute_of(const Judged& j, Index row) {
 
 bool is_used(const Judged& j, Index row) { return j.use.empty() || j.use[minute_of(j, row)]; }
 
+/// Residuals beyond what the references always show.
+std::vector<VectorXd> new_residuals(const Judged& j) {
+  std::vector<VectorXd> out = j.design.residual;
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    for (std::size_t k = 0; k < j.design.columns.size(); ++k) {
+      const VectorXd& effect = j.design.columns[k].effect[c];
+      const double usual = j.usual.mean(static_cast<Index>(k));
+      if (effect.size() > 0 && usual != 0.0) out[c] -= usual * effect;
+    }
+  }
+  return out;
+}
+
 /// White, and as large as the error itself: a piece then has the weight of one value. Errors near the noise count less.
-NoiseModel plain_noise(const Judged& j) {
+NoiseModel plain_noise(const Judged& j, const std::vector<VectorXd>& residual) {
   NoiseModel out = j.noise;
   const Comparison& on = j.design.comparison;
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
     double square = 0.0, rows = 0.0;
     std::vector<bool> seen(piece_of(j, on.log.rows() - 1) + 1, false);
     for (Index row = 0; row < on.log.rows(); ++row) {
-      const double r = j.design.residual[c](row);
+      const double r = residual[c](row);
       if (!std::isfinite(r) || !is_used(j, row)) continue;
       square += r * r;
       rows += 1.0;
@@ -78,17 +91,17 @@ std::vector<Index> columns_of(const Judged& j) {
   return out;
 }
 
-/// Gram, score and energy of some rows in units of `noise`.
-BlockSum sum_over(const Judged& j, const NoiseModel& noise, const std::vector<Index>& columns, const UseRow& use) {
+/// Gram, score and energy of some rows in units of the view's noise.
+BlockSum sum_over(const Judged& j, const PlainView& view, const std::vector<Index>& columns, const UseRow& use) {
   const auto q = static_cast<Index>(columns.size());
   BlockSum out = empty_sum(q);
   for (std::size_t c = 0; c < j.design.residual.size(); ++c) {
-    const VectorXd& residual = j.design.residual[c];
+    const VectorXd& residual = view.residual[c];
     std::vector<Index> rows;
     for (Index row = 0; row < residual.size(); ++row) {
       if (std::isfinite(residual(row)) && is_used(j, row) && use(row)) rows.push_back(row);
     }
-    const double scale = 1.0 / noise.at(j.design.comparison.channels[c].name).white;
+    const double scale = 1.0 / view.noise.at(j.design.comparison.channels[c].name).white;
     MatrixXd x = MatrixXd::Zero(static_cast<Index>(rows.size()), q);
     for (Index k = 0; k < q; ++k) {
       const VectorXd& effect = j.design.columns[static_cast<std::size_t>(columns[static_cast<std::size_t>(k)])].effect[c];
@@ -104,7 +117,7 @@ BlockSum sum_over(const Judged& j, const NoiseModel& noise, const std::vector<In
 
 /// With the place of every column, free ones marginalised.
 System system_over(const Judged& j, const PlainView& view, const std::vector<Index>& columns, const UseRow& use) {
-  const BlockSum sum = sum_over(j, view.noise, columns, use);
+  const BlockSum sum = sum_over(j, view, columns, use);
   const MatrixXd variance = view.usual.variance(columns, columns);
   const auto lu = (MatrixXd::Identity(sum.gram.rows(), sum.gram.rows()) + sum.gram * variance).partialPivLu();
   const auto p = static_cast<Index>(j.design.columns.size());
@@ -165,7 +178,9 @@ void count_by_remainder(double share, PlainView& view) {
 }  // namespace
 
 PlainView plain_view(const Judged& j) {
-  PlainView out{plain_noise(j), nothing_usual(j), {}, {}, {}};
+  PlainView out{{}, {}, nothing_usual(j), {}, {}, {}};
+  out.residual = new_residuals(j);
+  out.noise = plain_noise(j, out.residual);
   const std::vector<Index> columns = columns_of(j);
   std::vector<System> folds, others;
   for (std::size_t k = 0; k < kFolds; ++k) {
@@ -175,7 +190,7 @@ PlainView plain_view(const Judged& j) {
   for (std::size_t k = 0; k < kFolds; ++k) others.push_back(all_but(folds, k));
   const UseRow all = [](Index) { return true; };
   out.system = system_over(j, out, columns, all);
-  const double energy = sum_over(j, out.noise, {}, all).energy;
+  const double energy = sum_over(j, out, {}, all).energy;
   std::vector<std::size_t> places;
   for (WeighedSet& set : weigh_sets(named_only(out.system, places), kKept)) {
     for (std::size_t& member : set.members) member = places[member];

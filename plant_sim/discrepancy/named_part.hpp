@@ -13,6 +13,7 @@
 namespace voltlap::plant {
 
 struct PlainView {
+  std::vector<Eigen::VectorXd> residual;  ///< by channel, without what references always show
   NoiseModel noise;              ///< of the channels: as white and as large as the error
   Usual usual;
   System system;

@@ -202,12 +202,16 @@ std::vector<double> held_at(const Channel& channel, const std::vector<double>& t
 
 double sign_evidence(const Channel& current, const Channel& voltage) {
   // Means over blocks longer than a delay on a bus; sizes are clipped, so that no contactor and no spike decides.
-  constexpr double kBlock = 1.0;  // s
+  // A step that is small beside the current is its noise.
+  constexpr double kBlock = 1.0, kStep = 0.01;  // s; of the largest current
   const auto i = block_means(current, kBlock), u = block_means(voltage, kBlock);
+  double largest = 0.0;
+  for (const auto& [block, mean] : i) largest = std::max(largest, std::abs(mean));
   std::vector<double> di, du;
   for (auto at = i.begin(); at != i.end(); ++at) {
     const auto after = i.find(at->first + 1), u0 = u.find(at->first), u1 = u.find(at->first + 1);
     if (after == i.end() || u0 == u.end() || u1 == u.end()) continue;
+    if (std::abs(after->second - at->second) < kStep * largest) continue;
     di.push_back(after->second - at->second);
     du.push_back(u1->second - u0->second);
   }

@@ -334,6 +334,27 @@ def test_injection_that_was_reported_before_is_not_found_by_it():
     assert real.Outcome("x", None, 0.0, 0.0, tool.Answer("no_discrepancy")).right
 
 
+def test_pieces_that_make_the_model_the_known_good_logs_and_the_questions_are_different_ones(tmp_path):
+    log = recorded()
+    shown = []
+    for part in (real.third(0), real.third(1, 0), real.third(1, 1), real.third(1, 2), real.third(2)):
+        real.write(tmp_path / "log.csv", log, part)
+        rows = [line.split(",") for line in (tmp_path / "log.csv").read_text().splitlines()[1:]]
+        assert len(rows) == 6000 and all(row[1] for row in rows)
+        shown.append({int(float(row[0]) / 20.0 + 1e-9) for row in rows if row[2] and float(row[0]) >= 40.0})
+    assert sorted(piece for pieces in shown for piece in pieces) == list(range(2, 30))
+    assert [min(pieces) for pieces in shown] == [3, 10, 4, 7, 2]
+
+
+def test_what_is_named_beside_an_injection_is_misnamed():
+    injection = next(it for it in real.INJECTIONS if it.kind == "time_skew")
+    other = tool.Answer("named", [cause("time_skew"), cause("capacity")])
+    beside = real.Outcome("x", injection, 3.0, 0.1, other)
+    assert beside.misnamed and not beside.named
+    assert real.Outcome("x", injection, 3.0, 0.1, tool.Answer("named", [cause("time_skew")])).named
+    assert not real.Outcome("x", injection, 3.0, 0.1, tool.Answer("ambiguous", [cause("capacity")])).misnamed
+
+
 SOURCES = (".cpp", ".hpp", ".py", ".txt", ".cmake", ".toml", ".h")
 
 

@@ -66,6 +66,14 @@ TEST(Balances, the_noise_of_the_current_is_averaged_at_rest_and_its_offset_stays
   DOUBLES_EQUAL((*c.log.find("current"))(1000), c.facts.current_a(1000), 0.0);
 }
 
+TEST(Balances, how_the_current_is_held_is_as_told_where_the_logger_is_known) {
+  const World model = leaf();
+  const Recording log = log_of(model, 0.0);
+  for (const CurrentHold hold : {CurrentHold::kLinear, CurrentHold::kPrevious, CurrentHold::kNext}) {
+    CHECK(comparison_of(model, log, {.hold = hold}).facts.hold == hold);
+  }
+}
+
 TEST(Balances, the_soc_of_a_log_is_a_channel_only_where_it_is_asked_for) {
   const World model = leaf();
   const Recording log = log_of(model, 0.0);

@@ -183,6 +183,17 @@ TEST(DriveLog, SignIsFoundOrKeptAndSaid) {
   CHECK_FALSE(read(discharge_positive, map).sign_contradicted);
 }
 
+TEST(DriveLog, NoiseOfAConstantCurrentContradictsNoSign) {
+  RoleMap map = pack_map();
+  map.roles["current"].discharge = DischargeSign::kPositive;
+  std::string constant;
+  for (int k = 0; k < 3000; ++k) {
+    const int together = k / 200 % 2;  // 0.5 % of the current, and the voltage by chance with it
+    constant += pack_frame(1.0 + 0.01 * k, 200 + together, 980 + together, k);
+  }
+  CHECK_FALSE(read(constant, map).sign_contradicted);
+}
+
 TEST(DriveLog, PublishedVoltageThatRisesWithTheCurrentIsNamedAndDecidesNoSign) {
   std::string text;
   for (int k = 0; k < 3000; ++k) {
