@@ -15,6 +15,9 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
 
+/// Of the voltage: behind the current, or over the charge.
+constexpr Kin kFast{3, 0.5, 0.01}, kSlow{4, 0.5, 0.01}, kOcv{5, 0.3, 0.01};
+
 /// In hours of the capacity: 1 is 1C.
 VectorXd rate_of(const Design& design) { return design.base.battery.current_a / design.model.car.cell.capacity_ah; }
 
@@ -91,7 +94,7 @@ void resistance_shapes(const Design& design, const VoltageState& x, const Vector
 }
 
 void voltage_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kDrop{0, 3.0, 0.1}, kFast{3, 0.5, 0.01}, kSlow{4, 0.5, 0.01}, kOcv{5, 0.3, 0.01}, kBeyond{6, 0.4, 0.1};
+  constexpr Kin kDrop{0, 3.0, 0.1}, kBeyond{6, 0.4, 0.1};
   constexpr double kTenth = 0.1, kSteep = 0.8;
   const BatteryResponse& b = design.base.battery;
   const VectorXd temperature =
@@ -182,6 +185,8 @@ double usual_size(const BalanceChannel& channel, double cells_in_series) {
   if (channel.name == "soc") return 5e-3;
   return channel.name == "voltage" ? 5e-3 : 2e-3 * cells_in_series;
 }
+
+bool is_late_kind(std::size_t kin) { return kin == kFast.number || kin == kSlow.number || kin == kOcv.number; }
 
 std::vector<Column> anonymous_columns(const Design& design) {
   std::vector<Column> out;

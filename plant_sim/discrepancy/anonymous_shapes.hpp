@@ -11,6 +11,9 @@ namespace voltlap::plant {
 
 [[nodiscard]] std::vector<Column> anonymous_columns(const Design& design);
 
+/// Is a shape of this kind, of the cells' voltage, behind the current or over the charge? Others follow it at once.
+[[nodiscard]] bool is_late_kind(std::size_t kin);
+
 /// Size [V, K, Nm, m/s, rpm] that counts as usual for a shape in this channel.
 [[nodiscard]] double usual_size(const BalanceChannel& channel, double cells_in_series);
 

@@ -149,7 +149,7 @@ std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>
 System system_of(const Design& design, const std::vector<Candidate>& locals, const Score& score, const Usual& usual,
                  const std::vector<Cause>& causes, const std::vector<bool>& use) {
   const Remaining rest = remaining(score.sum(usual.inflation, use), usual);
-  System out{{}, rest.information, rest.score, prior_variances(design)};
+  System out{{}, rest.information, rest.score, prior_variances(design), {}};
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
     if (column.key.starts_with("local/") || column.free > 0.0) continue;

@@ -28,11 +28,19 @@ struct Candidate {
 [[nodiscard]] std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>& causes,
                                                       const std::vector<GroupScore>& scores, const Usual& usual);
 
+/// What an effect can be in one channel: the residual is the effect and what is usual, so that it has at most the
+/// length of both together, in any norm: x' gram x <= most.
+struct Bound {
+  Eigen::MatrixXd gram;
+  double most;
+};
+
 struct System {
   std::vector<Candidate> candidates;
   Eigen::MatrixXd information;
   Eigen::VectorXd score;
   Eigen::VectorXd prior_variance;  ///< of every row, typical sizes squared
+  std::vector<Bound> bounds;       ///< none without references: what is usual is not known then
 };
 
 /// The sum over all blocks when `use` is empty; group parts then too, else only their share.

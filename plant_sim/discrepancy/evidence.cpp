@@ -73,6 +73,25 @@ double evidence_of(const SetForm& form, const VectorXd& score) {
   return 0.5 * sum + form.constant;
 }
 
+/// Does the set fit this score with effects that the residual has room for?
+bool possible(const System& system, const SetForm& form) {
+  const auto n = static_cast<Index>(form.rows.size());
+  SmallVector size = SmallVector::Zero(n);
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < n; ++j) size(i) += form.inverse(i, j) * system.score(form.rows[static_cast<std::size_t>(j)]);
+  }
+  return std::all_of(system.bounds.begin(), system.bounds.end(), [&](const Bound& bound) {
+    double energy = 0.0;
+    for (Index i = 0; i < n; ++i) {
+      for (Index j = 0; j < n; ++j) {
+        energy += size(i) * size(j) *
+                  bound.gram(form.rows[static_cast<std::size_t>(i)], form.rows[static_cast<std::size_t>(j)]);
+      }
+    }
+    return energy <= bound.most;
+  });
+}
+
 template <class Use>
 void for_each_set(const System& system, std::size_t largest, const Use& use) {
   const std::size_t n = system.candidates.size();
@@ -120,7 +139,7 @@ std::vector<WeighedSet> weigh_sets(const System& system, std::size_t keep) {
   for_each_set(system, 3, [&](const std::size_t* set, std::size_t count) {
     if (!form_of(system, set, count, form)) return;
     const double evidence = evidence_of(form, system.score);
-    if (evidence == kImpossible || (count > 1 && evidence < worst_kept)) return;
+    if (evidence == kImpossible || (count > 1 && evidence < worst_kept) || !possible(system, form)) return;
     WeighedSet made{{set, set + count}, evidence, true};
     for (const std::size_t m : made.members) made.named = made.named && system.candidates[m].cause >= 0;
     out.push_back(std::move(made));
@@ -139,7 +158,9 @@ double best_evidence(const System& system) {
   double best = 0.0;
   SetForm form;
   for_each_set(system, 2, [&](const std::size_t* set, std::size_t count) {
-    if (form_of(system, set, count, form)) best = std::max(best, evidence_of(form, system.score));
+    if (!form_of(system, set, count, form)) return;
+    const double evidence = evidence_of(form, system.score);
+    if (evidence > best && possible(system, form)) best = evidence;
   });
   return best;
 }

@@ -11,8 +11,10 @@
 #include "core/errors.hpp"
 #include "discrepancy/causes/list.hpp"
 #include "discrepancy/findings.hpp"
+#include "discrepancy/gain.hpp"
 #include "discrepancy/integrity.hpp"
 #include "discrepancy/parts.hpp"
+#include "discrepancy/trust.hpp"
 #include "discrepancy/verdict.hpp"
 
 namespace voltlap::plant {
@@ -55,33 +57,6 @@ void learn_floor(Case& c) {
   }
 }
 
-/// Best evidence that a reference has when the others judge it: what a sound log may show.
-double evidence_of_references(const Case& c, const std::vector<double>& inflation) {
-  double most = 0.0;
-  for (const Remaining& sound : references_by_the_others(c.design, c.score, c.references, inflation)) {
-    const Eigen::Index n = sound.score.size();
-    const auto discount =
-        (Eigen::MatrixXd::Identity(n, n) + sound.information * c.usual.seen.asDiagonal()).partialPivLu();
-    System system = c.system;
-    system.information = discount.solve(sound.information);
-    system.score = discount.solve(sound.score);
-    most = std::max(most, best_evidence(system));
-  }
-  return most;
-}
-
-/// A channel in which sound logs show evidence counts less, until they show none.
-std::vector<double> inflation_by_references(const Case& c) {
-  constexpr double kNothing = 1e300;
-  std::vector<double> out(c.score.channels.size(), 1.0);
-  for (std::size_t channel = 0; channel < out.size(); ++channel) {
-    std::vector<double> alone(out.size(), kNothing);
-    alone[channel] = 1.0;
-    out[channel] += evidence_of_references(c, alone) / kDecisive;
-  }
-  return out;
-}
-
 void analyse(Case& c, const std::string& fit_blocks) {
   const std::vector<GroupScore> groups = group_scores(c.design, c.noise);
   Score first;
@@ -90,25 +65,53 @@ void analyse(Case& c, const std::string& fit_blocks) {
   Usual spreads = group_spread(c.design, first, c.references);
   c.locals = local_candidates(c.design, c.causes, groups, spreads);
   c.score = score_of(c.design, c.noise);
-  c.usual = usual_discrepancy(c.design, c.score, c.references);
+  const Knowledge knowledge = knowledge_of(c.design, c.references);
+  Trust trust = full_trust(c.score.channels.size());
+  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
   c.use = blocks_used(fit_blocks, c.score.blocks());
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   if (c.references.size() < 2) return;
-  const std::vector<double> inflation = inflation_by_references(c);
-  c.usual = usual_discrepancy(c.design, c.score, c.references, inflation);
+  const TrustProblem problem{c.design, c.score, c.references, knowledge, c.system};
+  trust.widening = widening_by_references(problem);
+  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
+  trust.inflation = inflation_by_references(problem, c.usual, trust);
+  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
-  c.usual_evidence = evidence_of_references(c, inflation);
+  c.system.bounds = bounds_of(channel_totals(c.score), knowledge);
+  c.usual_evidence = evidence_of_references(problem, c.usual, trust);
 }
 
-/// Nonlinear fits of the best sets may change their order.
+/// Is the refined effect no longer than the residual and what is usual in the references together, in each channel?
+bool has_room(const Case& c, const RefinedSet& set) {
+  constexpr double kSlack = 1.2;  // as for the linear fits
+  const Comparison& on = c.design.comparison;
+  const std::vector<VectorXd> left = residuals_of(on, predict(set.world, on));
+  for (std::size_t channel = 0; channel < left.size() && !c.references.empty(); ++channel) {
+    double usual = 0.0;
+    for (const Reference& reference : c.references) {
+      const auto& theirs = reference.design->comparison.channels;
+      for (std::size_t r = 0; r < theirs.size(); ++r) {
+        if (theirs[r].name == on.channels[channel].name) usual = std::max(usual, rms_of(reference.design->residual[r]));
+      }
+    }
+    const VectorXd& residual = c.design.residual[channel];
+    const double floor = noise_rms(c.noise.at(on.channels[channel].name));
+    if (rms_of(residual - left[channel]) > kSlack * (rms_of(residual) + usual) + floor) return false;
+  }
+  return true;
+}
+
+/// Nonlinear fits of the best sets may change their order, or leave the log.
 void refine_best(const Case& c, std::vector<WeighedSet>& sets, const Refinery& refinery, double tempering) {
   const double best = sets.empty() ? 0.0 : sets[0].evidence;
   std::size_t refined = 0;
   for (std::size_t k = 0; k < sets.size() && refined < kRefined; ++k) {
     if (best <= 0.0 || best - sets[k].evidence > 4.0 * kDecisive) break;
     if (!sets[k].named) continue;
-    const double gained = refinery.refine(sets[k].members).gain - fit_set(c.system, sets[k].members).gain;
+    const RefinedSet set = refinery.refine(sets[k].members);
+    const double gained = set.gain - fit_set(c.system, sets[k].members).gain;
     sets[k].evidence += std::max(0.0, 0.5 * tempering * gained);
+    if (!has_room(c, set)) sets[k].evidence = 0.0;
     ++refined;
   }
   std::stable_sort(sets.begin(), sets.end(),
@@ -164,7 +167,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c.design, c.use));
   progress("refining", 0.7);
   refine_best(c, sets, refinery, weighed.score.norm() / c.system.score.norm());
-  constexpr double kFreedom = 20.0;  // of the scale of a sound log's scores
+  constexpr double kFreedom = 12.0;  // of the scale of a sound log's scores
   progress("null distribution", 0.85);
   const Decision decision = decide(weighed, sets, kFreedom, options.draws, options.seed);
   const Parts parts = parts_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);

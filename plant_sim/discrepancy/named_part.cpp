@@ -121,7 +121,7 @@ System system_over(const Judged& j, const PlainView& view, const std::vector<Ind
   const MatrixXd variance = view.usual.variance(columns, columns);
   const auto lu = (MatrixXd::Identity(sum.gram.rows(), sum.gram.rows()) + sum.gram * variance).partialPivLu();
   const auto p = static_cast<Index>(j.design.columns.size());
-  System out{j.system.candidates, MatrixXd::Zero(p, p), VectorXd::Zero(p), j.system.prior_variance};
+  System out{j.system.candidates, MatrixXd::Zero(p, p), VectorXd::Zero(p), j.system.prior_variance, {}};
   const MatrixXd information = lu.solve(sum.gram);
   const VectorXd score = lu.solve(sum.score);
   out.information(columns, columns) = information;
@@ -155,7 +155,7 @@ double held_out_gain(const std::vector<System>& folds, const std::vector<System>
 
 /// The candidates with a name that act on everything, and their places in the whole system.
 System named_only(const System& whole, std::vector<std::size_t>& places) {
-  System out{{}, whole.information, whole.score, whole.prior_variance};
+  System out{{}, whole.information, whole.score, whole.prior_variance, {}};
   for (std::size_t k = 0; k < whole.candidates.size(); ++k) {
     if (whole.candidates[k].cause < 0 || whole.candidates[k].group >= 0) continue;
     out.candidates.push_back(whole.candidates[k]);

@@ -172,7 +172,9 @@ std::vector<NoiseSample> remainders(const std::vector<const Design*>& designs, c
       amounts.push_back(logs[k].gram.ldlt().solve(logs[k].score));
     }
   } else {
-    amounts = mixed_model(logs, prior_of(*designs[0], columns[0]), kRounds).own;
+    ColumnPrior prior = prior_of(*designs[0], columns[0]);
+    prior.start = 30.0;  // what shapes can explain is no noise
+    amounts = mixed_model(logs, prior, kRounds).own;
   }
   std::vector<NoiseSample> out;
   for (std::size_t k = 0; k < designs.size(); ++k) {

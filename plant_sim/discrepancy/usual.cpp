@@ -38,7 +38,8 @@ double inflation_of(const std::vector<BlockSum>& blocks) {
 /// What no log tells beforehand: what differs from day to day, and the start. Without references also what a model
 /// usually misses.
 VectorXd always_free(const Design& design, bool with_references) {
-  constexpr double kAlone = 0.02, kShareOfUsual = 0.03, kMost = 0.4;  // so that what is found stands out of the log's own floor
+  // So that what is found stands out of the log's own floor.
+  constexpr double kAlone = 0.02, kShareOfUsual = 0.03, kMost = 0.4;
   VectorXd v(static_cast<Index>(design.columns.size()));
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
@@ -46,18 +47,19 @@ VectorXd always_free(const Design& design, bool with_references) {
     if (!with_references) size = column.cause >= 0 ? kAlone : kShareOfUsual * std::min(kMost, column.usual);
     if (column.key.starts_with("local/")) size = 0.0;
     v(static_cast<Index>(k)) = size * size;
-    if (column.key.starts_with("initial_soc/") && !design.comparison.facts.starts_at_rest) v(static_cast<Index>(k)) = 2.0;
+    const bool starts_loaded = !design.comparison.facts.starts_at_rest;
+    if (column.key.starts_with("initial_soc/") && starts_loaded) v(static_cast<Index>(k)) = 2.0;
     if (column.free > 0.0) v(static_cast<Index>(k)) = column.free * column.free;
   }
   return v;
 }
 
 /// Kelvin by which the mean temperature of this log is outside those of the references, with a margin.
-double outside_k(const Design& design, const std::vector<Reference>& references) {
+double outside_k(const Design& design, const std::vector<const Design*>& references) {
   constexpr double kMargin = 3.0;
   double low = 1e300, high = -1e300;
-  for (const Reference& reference : references) {
-    const double mean = reference.design->base.battery.temperature_c.mean();
+  for (const Design* reference : references) {
+    const double mean = reference->base.battery.temperature_c.mean();
     low = std::min(low, mean - kMargin);
     high = std::max(high, mean + kMargin);
   }
@@ -70,33 +72,53 @@ std::vector<Index> shapes_on(const Design& design, std::size_t channel) {
   std::vector<Index> out;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
-    if (column.cause < 0 && column.free == 0.0 && column.effect[channel].size() > 0) out.push_back(static_cast<Index>(k));
+    const bool shape = column.cause < 0 && column.free == 0.0;
+    if (shape && column.effect[channel].size() > 0) out.push_back(static_cast<Index>(k));
   }
   return out;
 }
 
 /// References say little about temperatures that they did not have: 10 K away they say nothing.
-void widen_outside(const Design& design, const std::vector<Reference>& references, Usual& out) {
+void widen_outside(const Design& design, double outside, MatrixXd& variance) {
   constexpr double kForgotten = 10.0, kMost = 0.4;  // K; usual sizes of the channel
-  const double share = outside_k(design, references) / kForgotten;
+  const double share = outside / kForgotten;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
-    if (column.cause < 0 && column.free == 0.0) out.variance(static_cast<Index>(k), static_cast<Index>(k)) += std::pow(share * std::min(kMost, column.usual), 2);
+    const auto i = static_cast<Index>(k);
+    if (column.cause < 0 && column.free == 0.0) variance(i, i) += std::pow(share * std::min(kMost, column.usual), 2);
   }
 }
 
-void learn(const Design& design, const std::vector<Reference>& references, Usual& out) {
-  std::vector<BlockSum> sums;
-  for (const Reference& reference : references) sums.push_back(in_order_of(design, reference, out.inflation));
+/// The logs that are given by their numbers teach; each by its sums of every channel.
+Learned learned(const Design& design, const std::vector<std::vector<BlockSum>>& said,
+                const std::vector<std::size_t>& teachers) {
+  const auto p = static_cast<Index>(design.columns.size());
+  Learned out{VectorXd::Zero(p), MatrixXd::Zero(p, p)};
   for (std::size_t c = 0; c < design.comparison.channels.size(); ++c) {
     const std::vector<Index> columns = shapes_on(design, c);
     std::vector<LogSums> logs;
-    for (const BlockSum& sum : sums) logs.push_back({sum.gram(columns, columns), sum.score(columns)});
+    for (const std::size_t k : teachers) logs.push_back({said[k][c].gram(columns, columns), said[k][c].score(columns)});
     const MixedModel model = mixed_model(logs, prior_of(design, columns), kRounds);
     out.mean(columns) = model.mean;
     out.variance(columns, columns) = model.variance();
   }
-  widen_outside(design, references, out);
+  return out;
+}
+
+/// V of a log: what was learned, widened in each channel, and what no log tells beforehand.
+MatrixXd variance_of(const Design& design, const Learned& learned, const std::vector<std::vector<double>>& widening,
+                     double outside, bool with_references) {
+  MatrixXd out = learned.variance;
+  for (std::size_t c = 0; c < widening.size(); ++c) {
+    for (const Index i : shapes_on(design, c)) {
+      const double root = std::sqrt(widening[c][design.columns[static_cast<std::size_t>(i)].kin]);
+      out.row(i) *= root;
+      out.col(i) *= root;
+    }
+  }
+  if (with_references) widen_outside(design, outside, out);
+  out.diagonal() += always_free(design, with_references);
+  return out;
 }
 
 /// Median and its robust spread.
@@ -123,7 +145,8 @@ std::vector<const GroupScore*> same_group(const Design& design, std::size_t g, I
     const auto& groups = reference.design->comparison.groups;
     for (std::size_t r = 0; r < groups.size(); ++r) {
       const GroupScore& theirs = reference.score.groups[r];
-      if (groups[r].members == design.comparison.groups[g].members && theirs.gram.rows() == shapes) out.push_back(&theirs);
+      const bool same_members = groups[r].members == design.comparison.groups[g].members;
+      if (same_members && theirs.gram.rows() == shapes) out.push_back(&theirs);
     }
   }
   return out;
@@ -175,10 +198,11 @@ void members_of_references(const std::vector<const GroupScore*>& references,
   MatrixXd mean(shapes, members), variance = MatrixXd::Zero(shapes, shapes);
   VectorXd surprise = VectorXd::Zero(shapes);
   const Index every = std::max<Index>(1, members / 4);  // some stand for all
+  const double asked = std::ceil(static_cast<double>(members) / static_cast<double>(every));
   for (Index i = 0; i < members; ++i) {
     std::vector<LogSums> logs;
     for (const GroupScore* reference : references) logs.push_back({reference->gram, reference->score.col(i)});
-    if (i % every == 0) surprise += surprise_of(logs, prior) / std::ceil(static_cast<double>(members) / static_cast<double>(every));
+    if (i % every == 0) surprise += surprise_of(logs, prior) / asked;
     const MixedModel model = mixed_model(logs, prior, kRoundsOfMembers);
     mean.col(i) = model.mean;
     variance += model.mean_covariance / static_cast<double>(members);
@@ -200,30 +224,13 @@ void learn_groups(const Design& design, const Score& score, const std::vector<Re
   }
 }
 
-/// Without what sound logs show of the causes.
-Usual unseen(const Design& design, const Score& score, const std::vector<Reference>& references,
-             const std::vector<double>& inflation) {
-  Usual out;
-  const auto p = static_cast<Index>(design.columns.size());
-  out.references = references.size();
-  out.mean = VectorXd::Zero(p);
-  out.variance = MatrixXd::Zero(p, p);
-  for (std::size_t c = 0; c < score.channels.size(); ++c) {
-    const double given = inflation.empty() ? 1.0 : inflation[c];
-    out.inflation.push_back(references.empty() ? inflation_of(score.channels[c]) : given);
-  }
-  if (!references.empty()) learn(design, references, out);
-  out.variance.diagonal() += always_free(design, !references.empty());
-  learn_groups(design, score, references, out);
-  return out;
-}
-
 /// What sound logs show of each cause, each judged by the others, is what differs from log to log: its variance.
 VectorXd seen_of_causes(const Design& design, const std::vector<Remaining>& sound) {
   constexpr double kLeast = 2e-3, kWeight = 1.0, kStart = 50.0;  // typical sizes; logs; of the least
   std::vector<Index> columns;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
-    if (design.columns[k].cause >= 0 && !design.columns[k].key.starts_with("local/")) columns.push_back(static_cast<Index>(k));
+    const Column& column = design.columns[k];
+    if (column.cause >= 0 && !column.key.starts_with("local/")) columns.push_back(static_cast<Index>(k));
   }
   ColumnPrior prior = prior_of(design, columns);
   for (std::size_t k = 0; k < columns.size(); ++k) prior.kin[k] = k;
@@ -238,10 +245,10 @@ VectorXd seen_of_causes(const Design& design, const std::vector<Remaining>& soun
   return out;
 }
 
-}  // namespace
-
-BlockSum in_order_of(const Design& design, const Reference& reference, const std::vector<double>& inflation) {
-  const BlockSum own = reference.score.sum(inflation);
+/// Sums of a reference's channel in the order of another log's columns; a column that it lacks says nothing.
+BlockSum in_order_of(const Design& design, const Reference& reference, const std::vector<BlockSum>& blocks) {
+  BlockSum own = empty_sum(reference.score.columns());
+  for (const BlockSum& block : blocks) own.add(block);
   const auto p = static_cast<Index>(design.columns.size());
   std::vector<Index> from(design.columns.size(), -1);
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
@@ -265,25 +272,89 @@ BlockSum in_order_of(const Design& design, const Reference& reference, const std
   return out;
 }
 
-std::vector<Remaining> references_by_the_others(const Design& design, const Score& score,
-                                                const std::vector<Reference>& references,
-                                                const std::vector<double>& inflation) {
-  std::vector<Remaining> out;
-  for (std::size_t k = 0; references.size() > 1 && k < references.size(); ++k) {
-    std::vector<Reference> others = references;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const Usual usual = unseen(design, score, others, inflation);
-    out.push_back(remaining(in_order_of(design, references[k], usual.inflation), usual));
+/// Every channel of a reference that the log has too, in the log's order; nothing of one that it lacks.
+std::vector<BlockSum> said_by(const Design& design, const Reference& reference) {
+  std::vector<BlockSum> out;
+  for (const BalanceChannel& channel : design.comparison.channels) {
+    const auto& theirs = reference.design->comparison.channels;
+    const auto found = std::find_if(theirs.begin(), theirs.end(),
+                                    [&](const BalanceChannel& c) { return c.name == channel.name; });
+    const bool has = found != theirs.end();
+    out.push_back(has ? in_order_of(design, reference,
+                                    reference.score.channels[static_cast<std::size_t>(found - theirs.begin())])
+                      : empty_sum(static_cast<Index>(design.columns.size())));
   }
   return out;
 }
 
+}  // namespace
+
+Knowledge knowledge_of(const Design& design, const std::vector<Reference>& references) {
+  Knowledge out;
+  std::vector<std::size_t> all;
+  for (const Reference& reference : references) {
+    all.push_back(out.designs.size());
+    out.designs.push_back(reference.design);
+    out.said.push_back(said_by(design, reference));
+  }
+  if (references.empty()) {
+    const auto p = static_cast<Index>(design.columns.size());
+    out.of_all = {VectorXd::Zero(p), MatrixXd::Zero(p, p)};
+    return out;
+  }
+  out.of_all = learned(design, out.said, all);
+  for (std::size_t k = 0; all.size() > 1 && k < all.size(); ++k) {
+    std::vector<std::size_t> others = all;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    out.of_the_others.push_back(learned(design, out.said, others));
+  }
+  return out;
+}
+
+Remaining reference_by_the_others(const Design& design, const Knowledge& knowledge, std::size_t reference,
+                                  const Trust& trust, int channel) {
+  const Learned& teachers = knowledge.of_the_others[reference];
+  std::vector<const Design*> others = knowledge.designs;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(reference));
+  BlockSum sum = empty_sum(static_cast<Index>(design.columns.size()));
+  for (std::size_t c = 0; c < knowledge.said[reference].size(); ++c) {
+    if (channel >= 0 && static_cast<std::size_t>(channel) != c) continue;
+    sum.add(knowledge.said[reference][c], 1.0 / trust.inflation[c]);
+  }
+  Usual usual;
+  usual.mean = teachers.mean;
+  usual.variance =
+      variance_of(design, teachers, trust.widening, outside_k(*knowledge.designs[reference], others), true);
+  return remaining(sum, usual);
+}
+
+Usual usual_shapes(const Design& design, const Knowledge& knowledge, const Trust& trust) {
+  Usual out;
+  out.references = knowledge.designs.size();
+  out.mean = knowledge.of_all.mean;
+  out.inflation = trust.inflation;
+  const bool any = out.references > 0;
+  out.variance = variance_of(design, knowledge.of_all, trust.widening,
+                             any ? outside_k(design, knowledge.designs) : 0.0, any);
+  return out;
+}
+
 Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references,
-                        const std::vector<double>& inflation) {
-  Usual out = unseen(design, score, references, inflation);
+                        const Knowledge& knowledge, const Trust& trust) {
+  Usual out = usual_shapes(design, knowledge, trust);
+  if (references.empty()) {
+    for (std::size_t c = 0; c < score.channels.size(); ++c) out.inflation[c] = inflation_of(score.channels[c]);
+  }
   out.seen = VectorXd::Zero(static_cast<Index>(design.columns.size()));
-  if (references.size() > 1) out.seen = seen_of_causes(design, references_by_the_others(design, score, references, out.inflation));
+  if (references.size() > 1) {
+    std::vector<Remaining> sound;
+    for (std::size_t k = 0; k < references.size(); ++k) {
+      sound.push_back(reference_by_the_others(design, knowledge, k, trust));
+    }
+    out.seen = seen_of_causes(design, sound);
+  }
   out.variance.diagonal() += out.seen;
+  learn_groups(design, score, references, out);
   return out;
 }
 
@@ -295,9 +366,19 @@ Usual group_spread(const Design& design, const Score& score, const std::vector<R
 
 Remaining remaining(const BlockSum& sum, const Usual& usual) {
   const Index p = sum.score.size();
-  const auto lu = (MatrixXd::Identity(p, p) + sum.gram * usual.variance).partialPivLu();
-  Remaining out{lu.solve(sum.gram), lu.solve(sum.score - sum.gram * usual.mean)};
-  out.information = 0.5 * (out.information + out.information.transpose()).eval();
+  std::vector<Index> told;  // the others stay at zero, and a matrix costs the cube of its size
+  for (Index k = 0; k < p; ++k) {
+    if (sum.gram(k, k) > 0.0) told.push_back(k);
+  }
+  const auto n = static_cast<Index>(told.size());
+  const MatrixXd gram = sum.gram(told, told);
+  const VectorXd unusual = sum.score(told) - gram * usual.mean(told);
+  const auto lu = (MatrixXd::Identity(n, n) + gram * usual.variance(told, told)).partialPivLu();
+  const MatrixXd information = lu.solve(gram);
+  Remaining out{MatrixXd::Zero(p, p), VectorXd::Zero(p)};
+  out.information(told, told) = 0.5 * (information + information.transpose());
+  const VectorXd score = lu.solve(unusual);
+  out.score(told) = score;
   return out;
 }
 

@@ -13,6 +13,15 @@
 
 namespace voltlap::plant {
 
+inline constexpr std::size_t kKins = 12;  ///< kinds of shapes in a channel, at most
+
+/// How far references are believed, by channel; all 1 where they say all that there is to know of a sound log.
+struct Trust {
+  std::vector<double> inflation;  ///< of the noise
+  /// [channel][kin] of V: shapes are only nearly what is wrong with a model.
+  std::vector<std::vector<double>> widening;
+};
+
 struct Usual {
   Eigen::VectorXd mean;
   Eigen::MatrixXd variance;           ///< V
@@ -34,21 +43,35 @@ struct Reference {
   Score score;
 };
 
-/// From references; with none, only what is never known (start SOC, spread of cells) is left free.
-/// The groups of it alone: what members of a group naturally differ by.
+/// What references say of the shapes without a name.
+struct Learned {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd variance;  ///< V of these, before it is widened
+};
+
+/// The references once they have been asked: what each says by channel, what all of them teach, and all but each.
+struct Knowledge {
+  std::vector<const Design*> designs;
+  std::vector<std::vector<BlockSum>> said;  ///< [reference][channel], in the order of the log's columns
+  Learned of_all;
+  std::vector<Learned> of_the_others;       ///< [reference], empty with one
+};
+[[nodiscard]] Knowledge knowledge_of(const Design& design, const std::vector<Reference>& references);
+
+/// The groups alone: what members of a group naturally differ by.
 [[nodiscard]] Usual group_spread(const Design& design, const Score& score, const std::vector<Reference>& references);
 
-/// `inflation`, by channel, divides what each says; empty: 1 with references.
-[[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references,
-                                      const std::vector<double>& inflation = {});
+/// The shapes and what no log tells beforehand, without the groups and without what sound logs show of causes.
+[[nodiscard]] Usual usual_shapes(const Design& design, const Knowledge& knowledge, const Trust& trust);
 
-/// Each reference judged by the others, as if it were the log; channels count over `inflation`.
-[[nodiscard]] std::vector<Remaining> references_by_the_others(const Design& design, const Score& score,
-                                                              const std::vector<Reference>& references,
-                                                              const std::vector<double>& inflation);
+/// From references; with none, only what is never known (start SOC, spread of cells) is left free.
+[[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score,
+                                      const std::vector<Reference>& references, const Knowledge& knowledge,
+                                      const Trust& trust);
 
-/// Sums of a reference in the order of another log's columns; a column that it lacks says nothing.
-[[nodiscard]] BlockSum in_order_of(const Design& design, const Reference& reference, const std::vector<double>& inflation);
+/// A reference judged by the others as if it were the log, in one channel or (-1) in all.
+[[nodiscard]] Remaining reference_by_the_others(const Design& design, const Knowledge& knowledge, std::size_t reference,
+                                                const Trust& trust, int channel = -1);
 
 [[nodiscard]] Remaining remaining(const BlockSum& sum, const Usual& usual);
 

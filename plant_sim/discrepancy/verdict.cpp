@@ -12,7 +12,7 @@ using Eigen::VectorXd;
 using Members = std::vector<std::size_t>;
 
 constexpr double kSmallDifference = 0.3;  // between the halves of a log, of the larger
-constexpr double kSmaller = 2.0;  // a set is preferred to a larger one that is not better by more
+constexpr double kSmaller = kDecisive;  // a set is preferred to a larger one that is not better by more
 
 bool contains(const Members& whole, const Members& part) {
   return std::includes(whole.begin(), whole.end(), part.begin(), part.end());

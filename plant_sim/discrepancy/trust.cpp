@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "discrepancy/trust.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "discrepancy/anonymous_shapes.hpp"
+#include "discrepancy/evidence.hpp"
+#include "discrepancy/verdict.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Typical sizes of causes that the log could show in a channel, after this trust and the inflation that it needs.
+double power_left(const TrustProblem& problem, const Trust& trust, std::size_t channel, double inflation) {
+  BlockSum sum = empty_sum(problem.score.columns());
+  for (const BlockSum& block : problem.score.channels[channel]) sum.add(block);
+  const Usual usual = usual_shapes(problem.design, problem.knowledge, trust);
+  const VectorXd information = remaining(sum, usual).information.diagonal();
+  double out = 0.0;
+  for (std::size_t k = 0; k < problem.design.columns.size(); ++k) {
+    const Column& column = problem.design.columns[k];
+    if (column.cause < 0 || column.effect[channel].size() == 0) continue;
+    out += std::log1p(std::max(0.0, information(static_cast<Index>(k))) / inflation);
+  }
+  return out;
+}
+
+/// The voltage of the cells has shapes that follow the current at once and shapes that do not.
+bool is_of_the_cells(const Design& design, std::size_t channel) {
+  return channel == 0 && design.comparison.channels[channel].balance == Balance::kVoltage;
+}
+
+}  // namespace
+
+Trust full_trust(std::size_t channels) { 
+  const std::vector<double> kins(kKins, 1.0);
+  return {std::vector<double>(channels, 1.0), std::vector<std::vector<double>>(channels, kins)};
+}
+
+std::vector<BlockSum> channel_totals(const Score& score) {
+  std::vector<BlockSum> out;
+  for (const auto& blocks : score.channels) {
+    out.push_back(empty_sum(score.columns()));
+    for (const BlockSum& block : blocks) out.back().add(block);
+  }
+  return out;
+}
+
+std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge, int without) {
+  constexpr double kSlack = 1.2;  // no reference is just like the log
+  std::vector<Bound> out;
+  for (std::size_t c = 0; c < channels.size() && !knowledge.said.empty(); ++c) {
+    double usual = 0.0;
+    for (std::size_t k = 0; k < knowledge.said.size(); ++k) {
+      const BlockSum& theirs = knowledge.said[k][c];
+      if (static_cast<int>(k) == without || theirs.rows <= 0.0) continue;
+      usual = std::max(usual, std::sqrt(theirs.energy / theirs.rows));
+    }
+    const double length = kSlack * (std::sqrt(channels[c].energy) + usual * std::sqrt(channels[c].rows));
+    out.push_back({channels[c].gram, length * length});
+  }
+  return out;
+}
+
+double evidence_of_references(const TrustProblem& problem, const Usual& usual, const Trust& trust, int channel) {
+  double most = 0.0;
+  for (std::size_t k = 0; k < problem.references.size(); ++k) {
+    const Remaining sound = reference_by_the_others(problem.design, problem.knowledge, k, trust, channel);
+    BlockSum sum = empty_sum(sound.score.size());
+    sum.gram = sound.information;
+    sum.score = sound.score;
+    Usual seen;
+    seen.mean = VectorXd::Zero(sum.score.size());
+    seen.variance = usual.seen.asDiagonal();
+    Remaining left = remaining(sum, seen);
+    System system{problem.system.candidates, std::move(left.information), std::move(left.score),
+                  problem.system.prior_variance,
+                  bounds_of(problem.knowledge.said[k], problem.knowledge, static_cast<int>(k))};
+    std::erase_if(system.candidates, [&](const Candidate& candidate) {
+      return std::all_of(candidate.rows.begin(), candidate.rows.end(),
+                         [&](Index row) { return system.information(row, row) <= 0.0; });
+    });
+    most = std::max(most, best_evidence(system));
+  }
+  return most;
+}
+
+std::vector<std::vector<double>> widening_by_references(const TrustProblem& problem) {
+  constexpr double kTried[] = {3.0, 30.0, 300.0};  // three logs tell a variance badly: never 1
+  const std::size_t channels = problem.score.channels.size();
+  Usual nothing_seen;
+  nothing_seen.seen = VectorXd::Zero(problem.score.columns());
+  std::vector<std::vector<double>> out = full_trust(channels).widening;
+  for (std::size_t c = 0; c < channels; ++c) {
+    double most = -1.0;
+    const bool two = is_of_the_cells(problem.design, c);
+    for (const double at_once : kTried) {
+      for (const double late : kTried) {
+        if (!two && late != at_once) continue;
+        Trust trust = full_trust(channels);
+        for (std::size_t kin = 0; kin < kKins; ++kin) trust.widening[c][kin] = is_late_kind(kin) ? late : at_once;
+        const double evidence = evidence_of_references(problem, nothing_seen, trust, static_cast<int>(c));
+        const double power = power_left(problem, trust, c, 1.0 + evidence / kDecisive);
+        if (power <= most) continue;
+        most = power;
+        out[c] = trust.widening[c];
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<double> inflation_by_references(const TrustProblem& problem, const Usual& usual, const Trust& trust) {
+  std::vector<double> out(trust.inflation.size(), 1.0);
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    out[c] += evidence_of_references(problem, usual, trust, static_cast<int>(c)) / kDecisive;
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

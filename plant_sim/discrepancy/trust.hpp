@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far references are believed: each is judged by the others, and what it then seems to show is what a sound log
+// may show. Two ways to allow for it, channel by channel:
+//
+//   widening   V -> s V       shapes are only nearly what is wrong with a model; what none of them has keeps its power
+//   inflation  noise^2 -> i   for what is still there
+//
+// The widening that leaves causes most power, with the inflation that it needs, is taken.
+#pragma once
+#include <vector>
+
+#include "discrepancy/candidates.hpp"
+
+namespace voltlap::plant {
+
+struct TrustProblem {
+  const Design& design;
+  const Score& score;
+  const std::vector<Reference>& references;
+  const Knowledge& knowledge;
+  const System& system;  ///< its candidates
+};
+
+[[nodiscard]] Trust full_trust(std::size_t channels);
+
+/// What effects have room for in a log of these sums by channel, beside what is usual in the references but `without`.
+[[nodiscard]] std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge,
+                                           int without = -1);
+[[nodiscard]] std::vector<BlockSum> channel_totals(const Score& score);
+
+/// Best evidence that a reference has when the others judge it, in one channel or (-1) in all.
+[[nodiscard]] double evidence_of_references(const TrustProblem& problem, const Usual& usual, const Trust& trust,
+                                            int channel = -1);
+
+[[nodiscard]] std::vector<std::vector<double>> widening_by_references(const TrustProblem& problem);
+
+/// A channel in which sound logs show evidence counts less, until they show none.
+[[nodiscard]] std::vector<double> inflation_by_references(const TrustProblem& problem, const Usual& usual,
+                                                          const Trust& trust);
+
+}  // namespace voltlap::plant
