@@ -11,7 +11,6 @@
 #include "core/errors.hpp"
 #include "discrepancy/causes/list.hpp"
 #include "discrepancy/findings.hpp"
-#include "discrepancy/gain.hpp"
 #include "discrepancy/integrity.hpp"
 #include "discrepancy/parts.hpp"
 #include "discrepancy/trust.hpp"
@@ -71,34 +70,15 @@ void analyse(Case& c, const std::string& fit_blocks) {
   c.use = blocks_used(fit_blocks, c.score.blocks());
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   if (c.references.size() < 2) return;
-  const TrustProblem problem{c.design, c.score, c.references, knowledge, c.system};
+  const std::vector<BlockSum> said = channel_totals(c.score);
+  const TrustProblem problem{c.design, said, knowledge, c.system};
   trust.widening = widening_by_references(problem);
   c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
   trust.inflation = inflation_by_references(problem, c.usual, trust);
   c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
-  c.system.bounds = bounds_of(channel_totals(c.score), knowledge);
+  c.system.bounds = bounds_of(said, knowledge);
   c.usual_evidence = evidence_of_references(problem, c.usual, trust);
-}
-
-/// Is the refined effect no longer than the residual and what is usual in the references together, in each channel?
-bool has_room(const Case& c, const RefinedSet& set) {
-  constexpr double kSlack = 1.2;  // as for the linear fits
-  const Comparison& on = c.design.comparison;
-  const std::vector<VectorXd> left = residuals_of(on, predict(set.world, on));
-  for (std::size_t channel = 0; channel < left.size() && !c.references.empty(); ++channel) {
-    double usual = 0.0;
-    for (const Reference& reference : c.references) {
-      const auto& theirs = reference.design->comparison.channels;
-      for (std::size_t r = 0; r < theirs.size(); ++r) {
-        if (theirs[r].name == on.channels[channel].name) usual = std::max(usual, rms_of(reference.design->residual[r]));
-      }
-    }
-    const VectorXd& residual = c.design.residual[channel];
-    const double floor = noise_rms(c.noise.at(on.channels[channel].name));
-    if (rms_of(residual - left[channel]) > kSlack * (rms_of(residual) + usual) + floor) return false;
-  }
-  return true;
 }
 
 /// Nonlinear fits of the best sets may change their order, or leave the log.
@@ -111,7 +91,7 @@ void refine_best(const Case& c, std::vector<WeighedSet>& sets, const Refinery& r
     const RefinedSet set = refinery.refine(sets[k].members);
     const double gained = set.gain - fit_set(c.system, sets[k].members).gain;
     sets[k].evidence += std::max(0.0, 0.5 * tempering * gained);
-    if (!has_room(c, set)) sets[k].evidence = 0.0;
+    if (!has_room(c.design, c.references, c.noise, set.world)) sets[k].evidence = 0.0;
     ++refined;
   }
   std::stable_sort(sets.begin(), sets.end(),

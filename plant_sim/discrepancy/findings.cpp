@@ -169,11 +169,11 @@ std::vector<FoundCause> found_causes(const Judged& j, const RefinedSet& set, boo
   return out;
 }
 
-std::string sentence_of(const std::vector<FoundCause>& causes, const std::string& gained) {
+/// `share`: of the squares, by all of them together.
+std::string sentence_of(const std::vector<FoundCause>& causes, double share, const std::string& gained) {
   std::vector<std::string> says;
   for (const FoundCause& cause : causes) says.push_back(cause.says);
   constexpr double kShown = 0.005;  // of the error
-  const double share = causes.front().share_of_residual;
   std::string text = fmt::format("{}", fmt::join(says, ", and "));
   if (share >= kShown) text += fmt::format(": {:.0f} % of the error", 100.0 * share);
   if (!gained.empty()) text += "; " + gained;
@@ -247,7 +247,7 @@ bool put_named_set(const Judged& j, Explanation& out) {
   if (why_not.empty() && !out.with_references && !is_clean(out)) why_not = "what remains is far above the noise";
   out.verdict = why_not.empty() ? Verdict::kNamed : Verdict::kAmbiguous;
   out.causes = found_causes(j, set, why_not.empty());
-  out.sentence = sentence_of(out.causes, gain_text(out));
+  out.sentence = sentence_of(out.causes, share_together(j, set.causes), gain_text(out));
   out.world = world_with_cells(j, set);
   if (out.verdict == Verdict::kNamed) return true;
   out.sentence = fmt::format("Most likely: {} Not certain: {}.", out.sentence, why_not);
@@ -315,7 +315,8 @@ void put_named_part(const Judged& j, Explanation& out) {
   out.alternatives = part.alternatives;
   out.causes = found_causes(plain, *set, false);
   out.sentence = fmt::format("A part of it: {} What remains in the {} balance none of the known causes explains.",
-                             sentence_of(out.causes, gain_text(out)), name_of(*out.unknown_in));
+                             sentence_of(out.causes, share_together(plain, set->causes), gain_text(out)),
+                             name_of(*out.unknown_in));
   out.next_test = telling_test(plain, decision.members);
   out.world = world_with_cells(plain, *set);
 }

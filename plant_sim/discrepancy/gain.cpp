@@ -224,6 +224,12 @@ std::vector<double> shares_of(const Judged& j, const std::vector<RefinedCause>& 
   return out;
 }
 
+double share_together(const Judged& j, const std::vector<RefinedCause>& causes) {
+  double most = 0.0;
+  for (const auto& [channel, share] : explained_by(j, causes, causes)) most = std::max(most, share);
+  return most;
+}
+
 void keep_traces(const Judged& j, const RefinedSet& set, Explanation& out) {
   const Effects effects = effects_of(j, set.causes);
   const Comparison& on = j.design.comparison;

@@ -21,6 +21,9 @@ void measure_gain(const Judged& judged, const RefinedSet& set, Explanation& out)
 /// can be added (Shapley), since what one levels another may need.
 [[nodiscard]] std::vector<double> shares_of(const Judged& judged, const std::vector<RefinedCause>& causes);
 
+/// The largest share of a channel's squares that all of them take away together.
+[[nodiscard]] double share_together(const Judged& judged, const std::vector<RefinedCause>& causes);
+
 /// Residuals without and with the set, for pictures.
 void keep_traces(const Judged& judged, const RefinedSet& set, Explanation& out);
 

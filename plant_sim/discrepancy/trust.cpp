@@ -6,6 +6,7 @@
 
 #include "discrepancy/anonymous_shapes.hpp"
 #include "discrepancy/evidence.hpp"
+#include "discrepancy/gain.hpp"
 #include "discrepancy/verdict.hpp"
 
 namespace voltlap::plant {
@@ -15,10 +16,23 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kSlack = 1.2;  // no reference is just like the log
+
+/// Largest RMS that a channel has in a reference.
+double usual_rms(const std::vector<Reference>& references, const std::string& channel) {
+  double out = 0.0;
+  for (const Reference& reference : references) {
+    const auto& theirs = reference.design->comparison.channels;
+    for (std::size_t c = 0; c < theirs.size(); ++c) {
+      if (theirs[c].name == channel) out = std::max(out, rms_of(reference.design->residual[c]));
+    }
+  }
+  return out;
+}
+
 /// Typical sizes of causes that the log could show in a channel, after this trust and the inflation that it needs.
 double power_left(const TrustProblem& problem, const Trust& trust, std::size_t channel, double inflation) {
-  BlockSum sum = empty_sum(problem.score.columns());
-  for (const BlockSum& block : problem.score.channels[channel]) sum.add(block);
+  const BlockSum& sum = problem.said[channel];
   const Usual usual = usual_shapes(problem.design, problem.knowledge, trust);
   const VectorXd information = remaining(sum, usual).information.diagonal();
   double out = 0.0;
@@ -37,7 +51,7 @@ bool is_of_the_cells(const Design& design, std::size_t channel) {
 
 }  // namespace
 
-Trust full_trust(std::size_t channels) { 
+Trust full_trust(std::size_t channels) {
   const std::vector<double> kins(kKins, 1.0);
   return {std::vector<double>(channels, 1.0), std::vector<std::vector<double>>(channels, kins)};
 }
@@ -52,7 +66,6 @@ std::vector<BlockSum> channel_totals(const Score& score) {
 }
 
 std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge, int without) {
-  constexpr double kSlack = 1.2;  // no reference is just like the log
   std::vector<Bound> out;
   for (std::size_t c = 0; c < channels.size() && !knowledge.said.empty(); ++c) {
     double usual = 0.0;
@@ -67,9 +80,22 @@ std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowle
   return out;
 }
 
+bool has_room(const Design& design, const std::vector<Reference>& references, const NoiseModel& noise,
+              const World& refined) {
+  if (references.empty()) return true;
+  const Comparison& on = design.comparison;
+  const std::vector<VectorXd> left = residuals_of(on, predict(refined, on));
+  for (std::size_t c = 0; c < left.size(); ++c) {
+    const std::string& name = on.channels[c].name;
+    const double most = kSlack * (rms_of(design.residual[c]) + usual_rms(references, name)) + noise_rms(noise.at(name));
+    if (rms_of(design.residual[c] - left[c]) > most) return false;
+  }
+  return true;
+}
+
 double evidence_of_references(const TrustProblem& problem, const Usual& usual, const Trust& trust, int channel) {
   double most = 0.0;
-  for (std::size_t k = 0; k < problem.references.size(); ++k) {
+  for (std::size_t k = 0; k < problem.knowledge.said.size(); ++k) {
     const Remaining sound = reference_by_the_others(problem.design, problem.knowledge, k, trust, channel);
     BlockSum sum = empty_sum(sound.score.size());
     sum.gram = sound.information;
@@ -92,9 +118,9 @@ double evidence_of_references(const TrustProblem& problem, const Usual& usual, c
 
 std::vector<std::vector<double>> widening_by_references(const TrustProblem& problem) {
   constexpr double kTried[] = {3.0, 30.0, 300.0};  // three logs tell a variance badly: never 1
-  const std::size_t channels = problem.score.channels.size();
+  const std::size_t channels = problem.said.size();
   Usual nothing_seen;
-  nothing_seen.seen = VectorXd::Zero(problem.score.columns());
+  nothing_seen.seen = VectorXd::Zero(static_cast<Index>(problem.design.columns.size()));
   std::vector<std::vector<double>> out = full_trust(channels).widening;
   for (std::size_t c = 0; c < channels; ++c) {
     double most = -1.0;

@@ -15,8 +15,7 @@ namespace voltlap::plant {
 
 struct TrustProblem {
   const Design& design;
-  const Score& score;
-  const std::vector<Reference>& references;
+  const std::vector<BlockSum>& said;  ///< by the log, by channel
   const Knowledge& knowledge;
   const System& system;  ///< its candidates
 };
@@ -27,6 +26,10 @@ struct TrustProblem {
 [[nodiscard]] std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge,
                                            int without = -1);
 [[nodiscard]] std::vector<BlockSum> channel_totals(const Score& score);
+
+/// The same for a world that was refined, in the plain RMS of each channel, noise to spare. True without references.
+[[nodiscard]] bool has_room(const Design& design, const std::vector<Reference>& references, const NoiseModel& noise,
+                            const World& refined);
 
 /// Best evidence that a reference has when the others judge it, in one channel or (-1) in all.
 [[nodiscard]] double evidence_of_references(const TrustProblem& problem, const Usual& usual, const Trust& trust,

@@ -2,6 +2,7 @@
 """Recordings of real cells and cars: what toolchain/explain_recordings.py prints for docs/explain.md (needs VOLTLAP_DATA)."""
 import os
 import pathlib
+import re
 import sys
 
 import pytest
@@ -30,6 +31,8 @@ def test_a_plain_model_of_an_endurance_is_explained_on_minutes_that_it_did_not_s
     gain = answer["gain"]["pack_voltage"]
     assert 0.5 * most_v < gain["heldout_rms_before"] < most_v
     assert gain["noise_floor"] <= gain["heldout_rms_after"] < (1.0 - lower) * gain["heldout_rms_before"]
+    said = float(re.search(r": (\d+) % of the error", answer["sentence"])[1])  # of the squares, by all together
+    assert said == pytest.approx(100.0 * (1.0 - (gain["heldout_rms_after"] / gain["heldout_rms_before"]) ** 2), abs=5.0)
 
 
 def test_a_lag_in_a_laboratory_is_not_named_while_most_of_the_error_is_left(found):
