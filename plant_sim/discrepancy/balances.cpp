@@ -206,6 +206,16 @@ VectorXd reported_soc(const World& world, const Comparison& comparison, const Ba
   return out;
 }
 
+/// Of the pack's terminals, from what was published. The bus beside it tells whether it is right.
+VectorXd true_pack_voltage(const World& world, const Recording& log, const VectorXd& pack_current) {
+  const VectorXd& published = *log.find("pack_voltage");
+  const SensorError& error = world.voltage;
+  VectorXd out = error.delay_s != 0.0 ? shifted(log.time_s, held(published), error.delay_s) : published;
+  out = ((out.array() - error.offset) / (1.0 + error.gain)).matrix() -
+        world.published_compensation_ohm * pack_current;
+  return published.array().isFinite().select(out, published);
+}
+
 }  // namespace
 
 const char* name_of(Balance balance) {
@@ -279,11 +289,13 @@ Prediction predict(const World& world, const Comparison& comparison) {
       out.channels.push_back(reading(world.voltage, log.time_s, pack));
     } else if (channel.name == "pack_voltage") {
       const VectorXd sum = mean_of(log, cells) * static_cast<double>(cells.size());
-      out.channels.push_back(reading(world.voltage, log.time_s, sum - world.pack_resistance_ohm * pack_current));
+      const double behind = world.pack_resistance_ohm - world.published_compensation_ohm;
+      out.channels.push_back(reading(world.voltage, log.time_s, sum - behind * pack_current));
     } else if (channel.name == "bus_voltage") {
-      const VectorXd* pack = log.find("pack_voltage");
-      const VectorXd behind = pack != nullptr ? *pack : VectorXd(mean_of(log, cells) * static_cast<double>(cells.size()));
-      out.channels.push_back(behind - world.car.contactors.resistance_ohm * pack_current);
+      const VectorXd before = log.find("pack_voltage") != nullptr
+                                  ? true_pack_voltage(world, log, pack_current)
+                                  : VectorXd(mean_of(log, cells) * static_cast<double>(cells.size()));
+      out.channels.push_back(before - world.car.contactors.resistance_ohm * pack_current);
     } else if (channel.name == "soc") {
       out.channels.push_back(reported_soc(world, comparison, out.battery));
     } else if (channel.name == "temperature") {

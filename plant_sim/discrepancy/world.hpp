@@ -18,6 +18,7 @@ struct World {
   double current_limit_a = 0.0;      ///< readings end here; 0: nowhere
   double current_beyond_limit_a = 0.0;  ///< mean of what is missing there
   double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
+  double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage beside which cells are recorded
   double initial_soc_change = 0.0;
   double reported_soc_low = 0.0;   ///< by which the SOC in the log begins below the true one
   bool soc_is_counted = false;     ///< the SOC in the log is the logged current over `counted_ah`, as a BMS counts

@@ -14,7 +14,7 @@ Cause reported_voltage_compensation() {
               {{"resistance_ohm", "ohm", 0, 0.3, 5e-3, 1e3, "mOhm"}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.log.numbered("cell_voltage_").empty() || c.find("pack_voltage") == nullptr) return {};
-            return {plain_form(1, [](World& w, Values v) { w.pack_resistance_ohm -= v[0]; })};
+            return {plain_form(1, [](World& w, Values v) { w.published_compensation_ohm += v[0]; })};
           }};
 }
 

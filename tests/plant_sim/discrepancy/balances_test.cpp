@@ -103,6 +103,28 @@ TEST(Balances, a_soc_that_is_counted_from_the_log_does_not_see_the_capacity) {
   CHECK(std::abs(mean_residual(model, c, "soc") - sound) > 1e-3);
 }
 
+TEST(Balances, a_published_voltage_that_is_wrong_does_not_make_the_bus_wrong) {
+  World model = leaf();
+  model.car.battery.cells_in_series = 2;
+  Recording log = log_of(model, 0.0);
+  const VectorXd sum = *log.find("voltage");
+  log.signals["cell_voltage_1"] = log.signals["cell_voltage_2"] = 0.5 * sum;
+  log.signals.erase("voltage");
+  World wrong = model;
+  wrong.published_compensation_ohm = 5e-3;
+  wrong.voltage = {0.01, 0.5, 0.2};  // V, s
+  const VectorXd current = *log.find("current");
+  const VectorXd terminals = sum - model.pack_resistance_ohm * current;
+  log.signals["bus_voltage"] = terminals - model.car.contactors.resistance_ohm * current;
+  log.signals["pack_voltage"] = terminals;
+  const Comparison sound = comparison_of(model, log, {});
+  const VectorXd published = predict(wrong, sound).channels[1];
+  CHECK((published - terminals).mean() > 0.4);
+  log.signals["pack_voltage"] = published;
+  DOUBLES_EQUAL(0.0, mean_residual(wrong, comparison_of(model, log, {}), "bus_voltage"), 1e-3);
+  CHECK(mean_residual(model, comparison_of(model, log, {}), "bus_voltage") < -0.4);
+}
+
 TEST(Balances, heat_follows_the_measured_voltage_and_not_the_resistances) {
   World model = leaf();
   Recording log = log_of(model, 0.0);
