@@ -168,6 +168,17 @@ void settle_start(const World& model, const MainVoltage& voltage, bool soc_state
   out.facts.initial_soc = std::clamp(tables.soc_of_ocv(median_of(volts) + drop), 0.0, 1.0);
 }
 
+/// Where the voltage says what flowed it is no evidence any more, nor is a power that was reckoned from the reading.
+void mask_at_limit(const std::vector<bool>& at_limit, Comparison& out) {
+  out.facts.at_limit = at_limit;
+  for (BalanceChannel& channel : out.channels) {
+    if (&channel != &out.channels.front() && channel.name != "power") continue;
+    for (std::size_t row = 0; row < at_limit.size(); ++row) {
+      if (at_limit[row]) channel.measured(static_cast<Index>(row)) = kNothing;
+    }
+  }
+}
+
 /// Straight or held: whichever the steps of the voltage agree with.
 void settle_hold(const World& model, Comparison& out) {
   double best = 1e300;
@@ -264,6 +275,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   if (cells.size() > 1) out.groups.push_back(group_of(log, "cell_voltage_", Balance::kVoltage));
   if (thermistors.size() > 1) out.groups.push_back(group_of(log, "temperature_", Balance::kHeat));
   settle_start(model, main, options.soc_stated, out);
+  mask_at_limit(options.at_limit, out);
   if (options.hold) {
     out.facts.hold = *options.hold;
   } else {

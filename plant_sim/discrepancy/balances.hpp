@@ -54,6 +54,7 @@ struct Comparison {
 struct ComparisonOptions {
   bool soc_stated = false;     ///< the model says with which SOC the log begins
   bool judge_soc = false;      ///< the log's SOC is a channel of its own
+  std::vector<bool> at_limit = {};   ///< rows whose current reads the limit of its sensor; the model says which
   std::optional<CurrentHold> hold = {};  ///< of the current, as its logger is known to have it; else found in the log
 };
 

@@ -23,9 +23,7 @@ VectorXd true_current(const World& world, const Recording& log, const VectorXd& 
   }
   if (world.current.delay_s != 0.0) out = shifted(log.time_s, out, world.current.delay_s);
   for (Index row = 0; row < out.size(); ++row) {
-    const bool clipped = world.current_limit_a > 0.0 && std::abs(raw(row)) >= world.current_limit_a;
     out(row) = (out(row) - world.current.offset) / (1.0 + world.current.gain);
-    if (clipped) out(row) += std::copysign(world.current_beyond_limit_a, raw(row));
   }
   return out / world.car.battery.cells_in_parallel;
 }
@@ -42,6 +40,110 @@ struct Branch {
     const double a = std::exp(-dt / tau), x = tau / dt * (1.0 - a);
     v = a * v + (x - a) * r_begin * begin + (1.0 - x) * r_end * end;
   }
+};
+
+/// The cell at a row, and what goes on from there.
+struct CellState {
+  double current_a = 0.0, soc = 0.0, temperature_c = 0.0;
+  double lookup_a = 0.0;       ///< current at which the tables are read
+  Branch one, two;
+  CellEffectState effects;
+  CircuitParameters circuit{};
+  double heat_w = 0.0;         ///< by the measured voltage
+};
+
+/// One row after the other.
+class Cell {
+ public:
+  Cell(const World& world, const Recording& log, const LogFacts& facts)
+      : world_(world), log_(log), facts_(facts), tables_(world.car.cell), measured_(true_voltage(world, facts)) {
+    if (facts.sensor_cells > 0.0) {
+      contact_ohm_ = world.pack_resistance_ohm * world.car.battery.cells_in_parallel / facts.sensor_cells;
+    }
+  }
+
+  [[nodiscard]] CellState begin() const {
+    CellState out;
+    out.soc = facts_.initial_soc + world_.initial_soc_change;
+    out.temperature_c = facts_.initial_temperature_c;
+    return out;
+  }
+
+  [[nodiscard]] CellState at(const CellState& from, Index row, double current_a) const {
+    CellState out = from;
+    out.current_a = current_a;
+    const CellParameters& cell = world_.car.cell;
+    const double before_a = row == 0 ? current_a : from.current_a;
+    const double begin = facts_.hold == CurrentHold::kNext ? current_a : before_a;
+    const double end = facts_.hold == CurrentHold::kPrevious ? before_a : current_a;
+    const double dt = row == 0 ? 0.0 : log_.time_s(row) - log_.time_s(row - 1);
+    if (row > 0) out.soc -= 0.5 * (begin + end) * dt / (3600.0 * cell.capacity_ah);
+    if (std::abs(current_a) > world_.car.battery.lookup_current_floor_a) out.lookup_a = std::abs(current_a);
+    const double at_c = facts_.temperature_c.size() > 0 ? facts_.temperature_c(row) : from.temperature_c;
+    out.circuit = tables_.circuit(out.soc, at_c, out.lookup_a);
+    if (row > 0) {
+      const CircuitParameters &before = from.circuit, &p = out.circuit;
+      out.one.step(dt, 0.5 * (before.tau1_s + p.tau1_s), before.r1_ohm, p.r1_ohm, begin, end);
+      out.two.step(dt, 0.5 * (before.tau2_s + p.tau2_s), before.r2_ohm, p.r2_ohm, begin, end);
+      if (has_dynamics(cell.effects)) advance(cell.effects, out.effects, begin, end, cell.capacity_ah, dt);
+      warm(out, row, dt, begin, end);
+    }
+    return out;
+  }
+
+  /// The current with which the voltage at its sensor is what was measured, never less than `least_a` of the same sign.
+  [[nodiscard]] CellState at_measured_voltage(const CellState& from, Index row, double least_a) const {
+    constexpr int kRounds = 6;
+    constexpr double kEnough = 1e-3, kMost = 5.0;  // A; of the limit
+    CellState out = at(from, row, std::abs(from.current_a) > std::abs(least_a) && from.current_a * least_a > 0.0
+                                      ? from.current_a : least_a);
+    const double sign = least_a < 0.0 ? -1.0 : 1.0, least = std::abs(least_a);
+    for (int round = 0; round < kRounds; ++round) {
+      const double voltage = tables_.ocv(out.soc).voltage_v - drop_v(out) - contact_ohm_ * out.current_a;
+      const double too_high = voltage - measured_(row);
+      const double next = sign * (out.current_a + too_high / (out.circuit.r0_ohm + contact_ohm_));
+      const double bounded = sign * std::clamp(next, least, kMost * least);
+      const bool done = std::abs(bounded - out.current_a) < kEnough;
+      out = at(from, row, bounded);
+      if (done) break;
+    }
+    return out;
+  }
+
+  [[nodiscard]] double drop_v(const CellState& s) const {
+    return s.circuit.r0_ohm * s.current_a + s.one.v + s.two.v + drop_of(world_.car.cell.effects, s.effects);
+  }
+  [[nodiscard]] const CellTables& tables() const { return tables_; }
+
+ private:
+  void warm(CellState& s, Index row, double dt, double begin, double end) const {
+    const CellParameters& cell = world_.car.cell;
+    const double square = (begin * begin + begin * end + end * end) / 3.0, mean = 0.5 * (begin + end);
+    double heat = square * s.circuit.r0_ohm + s.one.v * s.one.v / s.circuit.r1_ohm +
+                  s.two.v * s.two.v / s.circuit.r2_ohm + drop_of(cell.effects, s.effects) * mean;
+    if (measured_.size() > 0) {
+      // Where the voltage is known so is the heat, whatever the resistances are.
+      const double now = end * (tables_.ocv(s.soc).voltage_v - measured_(row));
+      heat = 0.5 * (s.heat_w + now);
+      s.heat_w = now;
+    }
+    heat += reversible_heat(cell.effects, mean, s.temperature_c);
+    const bool stopped = facts_.stopped[static_cast<std::size_t>(row)];
+    const double w = cell.convection_w_per_m2_k * cell.surface_area_m2 *
+                     (stopped ? 1.0 + world_.cooling_at_stop_change : 1.0);
+    const double capacity = cell.mass_kg * cell.heat_capacity_j_per_kg_k;
+    const double ambient = (facts_.ambient_above_model_k.size() > 0 ? facts_.ambient_above_model_k(row) : 0.0) +
+                           world_.car.environment.ambient_c;
+    const double rise = heat * dt / capacity, fades = std::exp(-dt * w / capacity), t = s.temperature_c;
+    s.temperature_c = w > 0.0 ? ambient + heat / w + (t - ambient - heat / w) * fades : t + rise;
+  }
+
+  const World& world_;
+  const Recording& log_;
+  const LogFacts& facts_;
+  CellTables tables_;
+  VectorXd measured_;
+  double contact_ohm_ = 0.0;
 };
 
 }  // namespace
@@ -75,61 +177,26 @@ VectorXd lagged(const VectorXd& time_s, const VectorXd& values, double tau_s) {
 }
 
 BatteryResponse battery_response(const World& world, const Recording& log, const LogFacts& facts) {
-  const CellParameters& cell = world.car.cell;
-  const CellEffects& effects = cell.effects;
-  const CellTables tables(cell);
   const Index n = log.rows();
   BatteryResponse out;
   out.current_a = true_current(world, log, facts.current_a);
   for (VectorXd* v : {&out.voltage_v, &out.soc, &out.ocv_slope_v, &out.drop_v, &out.r0_ohm, &out.temperature_c}) v->resize(n);
-  const double floor = world.car.battery.lookup_current_floor_a;
-  const double heat_capacity = cell.mass_kg * cell.heat_capacity_j_per_kg_k;
-  const double cooling = cell.convection_w_per_m2_k * cell.surface_area_m2;
-  double soc = facts.initial_soc + world.initial_soc_change, temperature = facts.initial_temperature_c, lookup = 0.0;
-  Branch one, two;
-  CellEffectState state;
-  CircuitParameters before{};
-  const VectorXd measured = true_voltage(world, facts);
-  double heat_before = 0.0;  // power [W] that heated at the row before, by the measured voltage
+  const bool ends = world.current_limit_a > 0.0 && !facts.at_limit.empty() && facts.voltage_v.size() > 0;
+  const double limit = world.current_limit_a / world.car.battery.cells_in_parallel;
+  const Cell cell(world, log, facts);
+  CellState state = cell.begin();
   for (Index row = 0; row < n; ++row) {
-    const double end = out.current_a(row);
-    const double before_a = row == 0 ? end : out.current_a(row - 1);
-    const double begin = facts.hold == CurrentHold::kNext ? end : before_a;
-    const double last = facts.hold == CurrentHold::kPrevious ? before_a : end;
-    const double dt = row == 0 ? 0.0 : log.time_s(row) - log.time_s(row - 1);
-    if (row > 0) soc -= 0.5 * (begin + last) * dt / (3600.0 * cell.capacity_ah);
-    if (std::abs(end) > floor) lookup = std::abs(end);
-    const double at_c = facts.temperature_c.size() > 0 ? facts.temperature_c(row) : temperature;
-    const CircuitParameters p = tables.circuit(soc, at_c, lookup);
-    if (row > 0) {
-      one.step(dt, 0.5 * (before.tau1_s + p.tau1_s), before.r1_ohm, p.r1_ohm, begin, last);
-      two.step(dt, 0.5 * (before.tau2_s + p.tau2_s), before.r2_ohm, p.r2_ohm, begin, last);
-      if (has_dynamics(effects)) advance(effects, state, begin, last, cell.capacity_ah, dt);
-      const double square = (begin * begin + begin * last + last * last) / 3.0, mean = 0.5 * (begin + last);
-      double heat = square * p.r0_ohm + one.v * one.v / p.r1_ohm + two.v * two.v / p.r2_ohm + drop_of(effects, state) * mean;
-      if (measured.size() > 0) {
-        // Where the voltage is known so is the heat, whatever the resistances are.
-        const double heat_now = last * (tables.ocv(soc).voltage_v - measured(row));
-        heat = 0.5 * (heat_before + heat_now);
-        heat_before = heat_now;
-      }
-      heat += reversible_heat(effects, mean, temperature);
-      const bool stopped = facts.stopped[static_cast<std::size_t>(row)];
-      const double w = cooling * (stopped ? 1.0 + world.cooling_at_stop_change : 1.0);
-      const double ambient =
-          (facts.ambient_above_model_k.size() > 0 ? facts.ambient_above_model_k(row) : 0.0) +
-          world.car.environment.ambient_c;
-      temperature = w > 0.0 ? ambient + heat / w + (temperature - ambient - heat / w) * std::exp(-dt * w / heat_capacity)
-                            : temperature + heat * dt / heat_capacity;
-    }
-    before = p;
-    const OcvPoint ocv = tables.ocv(soc);
-    out.soc(row) = soc;
+    const bool at_limit = ends && facts.at_limit[static_cast<std::size_t>(row)];
+    state = at_limit ? cell.at_measured_voltage(state, row, std::copysign(limit, out.current_a(row)))
+                     : cell.at(state, row, out.current_a(row));
+    out.current_a(row) = state.current_a;
+    const OcvPoint ocv = cell.tables().ocv(state.soc);
+    out.soc(row) = state.soc;
     out.ocv_slope_v(row) = ocv.slope_v;
-    out.r0_ohm(row) = p.r0_ohm;
-    out.drop_v(row) = p.r0_ohm * end + one.v + two.v + drop_of(effects, state);
+    out.r0_ohm(row) = state.circuit.r0_ohm;
+    out.drop_v(row) = cell.drop_v(state);
     out.voltage_v(row) = ocv.voltage_v - out.drop_v(row);
-    out.temperature_c(row) = temperature;
+    out.temperature_c(row) = state.temperature_c;
   }
   return out;
 }

@@ -21,12 +21,13 @@ struct LogFacts {
   std::vector<bool> stopped;        ///< the car stands, or draws nothing for 3 s
   Eigen::VectorXd current_a;        ///< as logged, its noise averaged while nothing is drawn
   std::vector<bool> at_rest;        ///< where it is averaged
+  std::vector<bool> at_limit;       ///< where it reads the limit of its sensor; empty: nowhere
   Eigen::VectorXd voltage_v;        ///< of one cell as logged, last value held; empty: not measured
   double sensor_cells = 0.0;        ///< cells that one sensor of that voltage spans; 0: many sensors, none counts
 };
 
 struct BatteryResponse {
-  Eigen::VectorXd current_a;      ///< of one cell, with the sensor's error taken out
+  Eigen::VectorXd current_a;      ///< of one cell, without the sensor's error; at its limit what the voltage asks for
   Eigen::VectorXd voltage_v;      ///< of one cell
   Eigen::VectorXd soc, ocv_slope_v;
   Eigen::VectorXd drop_v;         ///< OCV minus voltage

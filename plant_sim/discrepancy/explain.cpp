@@ -13,6 +13,7 @@
 #include "discrepancy/findings.hpp"
 #include "discrepancy/integrity.hpp"
 #include "discrepancy/parts.hpp"
+#include "discrepancy/saturation.hpp"
 #include "discrepancy/trust.hpp"
 #include "discrepancy/verdict.hpp"
 
@@ -24,6 +25,24 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kSetsKept = 400;
 constexpr std::size_t kRefined = 5;
+
+/// A log as it is held against the model: with the limit of its current sensor where it has one.
+struct Held {
+  World world;
+  Comparison comparison;
+  std::optional<Saturation> saturation;
+};
+
+Held held_against(const World& model, const Recording& log, ComparisonOptions compared, const ExplainOptions& options) {
+  Held out{model, comparison_of(model, log, compared), {}};
+  if (std::count(options.without.begin(), options.without.end(), "current_saturation") > 0) return out;
+  out.saturation = saturation_of(model, out.comparison);
+  if (!out.saturation) return out;
+  out.world.current_limit_a = out.saturation->rail.from_a;
+  compared.at_limit = out.saturation->rail.at;
+  out.comparison = comparison_of(out.world, log, compared);
+  return out;
+}
 
 /// Everything about one log that the steps below share.
 struct Case {
@@ -114,14 +133,16 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   ComparisonOptions compared{model.kind != ModelKind::kCell, out.with_references};
   Gated gated = integrity_gate(raw, model);
   std::vector<std::vector<GateFinding>> usual_findings;
+  bool limit_is_usual = false;
   Case c;
   c.causes = catalogue(options.without);
   size_for(model.world.car.cell, c.causes);
   for (const Recording& reference : options.references) {
     Gated theirs = integrity_gate(reference, model);
     usual_findings.push_back(theirs.findings);
-    c.reference_designs.push_back(
-        std::make_unique<Design>(design_of(model.world, comparison_of(model.world, theirs.log, compared), c.causes)));
+    Held held = held_against(model.world, theirs.log, compared, options);
+    limit_is_usual = limit_is_usual || held.saturation;
+    c.reference_designs.push_back(std::make_unique<Design>(design_of(held.world, std::move(held.comparison), c.causes)));
     // One logger holds the current in one way; a log with an effect in it could seem to hold it otherwise.
     compared.hold = c.reference_designs.front()->comparison.facts.hold;
     progress("reading references", static_cast<double>(c.reference_designs.size()) /
@@ -129,7 +150,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   }
   out.masked = gated.log.masked;
   out.notes = gated.log.repairs;
-  const std::vector<FoundCause> gate = unusual_findings(gated.findings, usual_findings);
+  std::vector<FoundCause> gate = unusual_findings(gated.findings, usual_findings);
   if (!gated.enough.empty()) {
     out.verdict = Verdict::kBadData;
     out.causes = gate;
@@ -138,7 +159,12 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
     return out;
   }
   progress("comparing with the model", 0.2);
-  c.design = design_of(model.world, comparison_of(model.world, gated.log, compared), c.causes);
+  Held log = held_against(model.world, gated.log, compared, options);
+  if (log.saturation) {
+    mask_rail(*log.saturation, gated.log, out.masked);
+    if (!limit_is_usual) gate.insert(gate.begin(), found_saturation(*log.saturation));
+  }
+  c.design = design_of(log.world, std::move(log.comparison), c.causes);
   learn_floor(c);
   progress("weighing causes", 0.5);
   analyse(c, options.fit_blocks);
@@ -152,10 +178,16 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   const Decision decision = decide(weighed, sets, kFreedom, options.draws, options.seed);
   const Parts parts = parts_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   std::optional<Comparison> holdout;
-  if (options.holdout) holdout = comparison_of(model.world, integrity_gate(*options.holdout, model).log, compared);
+  if (options.holdout) {
+    holdout = held_against(model.world, integrity_gate(*options.holdout, model).log, compared, options).comparison;
+  }
   const Judged judged{c.causes, c.design, c.locals, c.system, c.noise,  c.usual,
                       c.use,    sets,     decision, parts,    refinery, holdout ? &*holdout : nullptr};
   put_verdict(judged, gate, out);
+  if (log.saturation) {
+    put_readings_before(model.world, c.design, holdout ? *holdout : c.design.comparison, out);
+    if (!limit_is_usual) say_first(gate.front().says, out.sentence);
+  }
   return out;
 }
 

@@ -15,8 +15,7 @@ struct SensorError {
 struct World {
   VehicleParameters car;
   SensorError current, voltage;      ///< `voltage`: of the cell or, with cells recorded, of the pack's own sensor
-  double current_limit_a = 0.0;      ///< readings end here; 0: nowhere
-  double current_beyond_limit_a = 0.0;  ///< mean of what is missing there
+  double current_limit_a = 0.0;      ///< from here on readings end, and the voltage says what flowed; 0: nowhere
   double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
   double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage beside which cells are recorded
   double initial_soc_change = 0.0;

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """voltlap explain on logs of the plant itself: what was changed is named with its size, what was not is left alone, and
 the same log in other clothes gets the same answer."""
+import math
+import random
 import subprocess
 
 import pytest
@@ -70,6 +72,42 @@ def test_a_late_current_is_named_with_its_delay(tmp_path, drive):
     cause = only_cause(explained(tmp_path, late))
     assert cause["name"] == "time_skew" and value(cause, "channel") == "current"
     assert value(cause, "delay_s") == pytest.approx(0.1, abs=0.01)
+
+
+def saturated(rows, limit):
+    draw = random.Random(2)
+    end = lambda amps: amps if abs(amps) <= limit else math.copysign(limit, amps) + draw.gauss(0.0, 0.3)
+    return [{**row, "pack_current_a": end(row["pack_current_a"])} for row in rows]
+
+
+def test_a_current_sensor_that_ends_at_a_limit_is_named_with_it_and_its_rows_are_not_used(tmp_path, drive):
+    cause = only_cause(answer := explained(tmp_path, saturated(drive(), 120.0)))
+    assert cause["name"] == "current_saturation"
+    limit = cause["parameters"]["limit_a"]
+    assert limit["value"] == pytest.approx(120.0, abs=0.2) and limit["ci95_low"] < 120.0 < limit["ci95_high"]
+    assert any(m["channel"] == "current" and "reads its limit" in m["reason"] for m in answer["masked"])
+    gain = answer["gain"]["voltage"]  # of the rows below the limit
+    assert gain["heldout_rms_after"] < 0.1 * gain["heldout_rms_before"]
+
+
+def test_what_else_is_wrong_is_found_beside_a_saturation_with_its_size(tmp_path, drive):
+    answer = explained(tmp_path, saturated(contact(drive(), 0.006), 120.0))
+    assert answer["verdict"] == "named", answer["sentence"]
+    assert {c["name"] for c in answer["causes"]} == {"current_saturation", "contact_resistance"}
+    size = next(c for c in answer["causes"] if c["name"] == "contact_resistance")["parameters"]["resistance_ohm"]
+    assert size["value"] == pytest.approx(0.006, rel=0.05)
+
+
+def test_a_current_that_the_bms_holds_at_a_limit_is_no_saturation(tmp_path, drive):
+    rows = drive("bms.discharge_current_max_a=150")
+    most = max(row["pack_current_a"] for row in rows)
+    assert sum(row["pack_current_a"] > 0.98 * most for row in rows) > 200
+    assert explained(tmp_path, rows)["verdict"] == "no_discrepancy"
+
+
+def test_a_saturation_that_is_taken_out_of_the_catalogue_is_not_called_by_another_name(tmp_path, drive):
+    answer = explained(tmp_path, saturated(drive(), 120.0), "--set", "explain.without=current_saturation")
+    assert answer["verdict"] == "unknown" and answer["unknown_in"] == "voltage"
 
 
 def test_a_cause_that_is_not_in_the_catalogue_is_not_called_by_another_name(tmp_path, drive):
