@@ -170,9 +170,9 @@ std::optional<Rail> rail_of(const VectorXd& current) {
 }
 
 std::optional<Saturation> saturation_of(const World& model, const Comparison& comparison) {
-  constexpr double kTimes = 5.0;      // what remains of the other rows, that nothing behind the readings can follow
+  constexpr double kTimes = 4.0;      // what remains of the other rows, that nothing behind the readings can follow
   constexpr double kOfLimit = 0.012;  // the same as a current
-  constexpr double kAgrees = 1.25;    // times smaller is what remains of the other rows with the current that flowed
+  constexpr double kAgrees = 1.1;     // times smaller is what remains of the other rows with the current that flowed
   constexpr double kMostLittle = 0.5; // of the rows
   const std::optional<Rail> rail = rail_of(*comparison.log.find("current"));
   if (!rail || !comparison.log.age_s.empty()) return std::nullopt;
