@@ -46,8 +46,7 @@ struct Beyond {
   double World::*value;
   const char* what;
 };
-constexpr Beyond kBeyond[] = {{&World::published_compensation_ohm, "what a BMS adds to the voltage that it publishes"},
-                              {&World::slope, "the slope of the road"},
+constexpr Beyond kBeyond[] = {{&World::slope, "the slope of the road"},
                               {&World::wind_mps, "wind"},
                               {&World::cooling_at_stop_change, "cooling at standstill"},
                               {&World::neighbour_heat, "heat between cells"},
