@@ -200,6 +200,22 @@ void settle_hold(const World& model, Comparison& out) {
   out.facts.hold = hold;
 }
 
+/// Where nothing tells the SOC that a log begins with, the one with which the model is right in the first minute.
+void settle_start_under_load(const World& model, const MainVoltage& voltage, Comparison& out) {
+  constexpr double kMinute = 60.0, kLeastSlope = 0.05;  // s, V
+  constexpr int kSteps = 5;
+  for (int step = 0; step < kSteps; ++step) {
+    const Prediction p = predict(model, out);
+    std::vector<double> missing;
+    for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kMinute; ++row) {
+      const double v = (out.channels[0].measured(row) - p.channels[0](row)) / voltage.cells;
+      if (std::isfinite(v)) missing.push_back(v / std::max(kLeastSlope, p.battery.ocv_slope_v(row)));
+    }
+    if (missing.empty()) return;
+    out.facts.initial_soc = std::clamp(out.facts.initial_soc + median_of(missing), 0.0, 1.0);
+  }
+}
+
 /// As a BMS reports it that knows the charge, or that counts the current it logs.
 VectorXd reported_soc(const World& world, const Comparison& comparison, const BatteryResponse& battery) {
   if (!world.soc_is_counted) return (battery.soc.array() - world.reported_soc_low).matrix();
@@ -281,6 +297,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   } else {
     settle_hold(model, out);
   }
+  if (!out.facts.starts_at_rest && log.find("soc") == nullptr) settle_start_under_load(model, main, out);
   return out;
 }
 

@@ -103,6 +103,20 @@ TEST(Balances, a_soc_that_is_counted_from_the_log_does_not_see_the_capacity) {
   CHECK(std::abs(mean_residual(model, c, "soc") - sound) > 1e-3);
 }
 
+TEST(Balances, a_log_that_begins_under_load_begins_with_the_charge_that_its_first_minute_tells) {
+  const World model = leaf();
+  Recording log = log_of(model, 0.0);
+  const double soc = predict(model, comparison_of(model, log, {})).battery.soc(kRest);
+  log.signals.erase("soc");
+  const Index left = kRows - kRest;
+  log.time_s = log.time_s.tail(left).eval();
+  for (auto& [role, values] : log.signals) values = values.tail(left).eval();
+  const Comparison c = comparison_of(model, log, {});
+  CHECK_FALSE(c.facts.starts_at_rest);
+  CHECK(soc < 0.9);  // a cell file alone says 1
+  DOUBLES_EQUAL(soc, c.facts.initial_soc, 0.01);  // the rest before it tells better
+}
+
 TEST(Balances, a_published_voltage_that_is_wrong_does_not_make_the_bus_wrong) {
   World model = leaf();
   model.car.battery.cells_in_series = 2;

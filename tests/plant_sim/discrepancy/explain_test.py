@@ -52,6 +52,14 @@ def test_a_weak_cell_is_named_by_its_number(tmp_path, drive):
     assert value(cause, "resistance_change") == pytest.approx(0.25, rel=0.1)
 
 
+def test_a_drive_that_begins_under_way_with_another_charge_than_the_model_names_its_cause(tmp_path, drive):
+    answer = explained(tmp_path, drive("cell.effects.series_ohm=0.00015", "battery.initial_soc=0.96"))
+    cause = only_cause(answer)
+    assert cause["name"] == "series_resistance" or "series_resistance" in cause["equivalent_to"]
+    assert value(cause, "resistance_ohm") == pytest.approx(1.5e-4, rel=0.1)
+    assert answer["gain"]["voltage"]["heldout_rms_before"] < 0.015  # the charge is no error of the model's
+
+
 def test_a_contact_is_named_and_a_compensating_bms_is_not_taken_for_one(tmp_path, drive):
     cause = only_cause(explained(tmp_path, contact(drive(), 0.006)))
     assert cause["name"] == "contact_resistance" and value(cause, "resistance_ohm") == pytest.approx(0.006, rel=0.05)
