@@ -184,6 +184,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   const Judged judged{c.causes, c.design, c.locals, c.system, c.noise,  c.usual,
                       c.use,    sets,     decision, parts,    refinery, holdout ? &*holdout : nullptr};
   put_verdict(judged, gate, out);
+  note_larger_than_references(c.design, c.references, out);
   if (log.saturation) {
     put_readings_before(model.world, c.design, holdout ? *holdout : c.design.comparison, out);
     if (!limit_is_usual) say_first(gate.front().says, out.sentence);

@@ -11,6 +11,7 @@
 #include "discrepancy/gain.hpp"
 #include "discrepancy/named_part.hpp"
 #include "discrepancy/set_effects.hpp"
+#include "discrepancy/trust.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -336,6 +337,31 @@ void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanati
     put_named_part(j, out);
   }
   out.causes.insert(out.causes.end(), gate.begin(), gate.end());
+}
+
+void note_larger_than_references(const Design& design, const std::vector<Reference>& references, Explanation& out) {
+  constexpr double kMuchLarger = 3.0;  // 2.3 times was the most in 28 sound logs
+  if (out.verdict != Verdict::kNoDiscrepancy || references.empty()) return;
+  const auto mean_c = [](const Design& of) { return of.base.battery.temperature_c.mean(); };
+  double times = kMuchLarger;
+  std::string name;
+  for (std::size_t c = 0; c < design.residual.size(); ++c) {
+    const std::string& channel = design.comparison.channels[c].name;
+    const double usual = usual_rms(references, channel);
+    if (usual <= 0.0 || rms_of(design.residual[c]) <= times * usual) continue;
+    times = rms_of(design.residual[c]) / usual;
+    name = channel;
+  }
+  if (name.empty()) return;
+  double least = mean_c(*references.front().design), most = least;
+  for (const Reference& reference : references) {
+    least = std::min(least, mean_c(*reference.design));
+    most = std::max(most, mean_c(*reference.design));
+  }
+  out.sentence = fmt::format("Nothing is certainly wrong, but the {} error is {:.1f} times that of any reference; they are of "
+                             "{:.0f} to {:.0f} degC, the log of {:.0f}, and leave room for that.",
+                             channel_words(name), times, least, most, mean_c(design));
+  out.next_test = fmt::format("a known good log of a drive like this one, at {:.0f} degC", mean_c(design));
 }
 
 }  // namespace voltlap::plant

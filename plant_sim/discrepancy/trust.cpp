@@ -18,18 +18,6 @@ using Eigen::VectorXd;
 
 constexpr double kSlack = 1.2;  // no reference is just like the log
 
-/// Largest RMS that a channel has in a reference.
-double usual_rms(const std::vector<Reference>& references, const std::string& channel) {
-  double out = 0.0;
-  for (const Reference& reference : references) {
-    const auto& theirs = reference.design->comparison.channels;
-    for (std::size_t c = 0; c < theirs.size(); ++c) {
-      if (theirs[c].name == channel) out = std::max(out, rms_of(reference.design->residual[c]));
-    }
-  }
-  return out;
-}
-
 /// Typical sizes of causes that the log could show in a channel, after this trust and the inflation that it needs.
 double power_left(const TrustProblem& problem, const Trust& trust, std::size_t channel, double inflation) {
   const BlockSum& sum = problem.said[channel];
@@ -50,6 +38,17 @@ bool is_of_the_cells(const Design& design, std::size_t channel) {
 }
 
 }  // namespace
+
+double usual_rms(const std::vector<Reference>& references, const std::string& channel) {
+  double out = 0.0;
+  for (const Reference& reference : references) {
+    const auto& theirs = reference.design->comparison.channels;
+    for (std::size_t c = 0; c < theirs.size(); ++c) {
+      if (theirs[c].name == channel) out = std::max(out, rms_of(reference.design->residual[c]));
+    }
+  }
+  return out;
+}
 
 Trust full_trust(std::size_t channels) {
   const std::vector<double> kins(kKins, 1.0);

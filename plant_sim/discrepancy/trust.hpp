@@ -27,6 +27,9 @@ struct TrustProblem {
                                            int without = -1);
 [[nodiscard]] std::vector<BlockSum> channel_totals(const Score& score);
 
+/// Largest RMS that a channel has in a reference.
+[[nodiscard]] double usual_rms(const std::vector<Reference>& references, const std::string& channel);
+
 /// The same for a world that was refined, in the plain RMS of each channel, noise to spare. True without references.
 [[nodiscard]] bool has_room(const Design& design, const std::vector<Reference>& references, const NoiseModel& noise,
                             const World& refined);

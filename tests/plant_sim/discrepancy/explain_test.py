@@ -167,6 +167,17 @@ def test_a_reference_of_the_same_model_is_learned_from(tmp_path, drive):
     assert only_cause(answer)["name"] == "contact_resistance"
 
 
+def test_an_error_far_beyond_that_of_any_reference_is_never_passed_over_in_silence(tmp_path, drive):
+    at = lambda degrees: f"battery.initial_temperature_c={degrees}"
+    good = [write(tmp_path / f"good_{k}.csv", drive(at(k))) for k in (20, 25, 30)]
+    references = [x for path in good for x in ("--reference", path)]
+    answer = explained(tmp_path, drive(at(36), "cell.effects.series_ohm=0.00015"), *references)
+    if answer["verdict"] == "no_discrepancy":
+        assert "times that of any reference" in answer["sentence"] and "good log" in answer["next_test"]
+    sound = explained(tmp_path, drive(at(36)), *references)
+    assert sound["verdict"] == "no_discrepancy" and sound["next_test"] is None
+
+
 def test_an_unknown_cause_in_without_is_refused(tmp_path, drive):
     log = write(tmp_path / "log.csv", drive())
     run = subprocess.run([VOLTLAP, "explain", log, "--model", "vtm16e", "--set", "explain.without=ghost"],
