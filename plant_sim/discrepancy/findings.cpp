@@ -28,7 +28,7 @@ constexpr double kCertain = 0.99;      // no probability is said to be higher
 
 std::string gain_text(const Explanation& out) {
   std::string best;
-  double most = 0.0;
+  double most = 0.005;  // less is not seen in three digits
   for (const auto& [name, gain] : out.gain) {
     if (gain.before <= 0.0 || 1.0 - gain.after / gain.before <= most) continue;
     most = 1.0 - gain.after / gain.before;
