@@ -202,17 +202,21 @@ void settle_hold(const World& model, Comparison& out) {
 
 /// Where nothing tells the SOC that a log begins with, the one with which the model is right in the first minute.
 void settle_start_under_load(const World& model, const MainVoltage& voltage, Comparison& out) {
-  constexpr double kMinute = 60.0, kLeastSlope = 0.05;  // s, V
-  constexpr int kSteps = 5;
-  for (int step = 0; step < kSteps; ++step) {
+  constexpr double kMinute = 60.0, kEnough = 1e-5;  // s, SOC
+  constexpr int kMostSteps = 10;  // the drop follows the SOC, the SOC the drop
+  const CellTables tables(model.car.cell);
+  for (int step = 0; step < kMostSteps; ++step) {
     const Prediction p = predict(model, out);
-    std::vector<double> missing;
+    std::vector<double> change;
     for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kMinute; ++row) {
-      const double v = (out.channels[0].measured(row) - p.channels[0](row)) / voltage.cells;
-      if (std::isfinite(v)) missing.push_back(v / std::max(kLeastSlope, p.battery.ocv_slope_v(row)));
+      const double missing = (out.channels[0].measured(row) - p.channels[0](row)) / voltage.cells;
+      const double ocv = p.battery.voltage_v(row) + p.battery.drop_v(row) + missing;
+      if (std::isfinite(ocv)) change.push_back(tables.soc_of_ocv(ocv) - p.battery.soc(row));
     }
-    if (missing.empty()) return;
-    out.facts.initial_soc = std::clamp(out.facts.initial_soc + median_of(missing), 0.0, 1.0);
+    if (change.empty()) return;
+    const double before = out.facts.initial_soc;
+    out.facts.initial_soc = std::clamp(before + median_of(change), 0.0, 1.0);
+    if (std::abs(out.facts.initial_soc - before) < kEnough) return;
   }
 }
 
