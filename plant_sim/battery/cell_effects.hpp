@@ -3,9 +3,10 @@
 // a log switches it on.
 //
 //   R0, R1, R2   times exp(Ea/Rg (1/T - 1/T_ref)) (1 + l max(0, 1 - SOC/0.3))      Arrhenius; low end
-//   R0           plus R_s, plus dv_ct(|I|)/|I| with v_ct(I) = 2 Rg T/F asinh(I / 2 i0),  i0 = Rg T / (F R1)
-//                dv_ct: change when i0 becomes i0 (1 + x)                             Butler-Volmer, equal branches
-//   OCV          plus a polygon over SOC
+//   R0           plus R_s, plus dv_ct(|I|)/|I| with v_ct(I) = 4 Rg T/F asinh(I / 2 i0)
+//                dv_ct: change when i0 becomes i0 (1 + x)                 Butler-Volmer, two electrodes alike
+//                i0: the one that bends R0 over the currents of the tables; of one current only, 2 Rg T / (F R1)
+//   OCV          plus a polygon over SOC, plus (T - T_ref) dOCV/dT
 //   branches     dv/dt = (R I - v)/tau, two more
 //   hysteresis   V -= M h,  dh/dSOC_drawn = g |I|/I (1 - h sign(I))                   Plett, 2004, one state
 //   heat         minus I T dOCV/dT                                                    Bernardi, 1985
@@ -32,14 +33,19 @@ inline constexpr double kLowEnd = 0.3;               // SOC; above it the low en
   return factor * (1.0 + e.low_end_change * std::max(0.0, 1.0 - soc / kLowEnd));
 }
 
-/// Ohms that R0 gains at |I| = `current_a` when the exchange current behind `r1_ohm` changes.
-[[nodiscard]] inline double charge_transfer_change(const CellEffects& e, double r1_ohm, double current_a,
+/// Volts that the charge transfer of both electrodes takes.
+[[nodiscard]] inline double charge_transfer_v(double exchange_a, double current_a, double temperature_c) {
+  const double thermal_v = kGasConstant * (temperature_c + kZeroCelsius) / kFaraday;
+  return 4.0 * thermal_v * std::asinh(current_a / (2.0 * exchange_a));
+}
+
+/// Ohms that R0 gains at |I| = `current_a` when this exchange current changes.
+[[nodiscard]] inline double charge_transfer_change(const CellEffects& e, double exchange_a, double current_a,
                                                    double temperature_c) {
   if (e.exchange_current_change == 0.0) return 0.0;
-  const double thermal_v = kGasConstant * (temperature_c + kZeroCelsius) / kFaraday;
-  const double i0 = thermal_v / r1_ohm, current = std::max(current_a, 1e-3 * i0);
-  const auto drop = [&](double exchange) { return 2.0 * thermal_v * std::asinh(current / (2.0 * exchange)); };
-  return (drop(i0 * (1.0 + e.exchange_current_change)) - drop(i0)) / current;
+  const double current = std::max(current_a, 1e-3 * exchange_a);
+  return (charge_transfer_v(exchange_a * (1.0 + e.exchange_current_change), current, temperature_c) -
+          charge_transfer_v(exchange_a, current, temperature_c)) / current;
 }
 
 /// State of the dynamic effects of one cell [V]; `hysteresis` in -1..1, 1 after a long discharge.
@@ -71,6 +77,11 @@ inline void advance(const CellEffects& e, CellEffectState& s, double begin_a, do
     const double side = drawn > 0.0 ? 1.0 : -1.0;
     s.hysteresis = side + (s.hysteresis - side) * std::exp(-e.hysteresis_per_soc * std::abs(drawn));
   }
+}
+
+/// Volts that the OCV gains by the temperature.
+[[nodiscard]] inline double reversible_voltage(const CellEffects& e, double temperature_c, double reference_c) {
+  return e.entropy_v_per_k * (temperature_c - reference_c);
 }
 
 /// Reversible heat [W] at discharge current `current_a`.

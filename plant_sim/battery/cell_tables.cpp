@@ -112,6 +112,9 @@ CellTables::CellTables(const CellParameters& cell)
     for (std::size_t p = 0; p < kParameters; ++p) nodes_[n][p] = tables[p][n];
   }
 
+  for (std::size_t t = 0; effects_.exchange_current_change != 0.0 && t < temperature_.at.size(); ++t) {
+    log_exchange_.push_back(std::log(exchange_current(t)));
+  }
   const bool tabulated = !cell.ocv_soc.empty();
   if (tabulated) require_increasing(cell, "ocv.soc", cell.ocv_soc);
   if (tabulated && (cell.ocv_soc.size() < 2 || cell.ocv_v.size() != cell.ocv_soc.size())) {
@@ -150,6 +153,39 @@ CellTables::CellTables(const CellParameters& cell)
   }
 }
 
+double CellTables::exchange_current(std::size_t temperature) const {
+  const std::size_t nc = current_.at.size(), nt = temperature_.at.size(), ns = soc_.at.size();
+  const double at_c = temperature_.at[temperature];
+  std::vector<double> r0(nc, 0.0);
+  double r1 = 0.0;
+  for (std::size_t s = 0; s < ns; ++s) {
+    for (std::size_t c = 0; c < nc; ++c) {
+      const auto& node = nodes_[(s * nt + temperature) * nc + c];
+      r0[c] += node[0] / static_cast<double>(ns);
+      r1 += node[1] / static_cast<double>(ns * nc);
+    }
+  }
+  if (nc == 1) return 2.0 * kGasConstant * (at_c + kZeroCelsius) / (kFaraday * r1);
+  // R0(I) = ohms + v_ct(I) / I: the ohms are the mean of what is left, the exchange current is looked for.
+  constexpr int kTried = 120;
+  constexpr double kLeast = 0.02, kMost = 5.0;  // of the largest current
+  double best = 1e300, out = 0.0;
+  for (int k = 0; k <= kTried; ++k) {
+    const double tried = current_.at.back() * kLeast * std::pow(kMost / kLeast, static_cast<double>(k) / kTried);
+    std::vector<double> rest(nc);
+    double ohms = 0.0, square = 0.0;
+    for (std::size_t c = 0; c < nc; ++c) {
+      rest[c] = r0[c] - charge_transfer_v(tried, current_.at[c], at_c) / current_.at[c];
+      ohms += rest[c] / static_cast<double>(nc);
+    }
+    for (const double r : rest) square += std::pow(r - std::max(0.0, ohms), 2);
+    if (square >= best) continue;
+    best = square;
+    out = tried;
+  }
+  return out;
+}
+
 CircuitParameters CellTables::circuit(double soc, double temperature_c, double current_a) const {
   const auto s = soc_.find(soc);
   const auto t = temperature_.find(temperature_c);
@@ -171,8 +207,14 @@ CircuitParameters CellTables::circuit(double soc, double temperature_c, double c
     for (std::size_t p = 0; p < kParameters; ++p) sum[p] += weight * node[p];
   }
   const double factor = resistance_factor(effects_, soc, temperature_c, reference_temperature_c_);
+  double exchange = 0.0;
+  if (!log_exchange_.empty()) {
+    const double up = nt > 1 ? log_exchange_[t.index + 1] : log_exchange_[t.index];
+    exchange = std::exp(log_exchange_[t.index] + t.fraction * (up - log_exchange_[t.index]));
+  }
   const double r0 = sum[0] * factor + effects_.series_ohm +
-                    charge_transfer_change(effects_, sum[1] * factor, current_a, temperature_c);
+                    (log_exchange_.empty() ? 0.0
+                                           : charge_transfer_change(effects_, exchange, current_a, temperature_c));
   return {std::max(r0, kLeastResistance), sum[1] * factor, sum[2] * factor, sum[3], sum[4]};
 }
 

@@ -48,9 +48,13 @@ class CellTables {
     [[nodiscard]] Place find(double x) const;
   };
 
+  /// Exchange current [A] with which the charge transfer bends R0 over the currents at one temperature.
+  [[nodiscard]] double exchange_current(std::size_t temperature) const;
+
   Axis soc_, temperature_, current_;
   CellEffects effects_;
   double reference_temperature_c_ = 25.0;
+  std::vector<double> log_exchange_;  // ln of the exchange current [A] by temperature; empty: not asked for
   std::vector<std::array<double, kParameters>> nodes_;  // [soc][temperature][current], all parameters of a node together
   std::vector<double> ocv_;
 };

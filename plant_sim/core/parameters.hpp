@@ -22,7 +22,7 @@ struct CellEffects {
   double series_ohm = 0.0;               ///< [ohm] -1..1 effects.series_ohm, added to R0
   double activation_energy_j_per_mol = 0.0;  ///< [J/mol] -60000..60000, of R0, R1 and R2, beyond what the tables say
   double low_end_change = 0.0;           ///< [1] -0.9..20, of R0, R1 and R2 at SOC 0, fading to none at SOC 0.3
-  double exchange_current_change = 0.0;  ///< [1] -0.9..20, of the charge transfer that R1 stands for
+  double exchange_current_change = 0.0;  ///< [1] -0.9..20, of the charge transfer that bends R0
   std::vector<double> ocv_change_v;      ///< [V] -1..1, added to the OCV at equal steps of SOC from 0 to 1
   double polarization_ohm = 0.0;         ///< [ohm] -1..1, of a branch more
   double polarization_tau_s = 10.0;      ///< [s] 0.01..1e5

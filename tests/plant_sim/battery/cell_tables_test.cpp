@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "battery/cell_tables.hpp"
 
+#include <cmath>
+
+#include "battery/cell_effects.hpp"
 #include "fixtures.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -176,4 +179,40 @@ TEST(CellTables, ACellWithoutOcvIsRefused) {
   cell.ocv_soc = {0.0, 1.0};
   cell.ocv_v = {3.0};
   check_mentions(refusal(), "2 values of soc and 1 of voltage_v");
+}
+
+TEST(CellTables, TheExchangeCurrentIsTheOneThatBendsTheResistanceOverTheCurrents) {
+  constexpr double kOhms = 1e-3, kChange = -0.3, kWarm = 35.0;
+  const auto exchange = [](double at_c) { return 12.0 * std::exp(0.05 * (at_c - 25.0)); };
+  const auto with_charge_transfer = [&](double share) {
+    CellParameters out = cell;
+    out.soc_breakpoints = {0.5};
+    out.temperature_breakpoints_c = {15.0, kWarm};
+    out.current_breakpoints_a = {5.0, 20.0, 60.0};
+    out.r0_ohm = out.r1_ohm = out.r2_ohm = out.tau1_s = out.tau2_s = {};
+    for (const double t : out.temperature_breakpoints_c) {
+      for (const double i : out.current_breakpoints_a) {
+        out.r0_ohm.table.push_back(kOhms + charge_transfer_v(share * exchange(t), i, t) / i);
+        for (CellParameterMap* map : {&out.r1_ohm, &out.r2_ohm, &out.tau1_s, &out.tau2_s}) map->table.push_back(1.0);
+      }
+    }
+    return out;
+  };
+  CellParameters changed = with_charge_transfer(1.0);
+  changed.effects.exchange_current_change = kChange;
+  const CellTables tables(changed), expected(with_charge_transfer(1.0 + kChange)), given(with_charge_transfer(1.0));
+  for (const double t : {15.0, kWarm}) {
+    for (const double i : {5.0, 20.0, 60.0}) {
+      const double rise = expected.circuit(0.5, t, i).r0_ohm - given.circuit(0.5, t, i).r0_ohm;
+      DOUBLES_EQUAL(rise, tables.circuit(0.5, t, i).r0_ohm - given.circuit(0.5, t, i).r0_ohm, 0.03 * rise);
+    }
+  }
+}
+
+TEST(CellTables, WithOneCurrentTheExchangeCurrentIsWhatTheFirstBranchSays) {
+  cell = constant_cell();
+  const double at_c = cell.temperature_breakpoints_c.front();
+  const CircuitParameters given = CellTables(cell).circuit(0.5, at_c, 1e-6);
+  cell.effects.exchange_current_change = -0.5;  // twice the ohms of a small current
+  DOUBLES_EQUAL(given.r1_ohm, CellTables(cell).circuit(0.5, at_c, 1e-6).r0_ohm - given.r0_ohm, 1e-3 * given.r1_ohm);
 }

@@ -272,3 +272,13 @@ TEST(Pack, SteadyLoadSettlesWhereCoolingBalancesTheHeat) {
   const double heat_w = 100.0 * 100.0 * (0.0012 + 0.0004 + 0.0008);
   DOUBLES_EQUAL(26.85 + heat_w / (7.0 * 0.152), pack.temperature_max_c(), 1e-6);
 }
+
+TEST(Pack, TheOpenCircuitVoltageFollowsTheTemperatureByTheEntropy) {
+  car.cell.effects.entropy_v_per_k = 2e-4;
+  const auto at_rest = [&](double temperature_c) {
+    car.battery.initial_temperature_c = temperature_c;
+    return Pack(car, true, 0.001).voltage();
+  };
+  const double reference_c = car.cell.reference_temperature_c;
+  DOUBLES_EQUAL(2e-4 * 15.0 * car.battery.cells_in_series, at_rest(reference_c + 15.0) - at_rest(reference_c), 1e-9);
+}
