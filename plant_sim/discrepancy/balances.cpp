@@ -140,7 +140,7 @@ Group group_of(const Recording& log, const std::string& stem, Balance balance) {
   return group;
 }
 
-/// SOC from the rest at the beginning if there is one, else as stated.
+/// What the log says of the SOC that it begins with: the rest at the beginning if there is one, else what is stated.
 void settle_start(const World& model, const MainVoltage& voltage, bool soc_stated, Comparison& out) {
   const VectorXd& current = *out.log.find("current");
   const double quiet = kRestCurrent * largest(current);
@@ -153,19 +153,18 @@ void settle_start(const World& model, const MainVoltage& voltage, bool soc_state
     current_sum += current(row);
     count += 1.0;
   }
-  out.facts.starts_at_rest = count > 0.0;
   out.facts.initial_soc = soc_stated ? model.car.battery.initial_soc : 1.0;
   if (const VectorXd* soc = out.log.find("soc")) {
     const VectorXd known = held(*soc);
     if (std::isfinite(known(0))) out.facts.initial_soc = known(0);
   }
+  out.facts.starts_at_rest = count > 0.0;
   if (count == 0.0) return;
-  const CellTables tables(model.car.cell);
-  const CircuitParameters p =
-      tables.circuit(0.5, model.car.cell.reference_temperature_c, model.car.cell.reference_current_a);
-  const double drop = p.r0_ohm * current_sum / count / model.car.battery.cells_in_parallel;
   // The median: a log may begin while the contactors close.
-  out.facts.initial_soc = std::clamp(tables.soc_of_ocv(median_of(volts) + drop), 0.0, 1.0);
+  out.facts.rest_voltage_v = median_of(volts);
+  out.facts.rest_current_a = current_sum / count;
+  const CellParameters& cell = model.car.cell;
+  out.facts.rest_ohm = CellTables(cell).circuit(0.5, cell.reference_temperature_c, cell.reference_current_a).r0_ohm;
 }
 
 /// Where the voltage says what flowed it is no evidence any more, nor is a power that was reckoned from the reading.
@@ -221,14 +220,15 @@ void settle_start_under_load(const World& model, const MainVoltage& voltage, Com
 }
 
 /// As a BMS reports it that knows the charge, or that counts the current it logs.
-VectorXd reported_soc(const World& world, const Comparison& comparison, const BatteryResponse& battery) {
+VectorXd reported_soc(const World& world, const Comparison& comparison, const LogFacts& facts,
+                      const BatteryResponse& battery) {
   if (!world.soc_is_counted) return (battery.soc.array() - world.reported_soc_low).matrix();
-  const VectorXd &time = comparison.log.time_s, &current = comparison.facts.current_a;
+  const VectorXd &time = comparison.log.time_s, &current = facts.current_a;
   const double coulombs = 3600.0 * world.counted_ah * world.car.battery.cells_in_parallel;
   VectorXd out(time.size());
-  double soc = comparison.facts.initial_soc - world.reported_soc_low;
+  double soc = battery.soc(0) - world.reported_soc_low;
   for (Index row = 0; row < time.size(); ++row) {
-    const CurrentHold hold = comparison.facts.hold;
+    const CurrentHold hold = facts.hold;
     const double begin = row == 0 || hold == CurrentHold::kNext ? current(row) : current(row - 1);
     const double end = row > 0 && hold == CurrentHold::kPrevious ? current(row - 1) : current(row);
     if (row > 0) soc -= 0.5 * (begin + end) * (time(row) - time(row - 1)) / coulombs;
@@ -238,13 +238,13 @@ VectorXd reported_soc(const World& world, const Comparison& comparison, const Ba
 }
 
 /// Of the pack's terminals, from what was published. The bus beside it tells whether it is right.
-VectorXd true_pack_voltage(const World& world, const Recording& log, const VectorXd& pack_current) {
-  const VectorXd& published = *log.find("pack_voltage");
-  const SensorError& error = world.voltage;
-  VectorXd out = error.delay_s != 0.0 ? shifted(log.time_s, held(published), error.delay_s) : published;
-  out = ((out.array() - error.offset) / (1.0 + error.gain)).matrix() -
-        world.published_compensation_ohm * pack_current;
-  return published.array().isFinite().select(out, published);
+/// What its sensor adds is reckoned from the model's pack voltage: taken back from the readings themselves, a delay
+/// would come out smeared over two rows.
+VectorXd true_pack_voltage(const World& world, const Recording& log, const VectorXd& pack_current,
+                           const VectorXd& modelled) {
+  const VectorXd added = reading(world.voltage, log.time_s, modelled) - modelled;
+  return *log.find("pack_voltage") - added.array().isFinite().select(added, 0.0) -
+         world.published_compensation_ohm * pack_current;
 }
 
 }  // namespace
@@ -306,36 +306,38 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
 }
 
 Prediction predict(const World& world, const Comparison& comparison) {
+  return predict(world, comparison, comparison.facts);
+}
+
+Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts) {
   const Recording& log = comparison.log;
   Prediction out;
-  out.battery = battery_response(world, log, comparison.facts);
+  out.battery = battery_response(world, log, facts);
   const double series = world.car.battery.cells_in_series;
   const VectorXd pack_current = out.battery.current_a * static_cast<double>(world.car.battery.cells_in_parallel);
   const auto cells = log.numbered("cell_voltage_");
+  const VectorXd cells_v = cells.empty() ? VectorXd(series * out.battery.voltage_v)
+                                         : VectorXd(mean_of(log, cells) * static_cast<double>(cells.size()));
+  // As it is published, before its sensor's error.
+  const VectorXd pack_v = cells_v - (world.pack_resistance_ohm - world.published_compensation_ohm) * pack_current;
   for (const BalanceChannel& channel : comparison.channels) {
     const bool first = out.channels.empty();
     if (first && channel.name == "voltage") {
       out.channels.push_back(cells.empty() ? reading(world.voltage, log.time_s, out.battery.voltage_v)
                                            : out.battery.voltage_v);
-    } else if (first) {
-      const VectorXd pack = series * out.battery.voltage_v - world.pack_resistance_ohm * pack_current;
-      out.channels.push_back(reading(world.voltage, log.time_s, pack));
-    } else if (channel.name == "pack_voltage") {
-      const VectorXd sum = mean_of(log, cells) * static_cast<double>(cells.size());
-      const double behind = world.pack_resistance_ohm - world.published_compensation_ohm;
-      out.channels.push_back(reading(world.voltage, log.time_s, sum - behind * pack_current));
+    } else if (first || channel.name == "pack_voltage") {
+      out.channels.push_back(reading(world.voltage, log.time_s, pack_v));
     } else if (channel.name == "bus_voltage") {
-      const VectorXd before = log.find("pack_voltage") != nullptr
-                                  ? true_pack_voltage(world, log, pack_current)
-                                  : VectorXd(mean_of(log, cells) * static_cast<double>(cells.size()));
+      const bool published = log.find("pack_voltage") != nullptr;
+      const VectorXd before = published ? true_pack_voltage(world, log, pack_current, pack_v) : cells_v;
       out.channels.push_back(before - world.car.contactors.resistance_ohm * pack_current);
     } else if (channel.name == "soc") {
-      out.channels.push_back(reported_soc(world, comparison, out.battery));
+      out.channels.push_back(reported_soc(world, comparison, facts, out.battery));
     } else if (channel.name == "temperature") {
-      SensorError lag{0.0, world.thermistor_offset_k, 0.0};
-      VectorXd seen = out.battery.temperature_c;
-      if (world.thermistor_delay_s > 0.0) seen = lagged(log.time_s, seen, world.thermistor_delay_s);
-      out.channels.push_back(reading(lag, log.time_s, seen));
+      VectorXd seen = (out.battery.temperature_c.array() + world.thermistor_offset_k).matrix();
+      // Measured, so that an error of the heat is not taken for one of the sensor.
+      if (world.thermistor_delay_s != 0.0) seen -= world.thermistor_delay_s * rate_of_change(log.time_s, facts.temperature_c);
+      out.channels.push_back(std::move(seen));
     } else {
       out.channels.push_back(car_prediction(channel.name, world, comparison, out.battery));
     }

@@ -67,5 +67,7 @@ struct Prediction {
   BatteryResponse battery;
 };
 [[nodiscard]] Prediction predict(const World& world, const Comparison& comparison);
+/// With other facts than the comparison has.
+[[nodiscard]] Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts);
 
 }  // namespace voltlap::plant

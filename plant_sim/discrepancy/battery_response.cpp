@@ -34,6 +34,28 @@ VectorXd true_voltage(const World& world, const LogFacts& facts) {
   return ((facts.voltage_v.array() - world.voltage.offset / facts.sensor_cells) / (1.0 + world.voltage.gain)).matrix();
 }
 
+/// The measured temperature of the cell with the thermistors' error taken out: a first-order lag reads what is true less
+/// the lag times how fast the reading rises.
+VectorXd true_temperature(const World& world, const Recording& log, const LogFacts& facts) {
+  if (facts.temperature_c.size() == 0) return {};
+  VectorXd out = (facts.temperature_c.array() - world.thermistor_offset_k).matrix();
+  if (world.thermistor_delay_s != 0.0) out += world.thermistor_delay_s * rate_of_change(log.time_s, facts.temperature_c);
+  return out;
+}
+
+/// SOC at which a log begins: what its first rest says to who knows this world, or as it is stated.
+double first_soc(const World& world, const LogFacts& facts, double temperature_c, const CellTables& tables) {
+  if (!facts.starts_at_rest) return facts.initial_soc;
+  const CellParameters& cell = world.car.cell;
+  const double sensor = facts.sensor_cells > 0.0 ? facts.sensor_cells : 1.0;
+  const SensorError read = facts.sensor_cells > 0.0 ? world.voltage : SensorError{};
+  const double volts = (facts.rest_voltage_v - read.offset / sensor) / (1.0 + read.gain);
+  const double current = (facts.rest_current_a - world.current.offset) / (1.0 + world.current.gain) /
+                         world.car.battery.cells_in_parallel;
+  const double warmth = reversible_voltage(cell.effects, temperature_c, cell.reference_temperature_c);
+  return tables.soc_of_ocv(volts + facts.rest_ohm * current - warmth);
+}
+
 struct Branch {
   double v = 0.0;
   void step(double dt, double tau, double r_begin, double r_end, double begin, double end) {
@@ -56,7 +78,8 @@ struct CellState {
 class Cell {
  public:
   Cell(const World& world, const Recording& log, const LogFacts& facts)
-      : world_(world), log_(log), facts_(facts), tables_(world.car.cell), measured_(true_voltage(world, facts)) {
+      : world_(world), log_(log), facts_(facts), tables_(world.car.cell), measured_(true_voltage(world, facts)),
+        temperature_c_(true_temperature(world, log, facts)) {
     if (facts.sensor_cells > 0.0) {
       contact_ohm_ = world.pack_resistance_ohm * world.car.battery.cells_in_parallel / facts.sensor_cells;
     }
@@ -64,8 +87,8 @@ class Cell {
 
   [[nodiscard]] CellState begin() const {
     CellState out;
-    out.soc = facts_.initial_soc + world_.initial_soc_change;
-    out.temperature_c = facts_.initial_temperature_c;
+    out.temperature_c = temperature_c_.size() > 0 ? temperature_c_(0) : facts_.initial_temperature_c;
+    out.soc = first_soc(world_, facts_, out.temperature_c, tables_) + world_.initial_soc_change;
     return out;
   }
 
@@ -79,7 +102,7 @@ class Cell {
     const double dt = row == 0 ? 0.0 : log_.time_s(row) - log_.time_s(row - 1);
     if (row > 0) out.soc -= 0.5 * (begin + end) * dt / (3600.0 * cell.capacity_ah);
     if (std::abs(current_a) > world_.car.battery.lookup_current_floor_a) out.lookup_a = std::abs(current_a);
-    const double at_c = facts_.temperature_c.size() > 0 ? facts_.temperature_c(row) : from.temperature_c;
+    const double at_c = temperature_c_.size() > 0 ? temperature_c_(row) : from.temperature_c;
     out.circuit = tables_.circuit(out.soc, at_c, out.lookup_a);
     if (row > 0) {
       const CircuitParameters &before = from.circuit, &p = out.circuit;
@@ -99,7 +122,7 @@ class Cell {
                                       ? from.current_a : least_a);
     const double sign = least_a < 0.0 ? -1.0 : 1.0, least = std::abs(least_a);
     for (int round = 0; round < kRounds; ++round) {
-      const double voltage = tables_.ocv(out.soc).voltage_v - drop_v(out) - contact_ohm_ * out.current_a;
+      const double voltage = ocv_v(out, row) - drop_v(out) - contact_ohm_ * out.current_a;
       const double too_high = voltage - measured_(row);
       const double next = sign * (out.current_a + too_high / (out.circuit.r0_ohm + contact_ohm_));
       const double bounded = sign * std::clamp(next, least, kMost * least);
@@ -113,6 +136,11 @@ class Cell {
   [[nodiscard]] double drop_v(const CellState& s) const {
     return s.circuit.r0_ohm * s.current_a + s.one.v + s.two.v + drop_of(world_.car.cell.effects, s.effects);
   }
+  [[nodiscard]] double ocv_v(const CellState& s, Index row) const {
+    const double at_c = temperature_c_.size() > 0 ? temperature_c_(row) : s.temperature_c;
+    const CellParameters& cell = world_.car.cell;
+    return tables_.ocv(s.soc).voltage_v + reversible_voltage(cell.effects, at_c, cell.reference_temperature_c);
+  }
   [[nodiscard]] const CellTables& tables() const { return tables_; }
 
  private:
@@ -123,7 +151,7 @@ class Cell {
                   s.two.v * s.two.v / s.circuit.r2_ohm + drop_of(cell.effects, s.effects) * mean;
     if (measured_.size() > 0) {
       // Where the voltage is known so is the heat, whatever the resistances are.
-      const double now = end * (tables_.ocv(s.soc).voltage_v - measured_(row));
+      const double now = end * (ocv_v(s, row) - measured_(row));
       heat = 0.5 * (s.heat_w + now);
       s.heat_w = now;
     }
@@ -142,7 +170,7 @@ class Cell {
   const Recording& log_;
   const LogFacts& facts_;
   CellTables tables_;
-  VectorXd measured_;
+  VectorXd measured_, temperature_c_;
   double contact_ohm_ = 0.0;
 };
 
@@ -165,6 +193,16 @@ VectorXd shifted(const VectorXd& time_s, const VectorXd& values, double shift_s)
 VectorXd reading(const SensorError& error, const VectorXd& time_s, const VectorXd& values) {
   VectorXd out = error.delay_s != 0.0 ? shifted(time_s, values, -error.delay_s) : values;
   return (out.array() * (1.0 + error.gain) + error.offset).matrix();
+}
+
+VectorXd rate_of_change(const VectorXd& time_s, const VectorXd& values) {
+  const Index last = values.size() - 1;
+  VectorXd out = VectorXd::Zero(values.size());
+  for (Index row = 0; last > 0 && row <= last; ++row) {
+    const Index a = std::max<Index>(0, row - 1), b = std::min(last, row + 1);
+    out(row) = (values(b) - values(a)) / (time_s(b) - time_s(a));
+  }
+  return out;
 }
 
 VectorXd lagged(const VectorXd& time_s, const VectorXd& values, double tau_s) {
@@ -195,7 +233,7 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
     out.ocv_slope_v(row) = ocv.slope_v;
     out.r0_ohm(row) = state.circuit.r0_ohm;
     out.drop_v(row) = cell.drop_v(state);
-    out.voltage_v(row) = ocv.voltage_v - out.drop_v(row);
+    out.voltage_v(row) = cell.ocv_v(state, row) - out.drop_v(row);
     out.temperature_c(row) = state.temperature_c;
   }
   return out;

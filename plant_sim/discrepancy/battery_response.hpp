@@ -13,8 +13,11 @@ namespace voltlap::plant {
 /// What is known of a log before it is simulated.
 struct LogFacts {
   CurrentHold hold = CurrentHold::kLinear;  ///< of the current between rows
-  double initial_soc = 1.0;
-  bool starts_at_rest = true;
+  double initial_soc = 1.0;         ///< where no rest tells it
+  bool starts_at_rest = false;      ///< then the three below say how full the cell is
+  double rest_voltage_v = 0.0;      ///< of one cell, as read
+  double rest_current_a = 0.0;      ///< of the pack, as read
+  double rest_ohm = 0.0;            ///< of one cell: what that current takes from the voltage
   double initial_temperature_c = 25.0;
   Eigen::VectorXd temperature_c;    ///< measured mean, last value held; empty: not measured
   Eigen::VectorXd ambient_above_model_k;  ///< measured, last value held; empty: the model's holds
@@ -43,6 +46,9 @@ struct BatteryResponse {
 /// What a sensor with this error reads where `values` is true.
 [[nodiscard]] Eigen::VectorXd reading(const SensorError& error, const Eigen::VectorXd& time_s,
                                       const Eigen::VectorXd& values);
+
+/// By the rows on both sides.
+[[nodiscard]] Eigen::VectorXd rate_of_change(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values);
 
 /// First-order lag behind `values`, beginning without one.
 [[nodiscard]] Eigen::VectorXd lagged(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double tau_s);

@@ -4,7 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
+
+#include "discrepancy/member_effect.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -48,11 +49,6 @@ double gain_at(const Discounted& d, const std::vector<Index>& shapes, Index memb
   return s.dot(a.ldlt().solve(s));
 }
 
-/// A sensor's error stands in the sum of the readings too, against a pack voltage that does not have it.
-bool is_sensor(std::string_view cause) {
-  return cause == "voltage_gain" || cause == "voltage_offset" || cause == "time_skew";
-}
-
 /// Columns of one form of a cause, or shapes of one kind in one channel.
 bool same_candidate(const Column& a, const Column& b) {
   if (a.cause != b.cause) return false;
@@ -79,20 +75,14 @@ void append_column(Design& design, const Cause& cause, Candidate& local, std::si
   const auto g = static_cast<std::size_t>(local.group);
   const Group& group = design.comparison.groups[g];
   const Shape& shape = design.shapes[g][static_cast<std::size_t>(local.shapes[k])];
-  const double share = static_cast<double>(local.members.size()) / static_cast<double>(group.members.size());
   Column column;
   column.cause = local.cause;
   column.form = local.form;
   column.parameter = local.parameters[k];
   column.key = fmt::format("local/{}/{}/{}", cause.name, local.form, k);
   column.balance = cause.balance;
-  column.effect.resize(design.comparison.channels.size());
-  const std::string mean = group.balance == Balance::kHeat ? "temperature" : "voltage";
-  for (std::size_t c = 0; c < design.comparison.channels.size(); ++c) {
-    const std::string& name = design.comparison.channels[c].name;
-    if (name == mean) column.effect[c] = shape.effect * share;
-    if (name == "pack_voltage" && c > 0 && is_sensor(cause.name)) column.effect[c] = -shape.effect;
-  }
+  column.effect = member_effect(design.model, design.comparison, design.base, group, shape.effect, local.members.size(),
+                                cause.name);
   local.rows.push_back(static_cast<Index>(design.columns.size()));
   design.columns.push_back(std::move(column));
 }

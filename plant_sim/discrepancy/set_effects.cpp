@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "discrepancy/member_effect.hpp"
+
 namespace voltlap::plant {
 
 using Eigen::Index;
@@ -34,9 +36,11 @@ void add_to_members(const Judged& j, const Candidate& c, const Form& form, const
   }
   const VectorXd mean = effect * (found / static_cast<double>(group.members.size()));
   for (VectorXd& member : out.members[g]) member -= mean;
-  const std::string channel = group.balance == Balance::kHeat ? "temperature" : "voltage";
-  for (std::size_t n = 0; n < other.channels.size(); ++n) {
-    if (other.channels[n].name == channel) out.channels[n] += mean;
+  if (found == 0.0) return;
+  const std::vector<VectorXd> shown = member_effect(j.design.model, other, base, group, effect,
+                                                    static_cast<std::size_t>(found), cause_of(j, fit.candidate).name);
+  for (std::size_t n = 0; n < shown.size(); ++n) {
+    if (shown[n].size() > 0) out.channels[n] += shown[n];
   }
 }
 

@@ -27,9 +27,8 @@ Cause thermistor_lag() {
               one.stem = "temperature_";
               one.at = {0.0};
               one.linear = one.refined = {0};
-              one.shapes = [](const World&, const Comparison& on, const Prediction& p) -> std::vector<Eigen::VectorXd> {
-                constexpr double kLag = 10.0;
-                return {(lagged(on.log.time_s, p.battery.temperature_c, kLag) - p.battery.temperature_c) / kLag};
+              one.shapes = [](const World&, const Comparison& on, const Prediction&) -> std::vector<Eigen::VectorXd> {
+                return {-rate_of_change(on.log.time_s, on.facts.temperature_c)};
               };
               out.push_back(one);
             }

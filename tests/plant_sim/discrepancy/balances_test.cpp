@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "discrepancy/member_effect.hpp"
 #include "discrepancy/model.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -23,7 +24,7 @@ World leaf() {
 }
 
 /// As the model itself would have it, but for the sensor's noise and offset; `soc` as it is predicted, less `low`.
-Recording log_of(const World& model, double low) {
+Recording log_of(const World& model, double low, double load_a = kLoad) {
   Recording log;
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, kNoise);
@@ -31,7 +32,7 @@ Recording log_of(const World& model, double low) {
   VectorXd& current = log.signals["current"];
   current = VectorXd::Zero(kRows);
   for (Index row = 0; row < kRows; ++row) {
-    current(row) = (row >= kRest && row < kDriven ? kLoad : 0.0) + kOffset + noise(random);
+    current(row) = (row >= kRest && row < kDriven ? load_a : 0.0) + kOffset + noise(random);
   }
   log.signals["voltage"] = VectorXd::Constant(kRows, 3.9);
   log.signals["soc"] = VectorXd::Constant(kRows, 0.5);
@@ -147,4 +148,94 @@ TEST(Balances, heat_follows_the_measured_voltage_and_not_the_resistances) {
   for (double& r : model.car.cell.r0_ohm.value) r *= 2.0;
   for (double& r : model.car.cell.r0_ohm.table) r *= 2.0;
   DOUBLES_EQUAL(warm, predict(model, c).battery.temperature_c(kDriven), 1e-9);
+}
+
+TEST(Balances, the_first_rest_is_read_by_the_world_that_explains_the_log) {
+  const World model = leaf();
+  const Comparison sound = comparison_of(model, log_of(model, 0.0, 10.0 * kLoad), {.judge_soc = true});
+  const double soc = predict(model, sound).battery.soc(0);
+  for (const auto& apply : {+[](World& w) { w.voltage.offset = 0.02; }, +[](World& w) { w.current.offset = 3.0; },
+                            +[](World& w) { w.car.cell.effects.ocv_change_v = {0.01, 0.01}; },
+                            +[](World& w) { w.car.cell.effects.entropy_v_per_k = 1e-3; }}) {
+    World wrong = model;
+    apply(wrong);
+    Recording log = sound.log;
+    log.signals["temperature_1"] = VectorXd::Constant(kRows, model.car.cell.reference_temperature_c + 12.0);
+    log.signals["voltage"] = (log.signals["voltage"].array() + wrong.voltage.offset +
+                              (wrong.car.cell.effects.ocv_change_v.empty() ? 0.0 : 0.01) +
+                              12.0 * wrong.car.cell.effects.entropy_v_per_k).matrix();
+    log.signals["current"].array() += wrong.current.offset;
+    const Comparison seen = comparison_of(model, log, {.judge_soc = true});
+    DOUBLES_EQUAL(soc, predict(wrong, seen).battery.soc(0), 1e-4);
+    CHECK(std::abs(predict(model, seen).battery.soc(0) - soc) > 2e-3);
+    CHECK(std::abs(mean_residual(wrong, seen, "soc")) < 0.2 * std::abs(mean_residual(model, seen, "soc")));
+  }
+}
+
+TEST(Balances, a_thermistor_that_reads_too_much_is_right_in_the_world_that_says_so) {
+  const World model = leaf();
+  Recording log = log_of(model, 0.0);
+  const VectorXd warming = VectorXd::LinSpaced(kRows, 22.0, 28.0);
+  log.signals["temperature_1"] = warming;
+  const Comparison sound = comparison_of(model, log, {});
+  log.signals["temperature_1"] = (warming.array() + 6.0).matrix();
+  World wrong = model;
+  wrong.thermistor_offset_k = 6.0;
+  const Comparison seen = comparison_of(model, log, {});
+  for (const char* channel : {"voltage", "temperature"}) {
+    DOUBLES_EQUAL(mean_residual(model, sound, channel), mean_residual(wrong, seen, channel), 1e-9);
+    CHECK(std::abs(mean_residual(model, sound, channel) - mean_residual(model, seen, channel)) > 1e-5);
+  }
+}
+
+TEST(Balances, a_thermistor_that_lags_is_right_in_the_world_that_says_so) {
+  constexpr double kLag = 30.0, kPeriod = 120.0, kPi = 3.14159265358979323846;
+  const World model = leaf();
+  Recording log = log_of(model, 0.0);
+  const VectorXd waves = 25.0 + 3.0 * (2.0 * kPi / kPeriod * log.time_s.array()).sin();
+  log.signals["temperature_1"] = waves;
+  const Comparison sound = comparison_of(model, log, {});
+  log.signals["temperature_1"] = lagged(log.time_s, waves, kLag);
+  const Comparison seen = comparison_of(model, log, {});
+  World wrong = model;
+  wrong.thermistor_delay_s = kLag;
+  // Between the ends, where a lag that is gone is settled and the average of the readings is whole.
+  const auto apart = [&](const World& world) {
+    const VectorXd a = predict(model, sound).channels[0] - sound.channels[0].measured,
+                   b = predict(world, seen).channels[0] - seen.channels[0].measured;
+    return (a - b).segment(kRest + 900, 800).cwiseAbs().maxCoeff();
+  };
+  CHECK(apart(wrong) < 0.3 * apart(model));
+}
+
+TEST(Balances, what_a_member_of_a_group_does_to_the_channels_is_what_a_changed_log_shows) {
+  World model = leaf();
+  model.car.battery.cells_in_series = 3;
+  Recording log = log_of(model, 0.0);
+  for (const char* n : {"1", "2", "3"}) {
+    log.signals[std::string("cell_voltage_") + n] = log.signals["voltage"];
+    log.signals[std::string("temperature_") + n] = VectorXd::LinSpaced(kRows, 24.0, 28.0);
+  }
+  log.signals["pack_voltage"] = 3.0 * log.signals["voltage"];
+  log.signals.erase("voltage");
+  const ComparisonOptions options{.judge_soc = true, .hold = CurrentHold::kLinear};
+  const Comparison sound = comparison_of(model, log, options);
+  const Prediction base = predict(model, sound);
+  struct { const char *role, *cause; double by; } const each[] = {{"cell_voltage_2", "voltage_offset", 0.006},
+                                                                 {"temperature_3", "thermistor_offset", 2.0}};
+  for (std::size_t g = 0; g < 2; ++g) {
+    Recording changed = log;
+    changed.signals[each[g].role].array() += each[g].by;
+    const Comparison seen = comparison_of(model, changed, options);
+    const Prediction with = predict(model, seen);
+    const auto effect = member_effect(model, sound, base, sound.groups[g], VectorXd::Constant(kRows, each[g].by), 1,
+                                      each[g].cause);
+    for (std::size_t c = 0; c < sound.channels.size(); ++c) {
+      const VectorXd shown = (seen.channels[c].measured - with.channels[c]) - (sound.channels[c].measured - base.channels[c]);
+      const VectorXd expected = effect[c].size() > 0 ? effect[c] : VectorXd(VectorXd::Zero(kRows));
+      const double size = shown.cwiseAbs().maxCoeff();
+      CHECK((shown - expected).cwiseAbs().maxCoeff() <= 0.05 * size + 1e-9);
+    }
+    CHECK(effect[0].size() > 0);  // the voltage sees both
+  }
 }
