@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bank import packer, real, score, seal, table, tool
+from bank import cases, packer, real, score, seal, table, tool
 from bank.statistics import Share, median, share
 from truth import effects
 
@@ -174,6 +174,30 @@ def test_each_mark_counts_its_own_cases():
     assert shown["pairs: both named"] == (1.0, 1)
     assert shown["parameter error, median"] == (0.0, 1)
     assert [entry[2].of for entry in score.curve(answers)] == [0, 1, 0, 1, 0, 0]
+
+
+def test_gain_is_measured_against_the_same_drive_without_the_effect():
+    gain = {
+        "voltage": {"heldout_rms_before": 10.0, "heldout_rms_after": 5.0, "noise_floor": 0.1},
+        "motor_speed": {"heldout_rms_before": 900.0, "heldout_rms_after": 900.0, "noise_floor": 1.0},
+    }
+    it = judged("named", [cause("mass")])
+    it.answer.gain, it.answer.sound_rms = gain, {"voltage": 5.0, "motor_speed": 899.0}
+    assert it.gain_share() == pytest.approx(1.0)
+    it.answer.sound_rms = {"voltage": 2.0, "motor_speed": 899.0}
+    assert it.gain_share() == pytest.approx(75.0 / 96.0)
+    it.answer.sound_rms = {}
+    assert it.gain_share() is None
+
+
+def test_the_drive_without_the_effect_has_the_same_noise():
+    made = cases.Maker(np.random.default_rng(3), "cell", 460.0, ["series_resistance", "initial_soc"], 0, 1, 0).make()
+    clear = [case for case in made.cases if case.label["d_prime"] >= cases.CLEAR]
+    assert clear and all((case.sound is not None) == (case in clear) for case in made.cases)
+    for case in clear:
+        assert (case.sound["current"] == case.log["current"]).all()
+        changed = "soc" if case.label["effects"][0]["name"] == "initial_soc" else "voltage"
+        assert (case.sound[changed] != case.log[changed]).any()
 
 
 def test_a_failed_answer_is_neither_found_nor_an_answer_for_clean():

@@ -5,6 +5,7 @@ A world is one car with its logger: its model, its reference logs, and the cases
 log-uniform from half to a hundred times the detectable one, as far as such sizes happen in practice.
 """
 
+import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,6 +27,7 @@ class Case:
     keep: np.ndarray | None  # rows that were not lost
     label: dict
     without: str = ""  # cause that is taken out of the tool's catalogue
+    sound: dict | None = None  # the same drive and the same noise without the effect, of a clear single case
 
 
 @dataclass
@@ -189,8 +191,11 @@ class Maker:
                 label["likeness"] = round(float(bench.likeness(*parts)[0]), 4)
             if members[0].effect.name in GATE:
                 label["ask"] = "gate"
+            again = copy.deepcopy(self.rng)
             measured, keep = self._log(changed, log)
-            out.cases.append(Case(out, measured, keep, label))
+            clear = label["ask"] == "single" and d_prime >= CLEAR
+            sound = row_of(world.measured(again, bench.quiet, self.sound)) if clear else None
+            out.cases.append(Case(out, measured, keep, label, sound=sound))
 
 
 def leave_out(rng, drawn, share):

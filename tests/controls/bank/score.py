@@ -90,17 +90,18 @@ class Judged:
         return true, given["value"], given["ci95_low"], given["ci95_high"]
 
     def gain_share(self):
-        """Part of the way from the given model to the noise that the named cause went, where there is most to go."""
-        ways = [
-            (
-                g["heldout_rms_before"] ** 2 - g["noise_floor"] ** 2,
-                g["heldout_rms_before"] ** 2 - g["heldout_rms_after"] ** 2,
-                g["heldout_rms_before"],
-            )
-            for g in self.answer.gain.values()
-            if g["heldout_rms_before"] > 0
-        ]
-        ways = [(way, went) for way, went, before in ways if way > 0.05 * before**2]
+        """Of the squares that the true model takes from the held-out error, the part that the named cause took.
+
+        In the channel where the true model takes the largest share. What it leaves is what the given model leaves of
+        the same drive with the same noise and without the effect.
+        """
+        least = 0.05  # of the squares: less is not worth a share
+        ways = []
+        for name, gain in self.answer.gain.items():
+            before, after, sound = gain["heldout_rms_before"], gain["heldout_rms_after"], self.answer.sound_rms.get(name)
+            if sound is None or before <= 0 or before**2 - sound**2 <= least * before**2:
+                continue
+            ways.append((1.0 - (sound / before) ** 2, 1.0 - (after / before) ** 2))
         if not ways:
             return None
         way, went = max(ways)
@@ -176,7 +177,7 @@ def marks(judged):
         ),
         Mark("intervals that cover: at most 99 %", covered.value, str(covered), 0.99, "most", covered.of),
         of_number(
-            "held-out gain over the way to the noise",
+            "held-out gain over that of the true model",
             median(gains),
             f"{median(gains):.2f} over {len(gains)}",
             0.8,

@@ -24,6 +24,7 @@ class Answer:
     next_test: str | None = None
     seconds: float = 0.0
     failed: str = ""
+    sound_rms: dict = field(default_factory=dict)  # by channel, of the same drive without the effect
 
 
 def command(tool, folder, seed, without="", settings=()):

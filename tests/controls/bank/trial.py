@@ -39,6 +39,7 @@ class Question:
 
     name: str
     without: str
+    sound: Path | None = None  # the log without its effect, out of the tool's reach; None: not asked
 
 
 def leave_the_end_to_the_parent():
@@ -46,8 +47,11 @@ def leave_the_end_to_the_parent():
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def prepare(binary, folder, plan, kind, seed):
-    """In a process of its own: one world, its model, the folders of its cases. Returns [(Question, label)]."""
+def prepare(binary, folder, plan, kind, seed, kept=None):
+    """In a process of its own: one world, its model, the folders of its cases. Returns [(Question, label)].
+
+    `kept`: where logs without their effect are put, to tell what the true model would leave.
+    """
     rng = np.random.default_rng(seed)
     wanted = [name for name in plan.causes if kind in cases.effects.BY_NAME[name].kinds]
     maker = cases.Maker(rng, kind, plan.duration_s, wanted, plan.clean, plan.references, plan.pairs, plan.family)
@@ -72,7 +76,10 @@ def prepare(binary, folder, plan, kind, seed):
         for file in shared:
             os.link(file, place / file.name)
         packer.write_log(place / f"log{ending}", made.logger, case.log, cases.effects_step_s(), case.keep)
-        out.append((Question(name, case.without), case.label))
+        sound = None
+        if kept is not None and case.sound is not None:
+            sound = packer.write_log(kept / f"{name}{ending}", made.logger, case.sound, cases.effects_step_s())
+        out.append((Question(name, case.without, sound), case.label))
     shutil.rmtree(base)
     return out
 
@@ -81,6 +88,7 @@ class Trial:
     def __init__(self, binary, plan, seed, folder, jobs):
         self.binary, self.plan, self.folder, self.jobs = Path(binary).resolve(), plan, Path(folder), jobs
         self.seeds = np.random.SeedSequence(seed)
+        self.kept = Path(tempfile.mkdtemp(prefix="explain-bench-kept-"))
         self.ledger = seal.Ledger(self.folder)
         self.running, self.answers, self.questions = set(), {}, {}
         self.begun = time.monotonic()
@@ -93,7 +101,7 @@ class Trial:
         askers = ThreadPoolExecutor(self.jobs)
         try:
             pending = {
-                makers.submit(prepare, self.binary, self.folder, self.plan, kind, seed): "world"
+                makers.submit(prepare, self.binary, self.folder, self.plan, kind, seed, self.kept): "world"
                 for kind, seed in zip(self.plan.kinds * self.plan.worlds, self.seeds.spawn(self.worlds))
             }
             while pending:
@@ -108,6 +116,8 @@ class Trial:
         except BaseException:
             self._stop(makers, askers)
             raise
+        finally:
+            shutil.rmtree(self.kept, ignore_errors=True)
         makers.shutdown()
         askers.shutdown()
         self._progress(last=True)
@@ -126,9 +136,13 @@ class Trial:
 
     def _ask(self, question):
         place = self.folder / question.name
-        self.answers[question.name] = tool.ask(
-            self.binary, place, secrets.randbelow(2**31), question.without, self.running
-        )
+        answer = tool.ask(self.binary, place, secrets.randbelow(2**31), question.without, self.running)
+        if answer.verdict == "named" and question.sound is not None:
+            # What the true model would leave is what the given one leaves of the same drive without the effect.
+            shutil.copy(question.sound, place / f"log{''.join(question.sound.suffixes)}")
+            sound = tool.ask(self.binary, place, 1, "", self.running)
+            answer.sound_rms = {name: g["heldout_rms_before"] for name, g in sound.gain.items()}
+        self.answers[question.name] = answer
         shutil.rmtree(place)
 
     def _stop(self, makers, askers):
