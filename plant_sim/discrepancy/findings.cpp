@@ -325,7 +325,8 @@ void put_named_part(const Judged& j, Explanation& out) {
 }  // namespace
 
 void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanation& out) {
-  if (j.decision.members.empty()) {
+  // References tell what the model always misses only in part: evidence that no error becomes smaller by is theirs.
+  if (j.decision.members.empty() || (out.with_references && !pays(j, j.decision.members))) {
     put_set({{}, j.design.model, 0.0}, j, out);
     return put_no_discrepancy(gate, out);
   }

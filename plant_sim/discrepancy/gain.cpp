@@ -28,10 +28,11 @@ bool is_named(const Judged& j, const std::vector<RefinedCause>& causes, const st
   });
 }
 
-/// Blocks on which gain is measured, and the causes as fitted without them.
+/// Blocks on which gain is measured, the causes as fitted without them, and what they were fitted to.
 struct Fold {
   std::vector<bool> keep;
   std::vector<RefinedCause> causes;
+  System fitted;
 };
 
 /// The refined causes with the linear parameters as another part of the log would have them.
@@ -59,7 +60,7 @@ std::vector<Fold> folds_of(const Judged& j, const RefinedSet& set, std::size_t b
   if (!j.use.empty()) {  // fitted on one half on purpose: the other half is the one that counts
     std::vector<bool> others;
     for (const bool used : j.use) others.push_back(!used);
-    out.push_back({others, set.causes});
+    out.push_back({others, set.causes, j.system});
     return out;
   }
   for (std::size_t parity = 0; parity < 2; ++parity) {
@@ -69,7 +70,7 @@ std::vector<Fold> folds_of(const Judged& j, const RefinedSet& set, std::size_t b
     part.score += quarters[parity + 2].score;
     std::vector<bool> keep;
     for (std::size_t b = 0; b < blocks; ++b) keep.push_back(b % 2 != parity);
-    out.push_back({keep, as_fitted_by(j, set, part)});
+    out.push_back({keep, as_fitted_by(j, set, part), part});
   }
   return out;
 }
@@ -140,6 +141,54 @@ void add_all(const Judged& j, const Comparison& on, const std::vector<VectorXd>&
   }
 }
 
+/// What a set does by the linear signatures, with or without a name.
+Effects linear_effects(const Judged& j, const std::vector<std::size_t>& members, const VectorXd& coefficients) {
+  const Comparison& on = j.design.comparison;
+  Effects out = effects_of(j, {});
+  Index at = 0;
+  for (const std::size_t m : members) {
+    const Candidate& c = j.system.candidates[m];
+    for (std::size_t k = 0; k < c.rows.size(); ++k, ++at) {
+      const Column& column = j.design.columns[static_cast<std::size_t>(c.rows[k])];
+      for (std::size_t n = 0; n < column.effect.size(); ++n) {
+        if (column.effect[n].size() > 0) out.channels[n] += coefficients(at) * column.effect[n];
+      }
+      if (c.group < 0) continue;
+      const auto g = static_cast<std::size_t>(c.group);
+      const Shape& shape = j.design.shapes[g][static_cast<std::size_t>(c.shapes[k])];
+      const double share = static_cast<double>(c.members.size()) / static_cast<double>(on.groups[g].members.size());
+      for (std::size_t i = 0; i < out.members[g].size(); ++i) {
+        const bool own = std::count(c.members.begin(), c.members.end(), static_cast<Index>(i)) > 0;
+        out.members[g][i] += coefficients(at) * ((own ? 1.0 : 0.0) - share) * shape.effect;
+      }
+    }
+  }
+  return out;
+}
+
+/// What references say that the model misses in a channel, or in a member of a group, of this log.
+VectorXd usual_error(const Judged& j, std::size_t channel) {
+  VectorXd out = VectorXd::Zero(j.design.comparison.log.rows());
+  for (std::size_t k = 0; k < j.design.columns.size(); ++k) {
+    const VectorXd& effect = j.design.columns[k].effect[channel];
+    if (effect.size() > 0) out += j.usual.mean(static_cast<Index>(k)) * effect;
+  }
+  return out;
+}
+
+VectorXd usual_error(const Judged& j, std::size_t g, std::size_t member) {
+  VectorXd out = VectorXd::Zero(j.design.comparison.log.rows());
+  for (Index k = 0; k < j.usual.group_mean[g].rows(); ++k) {
+    out += j.usual.group_mean[g](k, static_cast<Index>(member)) * j.design.shapes[g][static_cast<std::size_t>(k)].effect;
+  }
+  return out;
+}
+
+/// A channel that holds one sensor against another.
+bool is_of_sensors(const BalanceChannel& channel, std::size_t number) {
+  return number > 0 && (channel.name == "pack_voltage" || channel.name == "bus_voltage");
+}
+
 /// Share of the squares of each channel, and of the members that `named` act on, that causes explain together.
 using Shares = std::map<std::string, double>;
 
@@ -186,7 +235,7 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   std::map<std::string, Sums> sums;
   if (j.holdout != nullptr) {
     const auto blocks = block_of_rows(j.holdout->log.time_s).back() + 1;
-    const Fold whole{std::vector<bool>(blocks, true), set.causes};
+    const Fold whole{std::vector<bool>(blocks, true), set.causes, {}};
     add_all(j, *j.holdout, residuals_of(*j.holdout, predict(j.design.model, *j.holdout)),
             effects_on(j, set.causes, *j.holdout), whole, sums);
   } else {
@@ -198,6 +247,41 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   for (const auto& [name, of] : sums) {
     if (!of.blocks.empty()) out.gain[name] = gain_of(of);
   }
+}
+
+bool pays(const Judged& j, const std::vector<std::size_t>& members) {
+  constexpr double kLeast = 0.05;  // of the RMS
+  const Comparison& on = j.design.comparison;
+  const Effects whole = linear_effects(j, members, fit_set(j.system, members).coefficients);
+  bool modelled = false;
+  for (std::size_t c = 0; c < on.channels.size(); ++c) {
+    modelled = modelled || (!is_of_sensors(on.channels[c], c) && rms_of(whole.channels[c]) > 0.0);
+  }
+  if (!modelled) return true;
+  std::map<std::string, Sums> plain, corrected;
+  const auto block = block_of_rows(on.log.time_s);
+  for (const Fold& fold : folds_of(j, {{}, j.design.model, 0.0}, block.back() + 1)) {
+    const Effects effects = linear_effects(j, members, fit_set(fold.fitted, members).coefficients);
+    const auto put = [&](const std::string& name, const VectorXd& was, const VectorXd& usual, const VectorXd& effect) {
+      if (rms_of(effect) == 0.0) return;
+      add(plain[name], was, was - effect, block, fold.keep);
+      add(corrected[name], was - usual, was - usual - effect, block, fold.keep);
+    };
+    for (std::size_t c = 0; c < on.channels.size(); ++c) {
+      put(on.channels[c].name, j.design.residual[c], usual_error(j, c), effects.channels[c]);
+    }
+    for (std::size_t g = 0; g < on.groups.size(); ++g) {
+      for (std::size_t m = 0; m < on.groups[g].members.size(); ++m) {
+        put(on.groups[g].members[m], on.groups[g].deviation[m], usual_error(j, g, m), effects.members[g][m]);
+      }
+    }
+  }
+  const auto smaller = [&](const auto& channel) {
+    if (channel.second.blocks.empty()) return false;
+    const ChannelGain gain = gain_of(channel.second);
+    return gain.after < (1.0 - kLeast) * gain.before && gain.drop_low > 0.0;
+  };
+  return std::any_of(plain.begin(), plain.end(), smaller) || std::any_of(corrected.begin(), corrected.end(), smaller);
 }
 
 std::vector<double> shares_of(const Judged& j, const std::vector<RefinedCause>& causes) {
