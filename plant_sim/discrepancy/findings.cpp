@@ -119,6 +119,9 @@ std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& hel
     if (!fit.inside_prior) return "its size is beyond what is physically likely";
   }
   if (cancel_each_other(j, set)) return "its causes undo each other";
+  const bool all_pay = std::all_of(set.causes.begin(), set.causes.end(),
+                                   [&](const RefinedCause& fit) { return pays(j, {fit.candidate}); });
+  if (j.usual.references > 0 && set.causes.size() > 1 && !all_pay) return "one of its causes alone makes no error smaller";
   if (j.decision.margin < kDecisive) return "another cause explains the log nearly as well";
   if (!(held.share > kLeastGain) || !(held.low > 0.0)) return "it does not hold on blocks that it did not see";
   if (held.unstable > kStable) return "the two halves of the log disagree about its size";
@@ -326,7 +329,13 @@ void put_named_part(const Judged& j, Explanation& out) {
 
 void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanation& out) {
   // References tell what the model always misses only in part: evidence that no error becomes smaller by is theirs.
-  if (j.decision.members.empty() || (out.with_references && !pays(j, j.decision.members))) {
+  const auto none_pays = [&] {
+    const std::optional<std::size_t>& rival = j.decision.named_rival;
+    return !pays(j, j.decision.members) && !(rival && pays(j, j.sets[*rival].members));
+  };
+  constexpr double kMuchLarger = 2.0;  // then something is wrong, whether or not the weighing finds its size
+  const bool usual = out.with_references && j.times_usual < kMuchLarger;
+  if (j.decision.members.empty() || (usual && none_pays())) {
     put_set({{}, j.design.model, 0.0}, j, out);
     return put_no_discrepancy(gate, out);
   }
@@ -344,16 +353,8 @@ void note_larger_than_references(const Design& design, const std::vector<Referen
   constexpr double kMuchLarger = 3.0;  // none of 68 sound logs of the bank reaches it
   if (out.verdict != Verdict::kNoDiscrepancy || references.empty()) return;
   const auto mean_c = [](const Design& of) { return of.base.battery.temperature_c.mean(); };
-  double times = kMuchLarger;
-  std::string name;
-  for (std::size_t c = 0; c < design.residual.size(); ++c) {
-    const std::string& channel = design.comparison.channels[c].name;
-    const double usual = usual_rms(references, channel);
-    if (usual <= 0.0 || rms_of(design.residual[c]) <= times * usual) continue;
-    times = rms_of(design.residual[c]) / usual;
-    name = channel;
-  }
-  if (name.empty()) return;
+  const auto [times, name] = times_usual(design, references);
+  if (times <= kMuchLarger) return;
   double least = mean_c(*references.front().design), most = least;
   for (const Reference& reference : references) {
     least = std::min(least, mean_c(*reference.design));

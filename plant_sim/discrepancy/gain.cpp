@@ -28,11 +28,10 @@ bool is_named(const Judged& j, const std::vector<RefinedCause>& causes, const st
   });
 }
 
-/// Blocks on which gain is measured, the causes as fitted without them, and what they were fitted to.
+/// Blocks on which gain is measured, and the causes as fitted without them.
 struct Fold {
   std::vector<bool> keep;
   std::vector<RefinedCause> causes;
-  System fitted;
 };
 
 /// The refined causes with the linear parameters as another part of the log would have them.
@@ -60,7 +59,7 @@ std::vector<Fold> folds_of(const Judged& j, const RefinedSet& set, std::size_t b
   if (!j.use.empty()) {  // fitted on one half on purpose: the other half is the one that counts
     std::vector<bool> others;
     for (const bool used : j.use) others.push_back(!used);
-    out.push_back({others, set.causes, j.system});
+    out.push_back({others, set.causes});
     return out;
   }
   for (std::size_t parity = 0; parity < 2; ++parity) {
@@ -70,7 +69,7 @@ std::vector<Fold> folds_of(const Judged& j, const RefinedSet& set, std::size_t b
     part.score += quarters[parity + 2].score;
     std::vector<bool> keep;
     for (std::size_t b = 0; b < blocks; ++b) keep.push_back(b % 2 != parity);
-    out.push_back({keep, as_fitted_by(j, set, part), part});
+    out.push_back({keep, as_fitted_by(j, set, part)});
   }
   return out;
 }
@@ -139,6 +138,17 @@ void add_all(const Judged& j, const Comparison& on, const std::vector<VectorXd>&
       put(group.members[m], unit_of(group), group.stem, group.deviation[m], group.deviation[m] - effects.members[g][m]);
     }
   }
+}
+
+/// Sizes of a set's columns with what is expected of them beforehand: shapes without a name are many and alike.
+VectorXd expected_sizes(const System& system, const std::vector<std::size_t>& members) {
+  std::vector<Index> rows;
+  for (const std::size_t m : members) {
+    rows.insert(rows.end(), system.candidates[m].rows.begin(), system.candidates[m].rows.end());
+  }
+  Eigen::MatrixXd a = system.information(rows, rows);
+  a.diagonal() += system.prior_variance(rows).cwiseInverse();
+  return a.ldlt().solve(VectorXd(system.score(rows)));
 }
 
 /// What a set does by the linear signatures, with or without a name.
@@ -235,7 +245,7 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   std::map<std::string, Sums> sums;
   if (j.holdout != nullptr) {
     const auto blocks = block_of_rows(j.holdout->log.time_s).back() + 1;
-    const Fold whole{std::vector<bool>(blocks, true), set.causes, {}};
+    const Fold whole{std::vector<bool>(blocks, true), set.causes};
     add_all(j, *j.holdout, residuals_of(*j.holdout, predict(j.design.model, *j.holdout)),
             effects_on(j, set.causes, *j.holdout), whole, sums);
   } else {
@@ -252,7 +262,7 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
 bool pays(const Judged& j, const std::vector<std::size_t>& members) {
   constexpr double kLeast = 0.05;  // of the RMS
   const Comparison& on = j.design.comparison;
-  const Effects whole = linear_effects(j, members, fit_set(j.system, members).coefficients);
+  const Effects whole = linear_effects(j, members, expected_sizes(j.system, members));
   bool modelled = false;
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
     modelled = modelled || (!is_of_sensors(on.channels[c], c) && rms_of(whole.channels[c]) > 0.0);
@@ -260,20 +270,19 @@ bool pays(const Judged& j, const std::vector<std::size_t>& members) {
   if (!modelled) return true;
   std::map<std::string, Sums> plain, corrected;
   const auto block = block_of_rows(on.log.time_s);
-  for (const Fold& fold : folds_of(j, {{}, j.design.model, 0.0}, block.back() + 1)) {
-    const Effects effects = linear_effects(j, members, fit_set(fold.fitted, members).coefficients);
-    const auto put = [&](const std::string& name, const VectorXd& was, const VectorXd& usual, const VectorXd& effect) {
-      if (rms_of(effect) == 0.0) return;
-      add(plain[name], was, was - effect, block, fold.keep);
-      add(corrected[name], was - usual, was - usual - effect, block, fold.keep);
-    };
-    for (std::size_t c = 0; c < on.channels.size(); ++c) {
-      put(on.channels[c].name, j.design.residual[c], usual_error(j, c), effects.channels[c]);
-    }
-    for (std::size_t g = 0; g < on.groups.size(); ++g) {
-      for (std::size_t m = 0; m < on.groups[g].members.size(); ++m) {
-        put(on.groups[g].members[m], on.groups[g].deviation[m], usual_error(j, g, m), effects.members[g][m]);
-      }
+  std::vector<bool> keep(block.back() + 1, true);
+  for (std::size_t b = 0; b < j.use.size(); ++b) keep[b] = !j.use[b];
+  const auto put = [&](const std::string& name, const VectorXd& was, const VectorXd& usual, const VectorXd& effect) {
+    if (rms_of(effect) == 0.0) return;
+    add(plain[name], was, was - effect, block, keep);
+    add(corrected[name], was - usual, was - usual - effect, block, keep);
+  };
+  for (std::size_t c = 0; c < on.channels.size(); ++c) {
+    put(on.channels[c].name, j.design.residual[c], usual_error(j, c), whole.channels[c]);
+  }
+  for (std::size_t g = 0; g < on.groups.size(); ++g) {
+    for (std::size_t m = 0; m < on.groups[g].members.size(); ++m) {
+      put(on.groups[g].members[m], on.groups[g].deviation[m], usual_error(j, g, m), whole.members[g][m]);
     }
   }
   const auto smaller = [&](const auto& channel) {

@@ -24,9 +24,9 @@ void measure_gain(const Judged& judged, const RefinedSet& set, Explanation& out)
 /// The largest share of a channel's squares that all of them take away together.
 [[nodiscard]] double share_together(const Judged& judged, const std::vector<RefinedCause>& causes);
 
-/// Does a set, its sizes fitted to other blocks, make the plain error of a channel (or of a member that it acts on)
-/// smaller for sure and by a part that matters, as it is or after what references say of it? What acts only where one
-/// sensor is held against another need not: no model stands between them.
+/// Does a set, its sizes as the evidence has them, make the plain error of a channel (or of a member that it acts on)
+/// smaller in most blocks and by a part that matters, as it is or after what references say of it? What acts only where
+/// one sensor is held against another need not: no model stands between them.
 [[nodiscard]] bool pays(const Judged& j, const std::vector<std::size_t>& members);
 
 /// Residuals without and with the set, for pictures.

@@ -50,6 +50,16 @@ double usual_rms(const std::vector<Reference>& references, const std::string& ch
   return out;
 }
 
+std::pair<double, std::string> times_usual(const Design& design, const std::vector<Reference>& references) {
+  std::pair<double, std::string> out{0.0, ""};
+  for (std::size_t c = 0; c < design.residual.size(); ++c) {
+    const std::string& channel = design.comparison.channels[c].name;
+    const double usual = usual_rms(references, channel), here = rms_of(design.residual[c]);
+    if (usual > 0.0 && here > out.first * usual) out = {here / usual, channel};
+  }
+  return out;
+}
+
 Trust full_trust(std::size_t channels) {
   const std::vector<double> kins(kKins, 1.0);
   return {std::vector<double>(channels, 1.0), std::vector<std::vector<double>>(channels, kins)};

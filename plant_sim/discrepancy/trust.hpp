@@ -7,6 +7,8 @@
 //
 // The widening that leaves causes most power, with the inflation that it needs, is taken.
 #pragma once
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "discrepancy/candidates.hpp"
@@ -21,6 +23,9 @@ struct TrustProblem {
 };
 
 [[nodiscard]] Trust full_trust(std::size_t channels);
+
+/// Largest plain error of a channel of the log over that of any reference in it, and which; 0 without references.
+[[nodiscard]] std::pair<double, std::string> times_usual(const Design& design, const std::vector<Reference>& references);
 
 /// What effects have room for in a log of these sums by channel, beside what is usual in the references but `without`.
 [[nodiscard]] std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge,

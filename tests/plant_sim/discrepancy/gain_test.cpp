@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What pays: a set that makes the plain error smaller on blocks that it was not fitted to.
+// What pays: a set that makes the plain error smaller, not only the weighed one.
 #include "discrepancy/gain.hpp"
 
 #include <cmath>
@@ -60,6 +60,7 @@ TEST_GROUP(Pays) {
       system.candidates.push_back(candidate);
     }
     usual.mean = VectorXd::Zero(3);
+    system.prior_variance = VectorXd::Ones(3);
   }
 
   /// The voltage's residual is these amounts of its columns; the pack's a little of its own.
