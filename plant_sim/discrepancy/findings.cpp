@@ -119,9 +119,11 @@ std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& hel
     if (!fit.inside_prior) return "its size is beyond what is physically likely";
   }
   if (cancel_each_other(j, set)) return "its causes undo each other";
-  const bool all_pay = std::all_of(set.causes.begin(), set.causes.end(),
-                                   [&](const RefinedCause& fit) { return pays(j, {fit.candidate}); });
-  if (j.usual.references > 0 && set.causes.size() > 1 && !all_pay) return "one of its causes alone makes no error smaller";
+  for (const RefinedCause& fit : set.causes) {
+    std::vector<std::size_t> others = members_of(set);
+    std::erase(others, fit.candidate);
+    if (j.usual.references > 0 && !pays(j, {fit.candidate}, others)) return "one of its causes makes no error smaller";
+  }
   if (j.decision.margin < kDecisive) return "another cause explains the log nearly as well";
   if (!(held.share > kLeastGain) || !(held.low > 0.0)) return "it does not hold on blocks that it did not see";
   if (held.unstable > kStable) return "the two halves of the log disagree about its size";

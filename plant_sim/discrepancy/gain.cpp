@@ -259,10 +259,16 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   }
 }
 
-bool pays(const Judged& j, const std::vector<std::size_t>& members) {
+bool pays(const Judged& j, const std::vector<std::size_t>& members, const std::vector<std::size_t>& beside) {
   constexpr double kLeast = 0.05;  // of the RMS
   const Comparison& on = j.design.comparison;
-  const Effects whole = linear_effects(j, members, expected_sizes(j.system, members));
+  std::vector<std::size_t> all = beside;
+  all.insert(all.end(), members.begin(), members.end());
+  const VectorXd sizes = expected_sizes(j.system, all);
+  Index first = 0;
+  for (const std::size_t m : beside) first += static_cast<Index>(j.system.candidates[m].rows.size());
+  const Effects others = linear_effects(j, beside, sizes.head(first)),
+                whole = linear_effects(j, members, sizes.tail(sizes.size() - first));
   bool modelled = false;
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
     modelled = modelled || (!is_of_sensors(on.channels[c], c) && rms_of(whole.channels[c]) > 0.0);
@@ -278,11 +284,12 @@ bool pays(const Judged& j, const std::vector<std::size_t>& members) {
     add(corrected[name], was - usual, was - usual - effect, block, keep);
   };
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
-    put(on.channels[c].name, j.design.residual[c], usual_error(j, c), whole.channels[c]);
+    put(on.channels[c].name, j.design.residual[c] - others.channels[c], usual_error(j, c), whole.channels[c]);
   }
   for (std::size_t g = 0; g < on.groups.size(); ++g) {
     for (std::size_t m = 0; m < on.groups[g].members.size(); ++m) {
-      put(on.groups[g].members[m], on.groups[g].deviation[m], usual_error(j, g, m), whole.members[g][m]);
+      put(on.groups[g].members[m], on.groups[g].deviation[m] - others.members[g][m], usual_error(j, g, m),
+          whole.members[g][m]);
     }
   }
   const auto smaller = [&](const auto& channel) {

@@ -26,8 +26,9 @@ void measure_gain(const Judged& judged, const RefinedSet& set, Explanation& out)
 
 /// Does a set, its sizes as the evidence has them, make the plain error of a channel (or of a member that it acts on)
 /// smaller in most blocks and by a part that matters, as it is or after what references say of it? What acts only where
-/// one sensor is held against another need not: no model stands between them.
-[[nodiscard]] bool pays(const Judged& j, const std::vector<std::size_t>& members);
+/// one sensor is held against another need not: no model stands between them. `beside`: others that are there already.
+[[nodiscard]] bool pays(const Judged& j, const std::vector<std::size_t>& members,
+                        const std::vector<std::size_t>& beside = {});
 
 /// Residuals without and with the set, for pictures.
 void keep_traces(const Judged& judged, const RefinedSet& set, Explanation& out);
