@@ -182,8 +182,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
     holdout = held_against(model.world, integrity_gate(*options.holdout, model).log, compared, options).comparison;
   }
   const Judged judged{c.causes, c.design, c.locals, c.system, c.noise,  c.usual,
-                      c.use,    sets,     decision, parts,    refinery, holdout ? &*holdout : nullptr,
-                      times_usual(c.design, c.references).first};
+                      c.use,    sets,     decision, parts,    refinery, holdout ? &*holdout : nullptr};
   put_verdict(judged, gate, out);
   note_larger_than_references(c.design, c.references, out);
   if (log.saturation) {

@@ -335,9 +335,7 @@ void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanati
     const std::optional<std::size_t>& rival = j.decision.named_rival;
     return !pays(j, j.decision.members) && !(rival && pays(j, j.sets[*rival].members));
   };
-  constexpr double kMuchLarger = 2.0;  // then something is wrong, whether or not the weighing finds its size
-  const bool usual = out.with_references && j.times_usual < kMuchLarger;
-  if (j.decision.members.empty() || (usual && none_pays())) {
+  if (j.decision.members.empty() || (out.with_references && none_pays())) {
     put_set({{}, j.design.model, 0.0}, j, out);
     return put_no_discrepancy(gate, out);
   }
@@ -352,10 +350,10 @@ void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanati
 }
 
 void note_larger_than_references(const Design& design, const std::vector<Reference>& references, Explanation& out) {
-  constexpr double kMuchLarger = 3.0;  // none of 68 sound logs of the bank reaches it
   if (out.verdict != Verdict::kNoDiscrepancy || references.empty()) return;
   const auto mean_c = [](const Design& of) { return of.base.battery.temperature_c.mean(); };
   const auto [times, name] = times_usual(design, references);
+  constexpr double kMuchLarger = 3.0;  // one of 146 sound logs of the bank reaches it
   if (times <= kMuchLarger) return;
   double least = mean_c(*references.front().design), most = least;
   for (const Reference& reference : references) {

@@ -21,7 +21,6 @@ struct Judged {
   const Parts& parts;
   const Refinery& refinery;
   const Comparison* holdout;     ///< a log that the gain is measured on; none: blocks of this one
-  double times_usual = 0.0;      ///< largest plain error of a channel, over that of any reference; 0 without them
 };
 
 /// Cause of a candidate that has one.
