@@ -236,6 +236,8 @@ std::vector<std::pair<std::string, std::string>> IdentifyCommand::flags() const 
 int IdentifyCommand::run(const DataFolder& data) {
   IdentifyOptions options;
   options.branches = branches_;
+  options.hold = hold_;
+  options.instruments = instruments_;
   take_method(options);
   take_blocks(options);
   take_ocv(data, options);

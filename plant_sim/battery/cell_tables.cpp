@@ -112,9 +112,14 @@ CellTables::CellTables(const CellParameters& cell)
     for (std::size_t p = 0; p < kParameters; ++p) nodes_[n][p] = tables[p][n];
   }
 
-  for (std::size_t t = 0; effects_.exchange_current_change != 0.0 && t < temperature_.at.size(); ++t) {
-    log_exchange_.push_back(std::log(exchange_current(t)));
+  if (cell.kinetic_law || effects_.exchange_current_change != 0.0) {
+    for (std::size_t t = 0; t < temperature_.at.size(); ++t) log_exchange_.push_back(std::log(exchange_current(t)));
   }
+  if (cell.kinetic_law) {
+    refine_over_temperature();
+    refine_over_current();
+  }
+  if (effects_.exchange_current_change == 0.0) log_exchange_.clear();
   const bool tabulated = !cell.ocv_soc.empty();
   if (tabulated) require_increasing(cell, "ocv.soc", cell.ocv_soc);
   if (tabulated && (cell.ocv_soc.size() < 2 || cell.ocv_v.size() != cell.ocv_soc.size())) {
@@ -186,6 +191,113 @@ double CellTables::exchange_current(std::size_t temperature) const {
   return out;
 }
 
+namespace {
+
+/// A parameter at a share of the way from one temperature to the next on the scale of 1/T. One that changes by more
+/// than kinetics do is straight between them, and held beyond.
+double by_arrhenius(double low, double high, double fraction) {
+  constexpr double kMost = 5.0;  // between neighbours; 60 kJ/mol over 15 K is 3.2
+  const double ratio = high / low;
+  if (ratio > kMost || ratio < 1.0 / kMost) return low + (high - low) * std::clamp(fraction, 0.0, 1.0);
+  return low * std::pow(ratio, fraction);
+}
+
+}  // namespace
+
+void CellTables::refine_over_temperature() {
+  constexpr double kStep = 2.0, kBeyond = 10.0;  // K; over 2 K a straight line is within 0.1 % of Arrhenius
+  const std::vector<double> known = temperature_.at;
+  if (known.size() < 2) return;
+  const std::size_t nc = current_.at.size(), ns = soc_.at.size();
+  const auto parts = static_cast<std::size_t>(std::ceil((known.back() - known.front() + 2.0 * kBeyond) / kStep));
+  std::vector<double> at;
+  for (std::size_t k = 0; k <= parts; ++k) {
+    at.push_back(known.front() - kBeyond + (known.back() - known.front() + 2.0 * kBeyond) * static_cast<double>(k) /
+                                               static_cast<double>(parts));
+  }
+  at.insert(at.end(), known.begin(), known.end());
+  std::sort(at.begin(), at.end());
+  at.erase(std::unique(at.begin(), at.end(), [](double a, double b) { return b - a < 1e-6; }), at.end());
+  // Which known points a temperature lies between, and where between them on the scale of 1/T.
+  std::vector<Axis::Place> places;
+  for (const double c : at) {
+    const auto above = std::upper_bound(known.begin() + 1, known.end() - 1, c);
+    const auto high = static_cast<std::size_t>(above - known.begin());
+    const auto inverse = [](double celsius) { return 1.0 / (celsius + kZeroCelsius); };
+    const double from = inverse(known[high - 1]);
+    places.push_back({high - 1, (inverse(c) - from) / (inverse(known[high]) - from)});
+  }
+  std::vector<std::array<double, kParameters>> fine(ns * at.size() * nc);
+  for (std::size_t s = 0; s < ns; ++s) {
+    for (std::size_t t = 0; t < at.size(); ++t) {
+      for (std::size_t c = 0; c < nc; ++c) {
+        const auto& low = nodes_[(s * known.size() + places[t].index) * nc + c];
+        const auto& high = nodes_[(s * known.size() + places[t].index + 1) * nc + c];
+        auto& out = fine[(s * at.size() + t) * nc + c];
+        const double fraction = places[t].fraction;
+        for (const std::size_t p : {std::size_t{0}, std::size_t{3}, std::size_t{4}}) {
+          out[p] = by_arrhenius(low[p], high[p], fraction);
+        }
+        // How a lag is divided among two branches follows no kinetics; their sum does.
+        const double sum = by_arrhenius(low[1] + low[2], high[1] + high[2], fraction);
+        const double share_low = low[1] / (low[1] + low[2]), share_high = high[1] / (high[1] + high[2]);
+        const double share = share_low + (share_high - share_low) * std::clamp(fraction, 0.0, 1.0);
+        out[1] = std::max(share * sum, kLeastResistance);
+        out[2] = std::max((1.0 - share) * sum, kLeastResistance);
+      }
+    }
+  }
+  std::vector<double> exchange;
+  for (const Axis::Place& place : places) {
+    exchange.push_back(log_exchange_[place.index] +
+                       place.fraction * (log_exchange_[place.index + 1] - log_exchange_[place.index]));
+  }
+  nodes_ = std::move(fine);
+  log_exchange_ = std::move(exchange);
+  temperature_.at = std::move(at);
+}
+
+void CellTables::refine_over_current() {
+  constexpr std::size_t kParts = 6, kBelow = 2, kAbove = 3;
+  constexpr double kBeyond = 1.5;  // of the largest current
+  constexpr double kLeast = 0.2;   // of R0 at the nearest breakpoint
+  const std::vector<double> known = current_.at;
+  if (known.size() < 2 || !(known.front() > 0.0)) return;
+  std::vector<double> at;
+  const auto between = [&](double low, double high, std::size_t parts) {
+    for (std::size_t k = 0; k < parts; ++k) {
+      at.push_back(low + (high - low) * static_cast<double>(k) / static_cast<double>(parts));
+    }
+  };
+  between(0.0, known.front(), kBelow);
+  for (std::size_t c = 1; c < known.size(); ++c) between(known[c - 1], known[c], kParts);
+  between(known.back(), kBeyond * known.back(), kAbove);
+  at.push_back(kBeyond * known.back());
+  const std::size_t nt = temperature_.at.size(), ns = soc_.at.size();
+  Axis coarse{known};
+  std::vector<std::array<double, kParameters>> fine(ns * nt * at.size());
+  for (std::size_t t = 0; t < nt; ++t) {
+    const auto bend = [&](double current) {
+      const double least = std::max(current, 1e-3 * known.front());
+      return charge_transfer_v(std::exp(log_exchange_[t]), least, temperature_.at[t]) / least;
+    };
+    for (std::size_t s = 0; s < ns; ++s) {
+      for (std::size_t c = 0; c < at.size(); ++c) {
+        const Axis::Place place = coarse.find(at[c]);
+        const auto* node = &nodes_[(s * nt + t) * known.size() + place.index];
+        auto& out = fine[(s * nt + t) * at.size() + c];
+        const auto straight = [&](std::size_t p) { return node[0][p] + place.fraction * (node[1][p] - node[0][p]); };
+        for (std::size_t p = 0; p < kParameters; ++p) out[p] = straight(p);
+        const double low = bend(known[place.index]), high = bend(known[place.index + 1]);
+        const double added = bend(at[c]) - (low + place.fraction * (high - low));
+        out[0] = std::max(out[0] + added, kLeast * out[0]);
+      }
+    }
+  }
+  nodes_ = std::move(fine);
+  current_.at = std::move(at);
+}
+
 CircuitParameters CellTables::circuit(double soc, double temperature_c, double current_a) const {
   const auto s = soc_.find(soc);
   const auto t = temperature_.find(temperature_c);
@@ -225,7 +337,12 @@ OcvPoint CellTables::ocv(double soc) const {
   return {ocv_[i] + rise * (place - static_cast<double>(i)), rise * kOcvIntervals};
 }
 
-double CellTables::soc_of_ocv(double voltage_v) const {
+double CellTables::ocv_v(double soc, double temperature_c) const {
+  return ocv(soc).voltage_v + reversible_voltage(effects_, temperature_c, reference_temperature_c_);
+}
+
+double CellTables::soc_of_ocv(double voltage_v, double temperature_c) const {
+  voltage_v -= reversible_voltage(effects_, temperature_c, reference_temperature_c_);
   if (voltage_v <= ocv_.front()) return 0.0;
   if (voltage_v >= ocv_.back()) return 1.0;
   const auto above = std::upper_bound(ocv_.begin(), ocv_.end(), voltage_v);

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A cell's parameters as lookup tables: R0, R1, R2, tau1, tau2 over (SOC, temperature, current) and OCV over SOC.
 // Trilinear between breakpoints, held at the ends (reference study, 2016, sections 4.8.2 and 6.7, Table 6.9).
+//
+// With `breakpoints.kinetic_law`, which identified cells have, kinetics say what is between the points:
+//   ln p    straight over 1/T, also 10 K beyond the ends     Arrhenius; p: R0, R1 + R2, tau1, tau2
+//   R0(I)   r(I) + v_ct(I)/I, r straight over I, v_ct as in battery/cell_effects.hpp with the exchange current that
+//           fits the table best; from no current to 1.5 times the largest     Butler-Volmer
+// The tables are laid out more finely once; a lookup stays trilinear.
 #pragma once
 #include <array>
 #include <vector>
@@ -32,8 +38,11 @@ class CellTables {
   /// OCV by linear interpolation in a dense uniform grid; extrapolated with the end slope outside 0..1.
   [[nodiscard]] OcvPoint ocv(double soc) const;
 
-  /// SOC at which the OCV is `voltage_v`, 0..1.
-  [[nodiscard]] double soc_of_ocv(double voltage_v) const;
+  /// OCV at a temperature: that of the curve and, with the entropy, what the temperature adds.
+  [[nodiscard]] double ocv_v(double soc, double temperature_c) const;
+
+  /// SOC at which the OCV is `voltage_v` at a temperature, 0..1.
+  [[nodiscard]] double soc_of_ocv(double voltage_v, double temperature_c) const;
 
  private:
   static constexpr std::size_t kParameters = 5;
@@ -50,6 +59,10 @@ class CellTables {
 
   /// Exchange current [A] with which the charge transfer bends R0 over the currents at one temperature.
   [[nodiscard]] double exchange_current(std::size_t temperature) const;
+
+  /// Lay the tables out more finely, by kinetics between the breakpoints.
+  void refine_over_temperature();
+  void refine_over_current();
 
   Axis soc_, temperature_, current_;
   CellEffects effects_;

@@ -33,7 +33,6 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
       multiplicity_(parallel_ * (representative ? static_cast<double>(series_) : 1.0)),
       step_s_(step_s),
       effects_(car.cell.effects),
-      reference_temperature_c_(car.cell.reference_temperature_c),
       heat_capacity_j_per_k_(car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k),
       cooling_w_per_k_(car.cell.convection_w_per_m2_k * car.cell.surface_area_m2),
       lookup_floor_a_(car.battery.lookup_current_floor_a),
@@ -81,7 +80,7 @@ void Pack::renew(double elapsed_s, double ambient_c) {
                             : temperature_[i] + heat_j_[i] / heat_capacity_j_per_k_;
     }
     heat_j_[i] = 0.0;
-    ocv_[i] = tables_.ocv(soc_[i]).voltage_v + reversible_voltage(effects_, temperature_[i], reference_temperature_c_);
+    ocv_[i] = tables_.ocv_v(soc_[i], temperature_[i]);
     look_up(i, soc_[i], lookup_current_);
   }
   sum_thevenin();

@@ -77,7 +77,6 @@ class Pack {
   bool representative_;
   double parallel_, multiplicity_, step_s_;
   CellEffects effects_;
-  double reference_temperature_c_;
   double heat_capacity_j_per_k_, cooling_w_per_k_, lookup_floor_a_, contact_ohm_;
   double lookup_current_ = 0.0;
   double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;

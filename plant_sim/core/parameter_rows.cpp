@@ -248,6 +248,8 @@ const ParameterRow kRows[] = {
     "temperatures of the table points, increasing"},
   {"cell.breakpoints.current_a", "A", -5000, 5000, kRequired, at<&Car::cell, &CellParameters::current_breakpoints_a>,
     "currents of the table points, increasing"},
+  {"cell.breakpoints.kinetic_law", "-", 0, 0, kOptional, at<&Car::cell, &CellParameters::kinetic_law>,
+    "between the points by Arrhenius and Butler-Volmer instead of straight lines; true or false"},
   {"cell.ocv.polynomial_v", "V", -1e6, 1e6, kOptional, at<&Car::cell, &CellParameters::ocv_polynomial_v>,
     "open-circuit voltage: coefficients of SOC^0, SOC^1, ..."},
   {"cell.ocv.soc", "1", 0, 1, kOptional, at<&Car::cell, &CellParameters::ocv_soc>,
@@ -303,7 +305,7 @@ const ParameterRow kRows[] = {
   {"cell.effects.low_end_change", "1", -0.9, 20, kOptional, map<&CellParameters::effects, &CellEffects::low_end_change>,
     "relative change of all resistances at SOC 0, fading to none at SOC 0.3"},
   {"cell.effects.exchange_current_change", "1", -0.9, 20, kOptional, map<&CellParameters::effects, &CellEffects::exchange_current_change>,
-    "relative change of the exchange current behind R1"},
+    "relative change of the exchange current that bends R0 over the current"},
   {"cell.effects.ocv_change_v", "V", -1, 1, kOptional, map<&CellParameters::effects, &CellEffects::ocv_change_v>,
     "added to the open-circuit voltage at equal steps of SOC from 0 to 1"},
   {"cell.effects.polarization_ohm", "ohm", -1, 1, kOptional, map<&CellParameters::effects, &CellEffects::polarization_ohm>,
@@ -319,7 +321,7 @@ const ParameterRow kRows[] = {
   {"cell.effects.hysteresis_per_soc", "1", 0.1, 1000, kOptional, map<&CellParameters::effects, &CellEffects::hysteresis_per_soc>,
     "how fast a change of direction turns the hysteresis"},
   {"cell.effects.entropy_v_per_k", "V/K", -0.01, 0.01, kOptional, map<&CellParameters::effects, &CellEffects::entropy_v_per_k>,
-    "change of the open-circuit voltage with temperature, for the reversible heat"},
+    "change of the open-circuit voltage with temperature, and its reversible heat"},
 };
 // clang-format on
 

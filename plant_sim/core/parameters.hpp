@@ -30,7 +30,7 @@ struct CellEffects {
   double slow_relaxation_tau_s = 600.0;  ///< [s] 0.01..1e5
   double hysteresis_v = 0.0;             ///< [V] -0.5..0.5, between rest after charge or discharge and the OCV
   double hysteresis_per_soc = 20.0;      ///< [1] 0.1..1000, how fast a change of direction turns it
-  double entropy_v_per_k = 0.0;          ///< [V/K] -0.01..0.01, dOCV/dT of the reversible heat
+  double entropy_v_per_k = 0.0;          ///< [V/K] -0.01..0.01, dOCV/dT, and its reversible heat
 };
 
 /// One cell (or one block of cells in parallel, tested as one). File: plant_sim/data/cells/*.toml.
@@ -48,6 +48,7 @@ struct CellParameters {
   std::vector<double> soc_breakpoints;       ///< [1] increasing, 0..1 breakpoints.soc
   std::vector<double> temperature_breakpoints_c;  ///< [degC] increasing breakpoints.temperature_c
   std::vector<double> current_breakpoints_a;      ///< [A] increasing breakpoints.current_a
+  bool kinetic_law = false;  ///< between the points Arrhenius and Butler-Volmer, not straight; breakpoints.kinetic_law
   std::vector<double> ocv_polynomial_v;      ///< [V] c0 + c1 SOC + c2 SOC^2 ..., ocv.polynomial_v; or
   std::vector<double> ocv_soc;               ///< [1] increasing, ocv.soc, with
   std::vector<double> ocv_v;                 ///< [V] not decreasing, ocv.voltage_v

@@ -209,8 +209,9 @@ void settle_start_under_load(const World& model, const MainVoltage& voltage, Com
     std::vector<double> change;
     for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kMinute; ++row) {
       const double missing = (out.channels[0].measured(row) - p.channels[0](row)) / voltage.cells;
+      const double at_c = out.facts.temperature_c.size() > 0 ? out.facts.temperature_c(row) : p.battery.temperature_c(row);
       const double ocv = p.battery.voltage_v(row) + p.battery.drop_v(row) + missing;
-      if (std::isfinite(ocv)) change.push_back(tables.soc_of_ocv(ocv) - p.battery.soc(row));
+      if (std::isfinite(ocv)) change.push_back(tables.soc_of_ocv(ocv, at_c) - p.battery.soc(row));
     }
     if (change.empty()) return;
     const double before = out.facts.initial_soc;

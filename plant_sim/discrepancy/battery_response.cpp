@@ -46,14 +46,12 @@ VectorXd true_temperature(const World& world, const Recording& log, const LogFac
 /// SOC at which a log begins: what its first rest says to who knows this world, or as it is stated.
 double first_soc(const World& world, const LogFacts& facts, double temperature_c, const CellTables& tables) {
   if (!facts.starts_at_rest) return facts.initial_soc;
-  const CellParameters& cell = world.car.cell;
   const double sensor = facts.sensor_cells > 0.0 ? facts.sensor_cells : 1.0;
   const SensorError read = facts.sensor_cells > 0.0 ? world.voltage : SensorError{};
   const double volts = (facts.rest_voltage_v - read.offset / sensor) / (1.0 + read.gain);
   const double current = (facts.rest_current_a - world.current.offset) / (1.0 + world.current.gain) /
                          world.car.battery.cells_in_parallel;
-  const double warmth = reversible_voltage(cell.effects, temperature_c, cell.reference_temperature_c);
-  return tables.soc_of_ocv(volts + facts.rest_ohm * current - warmth);
+  return tables.soc_of_ocv(volts + facts.rest_ohm * current, temperature_c);
 }
 
 struct Branch {
@@ -137,9 +135,7 @@ class Cell {
     return s.circuit.r0_ohm * s.current_a + s.one.v + s.two.v + drop_of(world_.car.cell.effects, s.effects);
   }
   [[nodiscard]] double ocv_v(const CellState& s, Index row) const {
-    const double at_c = temperature_c_.size() > 0 ? temperature_c_(row) : s.temperature_c;
-    const CellParameters& cell = world_.car.cell;
-    return tables_.ocv(s.soc).voltage_v + reversible_voltage(cell.effects, at_c, cell.reference_temperature_c);
+    return tables_.ocv_v(s.soc, temperature_c_.size() > 0 ? temperature_c_(row) : s.temperature_c);
   }
   [[nodiscard]] const CellTables& tables() const { return tables_; }
 

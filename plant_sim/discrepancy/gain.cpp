@@ -151,31 +151,6 @@ VectorXd expected_sizes(const System& system, const std::vector<std::size_t>& me
   return a.ldlt().solve(VectorXd(system.score(rows)));
 }
 
-/// What a set does by the linear signatures, with or without a name.
-Effects linear_effects(const Judged& j, const std::vector<std::size_t>& members, const VectorXd& coefficients) {
-  const Comparison& on = j.design.comparison;
-  Effects out = effects_of(j, {});
-  Index at = 0;
-  for (const std::size_t m : members) {
-    const Candidate& c = j.system.candidates[m];
-    for (std::size_t k = 0; k < c.rows.size(); ++k, ++at) {
-      const Column& column = j.design.columns[static_cast<std::size_t>(c.rows[k])];
-      for (std::size_t n = 0; n < column.effect.size(); ++n) {
-        if (column.effect[n].size() > 0) out.channels[n] += coefficients(at) * column.effect[n];
-      }
-      if (c.group < 0) continue;
-      const auto g = static_cast<std::size_t>(c.group);
-      const Shape& shape = j.design.shapes[g][static_cast<std::size_t>(c.shapes[k])];
-      const double share = static_cast<double>(c.members.size()) / static_cast<double>(on.groups[g].members.size());
-      for (std::size_t i = 0; i < out.members[g].size(); ++i) {
-        const bool own = std::count(c.members.begin(), c.members.end(), static_cast<Index>(i)) > 0;
-        out.members[g][i] += coefficients(at) * ((own ? 1.0 : 0.0) - share) * shape.effect;
-      }
-    }
-  }
-  return out;
-}
-
 /// What references say that the model misses in a channel, or in a member of a group, of this log.
 VectorXd usual_error(const Judged& j, std::size_t channel) {
   VectorXd out = VectorXd::Zero(j.design.comparison.log.rows());

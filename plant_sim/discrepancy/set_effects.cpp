@@ -19,6 +19,22 @@ Effects no_effects(const Comparison& on) {
   return out;
 }
 
+/// `size` typical sizes of the signature `k` of a candidate: on the channels, and on the members that it is of.
+void add_signature(const Judged& j, const Candidate& c, std::size_t k, double size, Effects& out) {
+  const Column& column = j.design.columns[static_cast<std::size_t>(c.rows[k])];
+  for (std::size_t n = 0; n < column.effect.size(); ++n) {
+    if (column.effect[n].size() > 0) out.channels[n] += size * column.effect[n];
+  }
+  if (c.group < 0) return;
+  const auto g = static_cast<std::size_t>(c.group);
+  const VectorXd shape = size * j.design.shapes[g][static_cast<std::size_t>(c.shapes[k])].effect;
+  const double share = static_cast<double>(c.members.size()) / static_cast<double>(out.members[g].size());
+  for (std::size_t m = 0; m < out.members[g].size(); ++m) {
+    const bool own = std::count(c.members.begin(), c.members.end(), static_cast<Index>(m)) > 0;
+    out.members[g][m] += shape * ((own ? 1.0 : 0.0) - share);
+  }
+}
+
 /// A cause in some members of group `g` of another log: on them, and on the mean that all members share.
 void add_to_members(const Judged& j, const Candidate& c, const Form& form, const RefinedCause& fit,
                     const Comparison& other, const Prediction& base, std::size_t g, Effects& out) {
@@ -59,19 +75,9 @@ Effects effects_of(const Judged& j, const std::vector<RefinedCause>& causes) {
       global = true;
       continue;
     }
-    const auto g = static_cast<std::size_t>(c.group);
     for (std::size_t k = 0; k < c.shapes.size(); ++k) {
-      const double size = fit.values[c.parameters[k]] / cause_of(j, fit.candidate).parameters[c.parameters[k]].typical;
-      const VectorXd shape = size * j.design.shapes[g][static_cast<std::size_t>(c.shapes[k])].effect;
-      const double share = static_cast<double>(c.members.size()) / static_cast<double>(out.members[g].size());
-      for (std::size_t m = 0; m < out.members[g].size(); ++m) {
-        const bool own = std::count(c.members.begin(), c.members.end(), static_cast<Index>(m)) > 0;
-        out.members[g][m] += shape * ((own ? 1.0 : 0.0) - share);
-      }
-      const Column& column = j.design.columns[static_cast<std::size_t>(c.rows[k])];
-      for (std::size_t n = 0; n < column.effect.size(); ++n) {
-        if (column.effect[n].size() > 0) out.channels[n] += size * column.effect[n];
-      }
+      add_signature(j, c, k, fit.values[c.parameters[k]] / cause_of(j, fit.candidate).parameters[c.parameters[k]].typical,
+                    out);
     }
   }
   if (global) {
@@ -79,6 +85,16 @@ Effects effects_of(const Judged& j, const std::vector<RefinedCause>& causes) {
     for (std::size_t c = 0; c < out.channels.size(); ++c) {
       out.channels[c] += prediction.channels[c] - j.design.base.channels[c];
     }
+  }
+  return out;
+}
+
+Effects linear_effects(const Judged& j, const std::vector<std::size_t>& members, const VectorXd& sizes) {
+  Effects out = no_effects(j.design.comparison);
+  Index at = 0;
+  for (const std::size_t m : members) {
+    const Candidate& c = j.system.candidates[m];
+    for (std::size_t k = 0; k < c.rows.size(); ++k) add_signature(j, c, k, sizes(at++), out);
   }
   return out;
 }

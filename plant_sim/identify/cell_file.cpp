@@ -143,6 +143,7 @@ std::string cell_toml(const CellParameters& cell, const CellTests& tests, const 
   out += fmt::format("soc = {}  # 1; reference study, 2016, Table 6.9\n", numbers(cell.soc_breakpoints));
   out += fmt::format("temperature_c = {}  # degC\n", numbers(cell.temperature_breakpoints_c));
   out += fmt::format("current_a = {}  # A\n", numbers(cell.current_breakpoints_a));
+  if (cell.kinetic_law) out += "kinetic_law = true  # between the tests by Arrhenius and Butler-Volmer\n";
   out += fmt::format("\n# As a polynomial in SOC, from SOC^0 up: {} V, within {:.1f} mV.\n",
                      numbers(polynomial.coefficients_v), 1e3 * polynomial.error_max_v);
   out += "[ocv]\n";

@@ -8,6 +8,7 @@
 #include <future>
 
 #include "core/errors.hpp"
+#include "identify/common_time_constants.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -177,20 +178,40 @@ CellTests identify_cell(std::vector<CellLog> logs, const std::vector<double>& te
     const auto distance = [&](std::size_t k) { return std::abs(tests.groups[k].temperature_c - kUsual); };
     if (distance(g) < distance(tests.reference)) tests.reference = g;
   }
-  const auto run = [&](TestGroup& group, IdentifyOptions own) {
+  TestGroup& reference = tests.groups[tests.reference];
+  const auto own_options = [&](const TestGroup& group, IdentifyOptions own) {
     own.reference_temperature_c = group.temperature_c;
-    group.result = identify(group.logs, own);
+    return own;
   };
-  run(tests.groups[tests.reference], options);
+  reference.result = identify(reference.logs, own_options(reference, options));
+  if (tests.groups.size() == 1) return tests;
   IdentifyOptions others = options;
-  others.capacity_ah = tests.groups[tests.reference].result.model.capacity_ah;
+  others.capacity_ah = reference.result.model.capacity_ah;
   // Every group with the same number of branches: tables of different circuits do not mix.
-  others.branches = static_cast<int>(tests.groups[tests.reference].result.model.branches());
+  others.branches = static_cast<int>(reference.result.model.branches());
   others.progress = nullptr;
+  std::vector<std::future<ReadyTests>> preparing;
+  for (const TestGroup& group : tests.groups) {
+    IdentifyOptions own = own_options(group, others);
+    if (&group == &reference) own.capacity_ah = options.capacity_ah;
+    preparing.push_back(std::async(std::launch::async, [&group, own] { return ReadyTests(group.logs, own); }));
+  }
+  std::vector<ReadyTests> ready;
+  for (auto& one : preparing) ready.push_back(one.get());
+  const bool together = !options.method && !options.constant;
+  if (together && options.progress) options.progress("time constants of all tests together");
+  std::vector<double> temperatures;
+  for (const TestGroup& group : tests.groups) temperatures.push_back(group.temperature_c);
+  const std::vector<Eigen::VectorXd> taus =
+      together ? common_time_constants(ready, temperatures, others.branches) : std::vector<Eigen::VectorXd>{};
   std::vector<std::future<void>> running;
   for (std::size_t g = 0; g < tests.groups.size(); ++g) {
-    if (g != tests.reference)
-      running.push_back(std::async(std::launch::async, run, std::ref(tests.groups[g]), others));
+    if (!together && g == tests.reference) continue;
+    running.push_back(std::async(std::launch::async, [&, g] {
+      std::optional<Eigen::VectorXd> centre;
+      if (together) centre = taus[g];
+      tests.groups[g].result = std::move(ready[g]).fit(centre);
+    }));
   }
   for (auto& one : running) one.get();
   return tests;
@@ -212,6 +233,7 @@ CellParameters cell_parameters(const CellTests& tests, const CellParameters& lik
   cell.soc_breakpoints = breakpoint_grid().nodes();
   cell.temperature_breakpoints_c = tests.temperatures_c;
   cell.current_breakpoints_a = tests.currents_a;
+  cell.kinetic_law = tests.temperatures_c.size() > 1 || tests.currents_a.size() > 1;
   double low = 1e9, high = 0.0;
   for (const FileFinding& file : reference.result.files) {
     low = std::min(low, file.voltage_low_v);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "identify/simplex.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -11,50 +13,6 @@ using Eigen::Index;
 
 constexpr double kScale = 2e-3;  // s [V s^0.5]
 constexpr double kConstant = 1e-6;  // slope of a constant table that counts as one s, in its unit
-
-/// Nelder and Mead's simplex in a few dimensions.
-template <class Function>
-Eigen::VectorXd simplex_minimum(const Function& f, const Eigen::VectorXd& start, double size, int evaluations) {
-  const Index n = start.size();
-  std::vector<std::pair<double, Eigen::VectorXd>> points{{f(start), start}};
-  for (Index k = 0; k < n; ++k) {
-    Eigen::VectorXd at = start;
-    at(k) += size;
-    points.emplace_back(f(at), at);
-  }
-  const auto by_value = [](const auto& a, const auto& b) { return a.first < b.first; };
-  for (int used = static_cast<int>(n) + 1; used < evaluations;) {
-    std::sort(points.begin(), points.end(), by_value);
-    if ((points.back().second - points.front().second).cwiseAbs().maxCoeff() < 0.02) break;
-    Eigen::VectorXd centre = Eigen::VectorXd::Zero(n);
-    for (Index k = 0; k < n; ++k) centre += points[static_cast<std::size_t>(k)].second / static_cast<double>(n);
-    auto& worst = points.back();
-    const auto attempt = [&](double factor) {
-      const Eigen::VectorXd at = centre + factor * (worst.second - centre);
-      ++used;
-      return std::pair{f(at), at};
-    };
-    const auto reflected = attempt(-1.0);
-    if (reflected.first < points.front().first) {
-      const auto further = attempt(-2.0);
-      worst = further.first < reflected.first ? further : reflected;
-    } else if (reflected.first < points[static_cast<std::size_t>(n) - 1].first) {
-      worst = reflected;
-    } else {
-      const auto inner = attempt(reflected.first < worst.first ? -0.5 : 0.5);
-      if (inner.first < std::min(worst.first, reflected.first)) {
-        worst = inner;
-        continue;
-      }
-      for (std::size_t k = 1; k < points.size(); ++k) {
-        points[k].second = 0.5 * (points[k].second + points[0].second);
-        points[k].first = f(points[k].second);
-        ++used;
-      }
-    }
-  }
-  return std::min_element(points.begin(), points.end(), by_value)->second;
-}
 
 }  // namespace
 
@@ -135,17 +93,19 @@ LinearSolution CircuitFit::solve(const Eigen::MatrixXd& tau_s) const {
   return out;
 }
 
+double CircuitFit::cost_of_taus(const Eigen::VectorXd& log_tau) const {
+  // Branches keep their order and a distance of 1.5; outside this and 0.2 s to the longest a wall rises.
+  double wall = 0.0;
+  for (Index k = 0; k < log_tau.size(); ++k) {
+    const double low = k == 0 ? std::log(0.2) : log_tau(k - 1) + std::log(1.5);
+    wall += std::max(0.0, low - log_tau(k)) + std::max(0.0, log_tau(k) - std::log(priors_.tau_longest_s));
+  }
+  const Eigen::VectorXd tau = log_tau.array().min(std::log(5e4)).max(std::log(1e-2)).exp();
+  return solve(tau.transpose().replicate(r_count(), 1)).cost * (1.0 + wall);
+}
+
 Eigen::VectorXd CircuitFit::search_taus(const Eigen::VectorXd& start_s, int evaluations) const {
-  const auto cost = [&](const Eigen::VectorXd& log_tau) {
-    // Branches keep their order and a distance of 1.5; outside this and 0.2 s to the longest a wall rises.
-    double wall = 0.0;
-    for (Index k = 0; k < log_tau.size(); ++k) {
-      const double low = k == 0 ? std::log(0.2) : log_tau(k - 1) + std::log(1.5);
-      wall += std::max(0.0, low - log_tau(k)) + std::max(0.0, log_tau(k) - std::log(priors_.tau_longest_s));
-    }
-    const Eigen::VectorXd tau = log_tau.array().min(std::log(5e4)).max(std::log(1e-2)).exp();
-    return solve(tau.transpose().replicate(r_count(), 1)).cost * (1.0 + wall);
-  };
+  const auto cost = [&](const Eigen::VectorXd& log_tau) { return cost_of_taus(log_tau); };
   return simplex_minimum(cost, start_s.array().log().matrix(), 0.7, evaluations).array().exp();
 }
 

@@ -49,6 +49,9 @@ class CircuitFit {
              SocGrid grid = breakpoint_grid());
 
   [[nodiscard]] LinearSolution solve(const Eigen::MatrixXd& tau_s) const;
+  /// Cost with time constants that do not depend on SOC, from their logarithms; branches that change their order or
+  /// are longer than the recordings can tell cost more.
+  [[nodiscard]] double cost_of_taus(const Eigen::VectorXd& log_tau) const;
   /// Time constants that do not depend on SOC: the best by a simplex search from `start_s`.
   [[nodiscard]] Eigen::VectorXd search_taus(const Eigen::VectorXd& start_s, int evaluations) const;
   [[nodiscard]] CircuitModel model_of(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const;

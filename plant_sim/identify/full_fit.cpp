@@ -15,6 +15,7 @@ namespace {
 using Eigen::Index;
 
 constexpr int kSearchEvaluations = 30;
+constexpr double kTogether = 0.3;  // of ln(tau) over SOC, around the centre that several tests have together
 
 /// Rows that no fit explains: contactors that open, glitches. They are given no weight, and counted.
 std::size_t drop_outliers(std::vector<TestRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
@@ -83,7 +84,12 @@ class FullFitter {
     if (options_.progress) options_.progress(what);
   }
   void search(const Eigen::VectorXd& from) {
-    taus_ = CircuitFit(runs_, branches_, priors_).search_taus(from, kSearchEvaluations);
+    if (options_.tau_centre_s) {
+      taus_ = *options_.tau_centre_s;
+      priors_.log_tau_sigma = kTogether;
+    } else {
+      taus_ = CircuitFit(runs_, branches_, priors_).search_taus(from, kSearchEvaluations);
+    }
   }
   [[nodiscard]] Eigen::VectorXd packed_start(const CircuitCost& cost) const {
     if (options_.start && options_.start->branches() == branches_) {
@@ -117,7 +123,7 @@ class FullFitter {
     constexpr double kFree = 2.0;  // of ln(tau): the search's single value for all SOC says little
     say("smoothness by evidence");
     FitPriors priors = priors_;
-    priors.log_tau_sigma = kFree;
+    if (!options_.tau_centre_s) priors.log_tau_sigma = kFree;
     const CircuitFit first(runs_, branches_, priors);
     EvidenceFit fit = fit_by_evidence(runs_, branches_, priors, taus_, packed_start(CircuitCost(first, taus_)));
     const auto settle = [&] {

@@ -136,26 +136,21 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Test
 
 }  // namespace
 
-IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& given) {
-  IdentifyOptions options = given;
-  std::vector<CellLog> logs = recorded;
+ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptions& given)
+    : logs(recorded), options(given) {
   for (CellLog& log : logs) smooth_stepped_temperature(log);
-  if (options.method && *options.method != Method::kFinalFull) return identify_by_stage(logs, options);
-  const auto begin = std::chrono::steady_clock::now();
-  IdentifyResult result;
+  if (by_stage()) return;
   if (options.constant) {
     options.per_kelvin = 0.0;
     result.notes.push_back("A plain circuit (--constant): one value of each resistance and time constant.");
   }
-  std::vector<PreparedLog> prepared = prepare(
-      logs,
-      {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c, options.per_kelvin,
-       options.hold},
-      result.notes);
-  FitPriors priors;
+  prepared = prepare(logs,
+                     {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c,
+                      options.per_kelvin, options.hold},
+                     result.notes);
   priors.ocv = options.ocv;
   priors.constant = options.constant;
-  std::vector<TestRun> runs = runs_of(prepared, options.block_s > 0.0);
+  runs = runs_of(prepared, options.block_s > 0.0);
   priors.resistance_scale = typical_resistance(runs);
   if (priors.resistance_scale <= 0.0) {
     throw InputError(logs.front().path, "no step of the current that the voltage follows",
@@ -172,7 +167,6 @@ IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOpti
         "No temperature was recorded or told, and no rest lets the cell cool: the resistances are those that it had as "
         "it warmed, written without a change with temperature (--temperature T writes the usual one).");
   }
-  std::vector<OcvKnowledge> rests;
   if (options.ocv.empty()) {
     for (const TestRun& run : runs) {
       for (const OcvKnowledge& rest : ocv_from_rests(run)) rests.push_back(rest);
@@ -183,8 +177,7 @@ IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOpti
           "a better one.");
   }
   set_hysteresis_aside(runs, prepared.front().run.capacity_ah, priors, result);
-  const std::vector<TestRun> everything = runs;
-  std::vector<std::vector<Block>> blocks;
+  everything = runs;
   if (options.block_s > 0.0) {
     for (TestRun& run : runs) {
       blocks.push_back(time_blocks(run, options.block_s));
@@ -192,7 +185,12 @@ IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOpti
     }
   }
   priors.tau_longest_s = std::clamp(kRestShare * longest_rest(runs), 150.0, 5000.0);
-  FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}};
+}
+
+IdentifyResult ReadyTests::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
+  if (by_stage()) return identify_by_stage(logs, options);
+  const auto begin = std::chrono::steady_clock::now();
+  FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}, tau_centre_s};
   for (const PreparedLog& one : prepared)
     fit_options.instrument_v2_s =
         std::max(fit_options.instrument_v2_s, instrument_noise(make_run(*one.log, one.run)));
@@ -220,7 +218,11 @@ IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOpti
   }
   fill_files(prepared, runs, full.fit.states, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return result;
+  return std::move(result);
+}
+
+IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
+  return ReadyTests(recorded, options).fit();
 }
 
 }  // namespace voltlap::plant

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "identify/blocks.hpp"
 #include "identify/circuit_cost.hpp"
+#include "identify/preparation.hpp"
 #include "identify/selection.hpp"
 #include "identify/systematic.hpp"
 #include "identify/stage_methods.hpp"
@@ -69,7 +71,26 @@ struct IdentifyResult {
   std::vector<std::string> notes;  ///< what a reader must know, in sentences
 };
 
+/// Recordings of one test that are ready for the fit: anchored, their holds chosen, what is known of the OCV collected.
 /// Throws InputError when the recordings cannot carry a model: no current, no change of current, no known SOC.
+struct ReadyTests {
+  ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptions& given);
+  /// `tau_centre_s`: time constants by branch that were found from these tests and others together; else they are
+  /// looked for here.
+  [[nodiscard]] IdentifyResult fit(const std::optional<Eigen::VectorXd>& tau_centre_s = {}) &&;
+  [[nodiscard]] bool by_stage() const { return options.method && *options.method != Method::kFinalFull; }
+
+  std::vector<CellLog> logs;
+  IdentifyOptions options;
+  std::vector<PreparedLog> prepared;  ///< point into `logs`
+  std::vector<TestRun> runs, everything;
+  std::vector<std::vector<Block>> blocks;
+  std::vector<OcvKnowledge> rests;
+  FitPriors priors;
+  IdentifyResult result;  ///< notes and hysteresis so far
+};
+
+/// Throws InputError as ReadyTests does.
 [[nodiscard]] IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions& options);
 
 }  // namespace voltlap::plant

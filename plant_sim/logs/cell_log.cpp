@@ -250,9 +250,9 @@ void note_held_rows(CellLog& log) {
 const char* name_of(CurrentHold hold) {
   switch (hold) {
     case CurrentHold::kPrevious:
-      return "held from the row before";
+      return "of each row held until the next";
     case CurrentHold::kNext:
-      return "held until the row after";
+      return "of each row held since the one before";
     default:
       return "straight between rows";
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery/cell_effects.hpp"
 #include "core/errors.hpp"
 #include "identify/circuit_model.hpp"
 
@@ -33,7 +34,7 @@ CellModel::CellModel(const CellParameters& cell, OcvOf ocv) : cell_(cell), table
 }
 
 double CellModel::ocv(double soc, double temperature_c, double current_a) const {
-  const double curve = tables_.ocv(soc).voltage_v;
+  const double curve = tables_.ocv_v(soc, temperature_c);
   if (!ocv_by_test_) return curve;
   // The breakpoints are coarser than the curve: only the difference from it is looked up there.
   const auto& at = cell_.soc_breakpoints;  // two or more: parameter_check
@@ -65,6 +66,7 @@ CellResponse respond(const CellModel& model, const TestRun& run, const RecordedT
   const double floor = kLookupShare * run.current_a.cwiseAbs().maxCoeff();
   double v1 = 0.0, v2 = 0.0, lookup = 0.0, own = temperature.start_c, recorded = temperature.start_c;
   double ambient = temperature.start_c;
+  CellEffectState effects;
   CircuitParameters before{};
   for (Index row = 0; row < rows; ++row) {
     const double i = run.current_a(row), dt = run.dt_s(row);
@@ -74,6 +76,7 @@ CellResponse respond(const CellModel& model, const TestRun& run, const RecordedT
     const CircuitParameters p = model.tables().circuit(run.soc(row), t, lookup);
     if (run.is_reset(row)) {
       v1 = v2 = 0.0;
+      effects = {};
       own = t;
     } else if (row > 0) {
       const double begin = run.current_begin_a(row), end = run.current_end_a(row);
@@ -83,14 +86,17 @@ CellResponse respond(const CellModel& model, const TestRun& run, const RecordedT
       v1 = a.a * v1 + a.g0 * before.r1_ohm * begin + a.g1 * p.r1_ohm * end;
       v2 = b.a * v2 + b.g0 * before.r2_ohm * begin + b.g1 * p.r2_ohm * end;
       const double mean = 0.5 * (begin + end), mean1 = 0.5 * (old1 + v1), mean2 = 0.5 * (old2 + v2);
-      const double heat = mean * mean * p.r0_ohm + mean1 * mean1 / p.r1_ohm + mean2 * mean2 / p.r2_ohm;
+      if (has_dynamics(cell.effects)) advance(cell.effects, effects, begin, end, cell.capacity_ah, dt);
+      const double heat = mean * mean * p.r0_ohm + mean1 * mean1 / p.r1_ohm + mean2 * mean2 / p.r2_ohm +
+                          drop_of(cell.effects, effects) * mean + reversible_heat(cell.effects, mean, t);
       out.heat_w(row) = heat;
       const double target = ambient + (cooling > 0.0 ? heat / cooling : 0.0);
       own = cooling > 0.0 ? target + (own - target) * std::exp(-dt * cooling / mass) : own + heat * dt / mass;
     }
     ambient = at_row(temperature.ambient_c, row, ambient);
     before = p;
-    out.voltage(row) = model.ocv(run.soc(row), t, lookup) - p.r0_ohm * i - v1 - v2;
+    out.voltage(row) = model.ocv(run.soc(row), t, lookup) - p.r0_ohm * i - v1 - v2 -
+                       drop_of(cell.effects, effects);
     out.temperature(row) = own;
   }
   return out;

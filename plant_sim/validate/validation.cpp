@@ -86,7 +86,8 @@ SocAnchor anchor_of(const CellModel& model, PlacedRecording& trial) {
   settle_rows(trial);
   const auto rests = ocv_from_rests(trial.run);
   if (!rests.empty()) {
-    return {0, 0.5 + model.tables().soc_of_ocv(rests.front().voltage_v) - rests.front().soc, "rest"};
+    const double start_c = trial.temperature.start_c;
+    return {0, 0.5 + model.tables().soc_of_ocv(rests.front().voltage_v, start_c) - rests.front().soc, "rest"};
   }
   double best = 1e300, centre = 0.5;
   for (double width = 0.5; width > 5e-4; width *= 0.25) {

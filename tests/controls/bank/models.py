@@ -107,7 +107,10 @@ def identify(tool, folder, rng, tests, heat):
         write_pulse_test(files[-1], rng, test)
     out = folder / "cell.toml"
     result = subprocess.run(
-        [str(tool), "identify", *map(str, files), "--rc", "2", "--out", str(out)], capture_output=True, text=True
+        # A row's current flows from that row on: the team knows its cycler.
+        [str(tool), "identify", *map(str, files), "--rc", "2", "--hold", "previous", "--out", str(out)],
+        capture_output=True,
+        text=True,
     )
     if result.returncode != 0:
         raise RuntimeError("voltlap identify failed on the bank's pulse tests: " + result.stderr.strip())

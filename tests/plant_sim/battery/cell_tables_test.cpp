@@ -74,6 +74,55 @@ TEST(CellTables, LookupIsTrilinearBetweenBreakpoints) {
   DOUBLES_EQUAL(expected, CellTables(cell).circuit(s, 20.0 + 20.0 * t, 100.0 * i).r0_ohm, 1e-12);
 }
 
+TEST(CellTables, KineticsSayWhatIsBetweenTestsAtThreeTemperaturesAndRates) {
+  // Ohms and a charge transfer of two electrodes, both by Arrhenius; known at nine points, asked between them.
+  const auto arrhenius = [](double energy, double c) { return std::exp(energy / 8.314 * (1.0 / (c + 273.15) - 1.0 / 298.15)); };
+  const auto truth = [&](double c, double i) {
+    const double exchange = 40.0 / arrhenius(30e3, c);
+    return 1.2e-3 * arrhenius(12e3, c) + charge_transfer_v(exchange, i, c) / i;
+  };
+  const std::vector<double> temperatures = {12.0, 25.0, 40.0}, currents = {15.0, 45.0, 120.0};
+  cell.soc_breakpoints = {0.0, 1.0};
+  cell.temperature_breakpoints_c = temperatures;
+  cell.current_breakpoints_a = currents;
+  std::vector<double> r0, slow, fast, tau;
+  for (int soc = 0; soc < 2; ++soc) {
+    for (const double c : temperatures) {
+      for (const double i : currents) {
+        r0.push_back(truth(c, i));
+        const double share = c > 20.0 ? 0.2 : 0.7;  // the same lag, divided otherwise
+        fast.push_back(share * 2e-3 * arrhenius(20e3, c));
+        slow.push_back((1.0 - share) * 2e-3 * arrhenius(20e3, c));
+        tau.push_back(20.0);
+      }
+    }
+  }
+  cell.r0_ohm = {{}, 0, 0, r0};
+  cell.r1_ohm = {{}, 0, 0, fast};
+  cell.r2_ohm = {{}, 0, 0, slow};
+  cell.tau1_s = cell.tau2_s = {{}, 0, 0, tau};
+  const CellTables straight(cell);
+  cell.kinetic_law = true;
+  const CellTables kinetic(cell);
+  double worst_straight = 0.0, worst = 0.0, worst_beyond = 0.0;
+  for (double c = 5.0; c <= 48.0; c += 1.7) {
+    for (double i = 2.0; i <= 170.0; i *= 1.3) {
+      const CircuitParameters p = kinetic.circuit(0.5, c, i);
+      const double error = std::abs(p.r0_ohm / truth(c, i) - 1.0);
+      DOUBLES_EQUAL(1.0, (p.r1_ohm + p.r2_ohm) / (2e-3 * arrhenius(20e3, c)), 2e-3);
+      const bool inside = c >= 12.0 && c <= 40.0 && i >= 15.0 && i <= 120.0;
+      worst_beyond = std::max(worst_beyond, error);
+      if (!inside) continue;
+      worst = std::max(worst, error);
+      worst_straight = std::max(worst_straight, std::abs(straight.circuit(0.5, c, i).r0_ohm / truth(c, i) - 1.0));
+    }
+  }
+  CHECK(worst < 4e-3);
+  CHECK(worst_beyond < 2e-2);  // 7 K colder, 8 K warmer, 1.4 times the largest current
+  CHECK(worst_straight > 2e-2);
+  for (const double c : temperatures) DOUBLES_EQUAL(truth(c, 45.0), kinetic.circuit(0.5, c, 45.0).r0_ohm, 1e-12);
+}
+
 TEST(CellTables, OutsideTheBreakpointsTheEndValuesHold) {
   const CellTables tables(cell);
   DOUBLES_EQUAL(tables.circuit(0.001, 22.0, 35.0).r1_ohm, tables.circuit(-0.2, -10.0, 0.0).r1_ohm, 1e-15);
@@ -142,10 +191,16 @@ TEST(CellTables, SlopeOfTheOcvIsItsDerivative) {
 TEST(CellTables, StateOfChargeOfAVoltageInvertsTheOcv) {
   const CellTables tables(cell);
   for (double soc = 0.0; soc <= 1.0; soc += 0.0137) {
-    DOUBLES_EQUAL(soc, tables.soc_of_ocv(tables.ocv(soc).voltage_v), 1e-9);
+    DOUBLES_EQUAL(soc, tables.soc_of_ocv(tables.ocv(soc).voltage_v, 25.0), 1e-9);
   }
-  DOUBLES_EQUAL(0.0, tables.soc_of_ocv(1.0), 0.0);
-  DOUBLES_EQUAL(1.0, tables.soc_of_ocv(5.0), 0.0);
+  CellParameters warm = cell;
+  warm.reference_temperature_c = 30.0;
+  warm.effects.entropy_v_per_k = 4e-4;
+  const CellTables entropic(warm);
+  DOUBLES_EQUAL(tables.ocv(0.5).voltage_v + 4e-3, entropic.ocv_v(0.5, 40.0), 1e-12);
+  DOUBLES_EQUAL(0.5, entropic.soc_of_ocv(entropic.ocv_v(0.5, 40.0), 40.0), 1e-9);
+  DOUBLES_EQUAL(0.0, tables.soc_of_ocv(1.0, 25.0), 0.0);
+  DOUBLES_EQUAL(1.0, tables.soc_of_ocv(5.0, 25.0), 0.0);
 }
 
 TEST(CellTables, BreakpointsThatDoNotIncreaseAreRefusedByName) {

@@ -2,6 +2,7 @@
 #include "identify/cell_tests.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "../core/scratch.hpp"
 #include "battery/cell_tables.hpp"
@@ -51,7 +52,34 @@ TEST(CellTests, TestsAtTwoTemperaturesBecomeATable) {
   const CellTables tables(written_and_read(tests));
   const double warm = tables.circuit(0.5, 25.0, 33.0).r0_ohm, middle = tables.circuit(0.5, 17.5, 33.0).r0_ohm;
   DOUBLES_EQUAL(1e-3, tables.circuit(0.5, 10.0, 33.0).r0_ohm - warm, 5e-5);
-  DOUBLES_EQUAL(0.5e-3, middle - warm, 5e-5);
+  // Between the two by Arrhenius: ln R straight over 1/T.
+  const double cold_ohm = tables.circuit(0.5, 10.0, 33.0).r0_ohm;
+  const double share = (1.0 / 290.65 - 1.0 / 298.15) / (1.0 / 283.15 - 1.0 / 298.15);
+  DOUBLES_EQUAL(1.0, middle / (warm * std::pow(cold_ohm / warm, share)), 2e-3);
+}
+
+TEST(CellTests, TestsOfSeveralCurrentsDivideALagAmongTheSameTimeConstants) {
+  // Three lags for two branches: each test alone finds another compromise, and a table of both would charge one branch
+  // and discharge the other.
+  const auto tested = [&](double current_a) {
+    CellLog log = cell.record(cell.pulse_plan(current_a, 400, 0.3));
+    double third = 0.0;
+    for (std::size_t row = 1; row < log.rows(); ++row) {
+      const double keep = std::exp(-1.0 / 60.0);
+      third = keep * third + (1.0 - keep) * 1.1e-3 * (1.0 - 0.004 * current_a) * log.current_a[row];
+      log.voltage_v[row] -= third;
+    }
+    return log;
+  };
+  options.capacity_ah = cell.capacity_ah;
+  const CellTests tests = identify_cell({tested(15.0), tested(90.0)}, {25.0, 25.0}, options);
+  LONGS_EQUAL(2, tests.groups.size());
+  const Eigen::MatrixXd &slow = tests.groups[0].result.model.tau, &fast = tests.groups[1].result.model.tau;
+  for (Eigen::Index node = 7; node < 14; ++node) {
+    for (Eigen::Index branch = 0; branch < 2; ++branch) {
+      CHECK(std::abs(std::log(slow(node, branch) / fast(node, branch))) < 0.35);
+    }
+  }
 }
 
 TEST(CellTests, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn) {

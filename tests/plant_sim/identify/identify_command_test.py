@@ -118,3 +118,27 @@ def test_a_plain_circuit_is_written_with_one_value_and_without_a_slope(bench, tm
     assert "A plain circuit" in cell.read_text()
     said = voltlap("identify", bench[0][0], "--constant", "--method", "ipo", code=2).stderr
     assert "--constant" in said and "--method" in said
+
+
+def test_the_hold_that_is_declared_is_the_one_that_is_used(bench, tmp_path):
+    # The bench's rows say what has flowed since the row before; told otherwise, a second of lag leaves R0.
+    found = {}
+    for hold in ("previous", "next"):
+        path = tmp_path / f"{hold}.json"
+        voltlap("identify", bench[0][0], "--rc", "2", "--hold", hold, "--json", path)
+        found[hold] = json.loads(path.read_text())["tests"][0]
+        assert found[hold]["files"][0]["current_hold_from"] == "the command"
+    assert found["next"]["files"][0]["current_hold"] == "of each row held since the one before"
+    assert found["previous"]["files"][0]["current_hold"] == "of each row held until the next"
+    assert found["previous"]["parameters"]["r0_ohm"]["value"][8] > 1.01 * found["next"]["parameters"]["r0_ohm"]["value"][8]
+
+
+def test_errors_of_the_instruments_that_are_declared_widen_the_intervals(bench, tmp_path):
+    def width(*flags):
+        path = tmp_path / "width.json"
+        voltlap("identify", bench[0][0], "--rc", "2", *flags, "--json", path)
+        r0 = json.loads(path.read_text())["tests"][0]["parameters"]["r0_ohm"]
+        return r0["ci95_high"][8] / r0["ci95_low"][8] - 1.0
+
+    # 2 % of the current is 2 % of every resistance: +- 2 % and more at 95 %.
+    assert width("--current-gain-error", "0.02") > 0.04 > width()

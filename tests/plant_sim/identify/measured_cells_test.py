@@ -49,7 +49,7 @@ def test_leaf_pulses_are_fitted_within_3_and_4_mv(leaf):
     file = leaf[1]["tests"][0]["files"][0]
     assert file["rms_v"] <= 3e-3
     assert file["rms_v_from_anchor"] <= 4e-3
-    assert file["current_hold"] == "held until the row after"
+    assert file["current_hold"] == "of each row held since the one before"
 
 
 def test_leaf_predicts_discharges_it_never_saw(leaf, tmp_path):

@@ -54,3 +54,27 @@ TEST(CellResponse, OcvOfEachTestIsAddedToTheCurveOnlyWhenAsked) {
   const CellResponse curve = response(), table = response(OcvOf::kSocTemperatureCurrent);
   DOUBLES_EQUAL(0.010, table.voltage(500) - curve.voltage(500), 1e-9);
 }
+
+TEST(CellResponse, ExtendedCellAddsItsBranchItsHysteresisAndTheirHeat) {
+  const CellResponse plain = response();
+  cell.effects.slow_relaxation_ohm = 2e-3;
+  cell.effects.slow_relaxation_tau_s = 300.0;
+  cell.effects.hysteresis_v = 0.015;
+  cell.effects.hysteresis_per_soc = 20.0;
+  const CellResponse extended = response();
+  // 880 s of 20 A, a twentieth of the capacity turns the hysteresis: 2 mOhm x 20 A (1 - exp(-t/tau)) + 15 mV.
+  const Eigen::Index row = 1000;
+  const double seconds = 1000.0 - StraightCell::kRest + 1.0, drawn = 20.0 * seconds / 36000.0;
+  const double drop = 0.040 * (1.0 - std::exp(-seconds / 300.0)) + 0.015 * (1.0 - std::exp(-20.0 * drawn));
+  DOUBLES_EQUAL(drop, plain.voltage(row) - extended.voltage(row), 1e-4);
+  DOUBLES_EQUAL(20.0 * drop, extended.heat_w(row) - plain.heat_w(row), 0.01);
+}
+
+TEST(CellResponse, EntropyMovesTheOcvAndTakesHeat) {
+  const CellResponse plain = response();
+  cell.effects.entropy_v_per_k = 3e-4;
+  const CellResponse warm = response();
+  const Eigen::Index row = 500;
+  DOUBLES_EQUAL(-20.0 * (warm.temperature(row) + 273.15) * 3e-4, warm.heat_w(row) - plain.heat_w(row), 0.02);
+  DOUBLES_EQUAL(3e-4 * (warm.temperature(row) - 25.0), warm.voltage(row) - plain.voltage(row), 1e-5);
+}
