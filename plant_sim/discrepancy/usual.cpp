@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "discrepancy/gain.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -79,26 +81,54 @@ std::vector<Index> shapes_on(const Design& design, std::size_t channel) {
 }
 
 /// References say little about temperatures that they did not have: 10 K away they say nothing.
-void widen_outside(const Design& design, double outside, MatrixXd& variance) {
+void widen_outside(const Design& design, double outside, const std::vector<double>& size, MatrixXd& variance) {
   constexpr double kForgotten = 10.0, kMost = 0.4;  // K; usual sizes of the channel
   const double share = outside / kForgotten;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
     const auto i = static_cast<Index>(k);
-    if (column.cause < 0 && column.free == 0.0) variance(i, i) += std::pow(share * std::min(kMost, column.usual), 2);
+    if (column.cause >= 0 || column.free > 0.0) continue;
+    for (std::size_t c = 0; c < column.effect.size(); ++c) {
+      const double of_usual = size.empty() ? 1.0 : size[c];
+      if (column.effect[c].size() > 0) variance(i, i) += std::pow(of_usual * share * std::min(kMost, column.usual), 2);
+    }
   }
 }
 
+/// How good the model is in a channel: what these logs miss there, over what shapes of usual sizes would make of it. A
+/// model that errs by a few millivolts at the temperatures that were driven errs by about as much at others.
+double size_of_errors(const std::vector<const Design*>& designs, const std::string& channel,
+                      const std::vector<std::size_t>& teachers) {
+  constexpr double kTimes = 3.0;  // as much as in these logs, and a margin
+  double seen = 0.0, expected = 0.0;
+  for (const std::size_t k : teachers) {
+    const Design& design = *designs[k];
+    for (std::size_t c = 0; c < design.comparison.channels.size(); ++c) {
+      if (design.comparison.channels[c].name != channel) continue;
+      seen += std::pow(rms_of(design.residual[c]), 2);
+      for (const Index i : shapes_on(design, c)) {
+        const Column& column = design.columns[static_cast<std::size_t>(i)];
+        expected += std::pow(column.usual * rms_of(column.effect[c]), 2);
+      }
+    }
+  }
+  return expected > 0.0 ? std::min(1.0, kTimes * std::sqrt(seen / expected)) : 1.0;
+}
+
 /// The logs that are given by their numbers teach; each by its sums of every channel.
-Learned learned(const Design& design, const std::vector<std::vector<BlockSum>>& said,
+Learned learned(const Design& design, const std::vector<const Design*>& designs,
+                const std::vector<std::vector<BlockSum>>& said,
                 const std::vector<std::size_t>& teachers) {
   const auto p = static_cast<Index>(design.columns.size());
-  Learned out{VectorXd::Zero(p), MatrixXd::Zero(p, p)};
+  Learned out{VectorXd::Zero(p), MatrixXd::Zero(p, p), {}};
   for (std::size_t c = 0; c < design.comparison.channels.size(); ++c) {
     const std::vector<Index> columns = shapes_on(design, c);
     std::vector<LogSums> logs;
     for (const std::size_t k : teachers) logs.push_back({said[k][c].gram(columns, columns), said[k][c].score(columns)});
-    const MixedModel model = mixed_model(logs, prior_of(design, columns), kRounds);
+    ColumnPrior prior = prior_of(design, columns);
+    out.size.push_back(size_of_errors(designs, design.comparison.channels[c].name, teachers));
+    prior.usual *= out.size.back();
+    const MixedModel model = mixed_model(logs, prior, kRounds);
     out.mean(columns) = model.mean;
     out.variance(columns, columns) = model.variance();
   }
@@ -116,7 +146,7 @@ MatrixXd variance_of(const Design& design, const Learned& learned, const std::ve
       out.col(i) *= root;
     }
   }
-  if (with_references) widen_outside(design, outside, out);
+  if (with_references) widen_outside(design, outside, learned.size, out);
   out.diagonal() += always_free(design, with_references);
   return out;
 }
@@ -299,14 +329,14 @@ Knowledge knowledge_of(const Design& design, const std::vector<Reference>& refer
   }
   if (references.empty()) {
     const auto p = static_cast<Index>(design.columns.size());
-    out.of_all = {VectorXd::Zero(p), MatrixXd::Zero(p, p)};
+    out.of_all = {VectorXd::Zero(p), MatrixXd::Zero(p, p), {}};
     return out;
   }
-  out.of_all = learned(design, out.said, all);
+  out.of_all = learned(design, out.designs, out.said, all);
   for (std::size_t k = 0; all.size() > 1 && k < all.size(); ++k) {
     std::vector<std::size_t> others = all;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    out.of_the_others.push_back(learned(design, out.said, others));
+    out.of_the_others.push_back(learned(design, out.designs, out.said, others));
   }
   return out;
 }

@@ -47,6 +47,7 @@ struct Reference {
 struct Learned {
   Eigen::VectorXd mean;
   Eigen::MatrixXd variance;  ///< V of these, before it is widened
+  std::vector<double> size;  ///< [channel] share of the usual sizes of the shapes, see size_of_errors; empty: 1
 };
 
 /// The references once they have been asked: what each says by channel, what all of them teach, and all but each.

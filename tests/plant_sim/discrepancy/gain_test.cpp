@@ -64,7 +64,7 @@ TEST_GROUP(Pays) {
   }
 
   /// The voltage's residual is these amounts of its columns; the pack's a little of its own.
-  bool pays_of(double amount, double usually, std::size_t candidate) {
+  bool pays_of(double amount, double usually, std::size_t candidate, const std::vector<std::size_t>& beside = {}) {
     design.residual = {noise(1) + amount * wave + usually * design.columns[2].effect[0], noise(2) + 1e-5 * wave};
     parts.quarters.assign(4, system);
     for (System& quarter : parts.quarters) quarter.information = MatrixXd::Zero(3, 3), quarter.score = VectorXd::Zero(3);
@@ -84,7 +84,7 @@ TEST_GROUP(Pays) {
     usual.variance = MatrixXd::Zero(3, 3);
     const Refinery refinery(design, causes, system, known, usual, std::vector<bool>(kRows, true));
     const Judged judged{causes, design, locals, system, known, usual, use, sets, decision, parts, refinery, nullptr};
-    return pays(judged, {candidate});
+    return pays(judged, {candidate}, beside);
   }
 };
 
@@ -107,4 +107,11 @@ TEST(Pays, BetweenTwoSensorsNoErrorOfAModelStands) {
 TEST(Pays, AShapeWithoutANameHasToPayToo) {
   CHECK_FALSE(pays_of(0.0, 0.02 * kNoise, 2));
   CHECK(pays_of(0.0, kNoise, 2));
+}
+
+TEST(Pays, BesideAnotherCauseOnlyWhatThatOneLeavesCounts) {
+  // Ten parts of one beside two of the other: alone the small one is lost, beside the large one it pays.
+  CHECK_FALSE(pays_of(10.0 * kNoise, 2.0 * kNoise, 2));
+  CHECK(pays_of(10.0 * kNoise, 2.0 * kNoise, 2, {0}));
+  CHECK_FALSE(pays_of(10.0 * kNoise, 0.02 * kNoise, 2, {0}));
 }

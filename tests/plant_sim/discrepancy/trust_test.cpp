@@ -60,7 +60,7 @@ TEST_GROUP(Trust) {
       system.candidates.push_back(candidate);
     }
     const MatrixXd shapes = VectorXd({{1e-4, 1e-4, 0.0, 0.0}}).asDiagonal();
-    knowledge.of_all = {VectorXd::Zero(4), shapes};
+    knowledge.of_all = {VectorXd::Zero(4), shapes, {}};
     for (const auto& [at_once, late] : amounts) {
       knowledge.designs.push_back(&design);
       knowledge.said.push_back({said(VectorXd({{at_once, late, 0.0, 0.0}}))});
