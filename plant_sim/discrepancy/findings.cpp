@@ -23,6 +23,7 @@ constexpr double kLeastGain = 0.5;     // of what blocks that were kept back cou
 constexpr double kStable = 4.5;        // standard errors between the halves of a log
 constexpr double kCancelling = 2.5;    // effect of one cause over that of all together
 constexpr double kMaterial = 0.1;      // of an RMS: a part that matters
+constexpr double kLeastShare = 0.05;   // of the squares of an error, that an answer without a gain must explain
 constexpr double kMostOfIt = 0.5;      // of what a shape without a name explains
 constexpr double kCertain = 0.99;      // no probability is said to be higher
 
@@ -240,9 +241,9 @@ void put_set(const RefinedSet& set, const Judged& j, Explanation& out) {
   keep_traces(j, set, out);
 }
 
-/// The set that weighs most, or the best with names only. False when the error is larger with it; references know what
-/// the model always misses, which an RMS does not.
-bool put_named_set(const Judged& j, Explanation& out) {
+/// The set that weighs most, or the best with names only, and its share of the error. False when the error is larger
+/// with it; references know what the model always misses, which an RMS does not.
+bool put_named_set(const Judged& j, Explanation& out, double& share) {
   const std::vector<std::size_t> members =
       j.decision.anonymous ? j.sets[*j.decision.named_rival].members : j.decision.members;
   const RefinedSet set = j.refinery.refine(members);
@@ -253,7 +254,8 @@ bool put_named_set(const Judged& j, Explanation& out) {
   if (why_not.empty() && !out.with_references && !is_clean(out)) why_not = "what remains is far above the noise";
   out.verdict = why_not.empty() ? Verdict::kNamed : Verdict::kAmbiguous;
   out.causes = found_causes(j, set, why_not.empty());
-  out.sentence = sentence_of(out.causes, share_together(j, set.causes), gain_text(out));
+  share = share_together(j, set.causes);
+  out.sentence = sentence_of(out.causes, share, gain_text(out));
   out.world = world_with_cells(j, set);
   if (out.verdict == Verdict::kNamed) return true;
   out.sentence = fmt::format("Most likely: {} Not certain: {}.", out.sentence, why_not);
@@ -339,9 +341,18 @@ void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanati
     put_set({{}, j.design.model, 0.0}, j, out);
     return put_no_discrepancy(gate, out);
   }
+  const Explanation before = out;
   put_runners_up(j, out);
   const bool unknown = j.decision.anonymous && !j.decision.named_rival;
-  if (unknown || !put_named_set(j, out)) {
+  double share = 0.0;
+  const bool named = !unknown && put_named_set(j, out, share);
+  // What no error shows, here or on other blocks, is said by the references alone.
+  if (named && out.with_references && gain_text(out).empty() && share < kLeastShare) {
+    out = before;
+    put_set({{}, j.design.model, 0.0}, j, out);
+    return put_no_discrepancy(gate, out);
+  }
+  if (!named) {
     put_set({{}, j.design.model, 0.0}, j, out);
     name_unknown(j, out);
     put_named_part(j, out);
