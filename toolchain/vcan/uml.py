@@ -125,7 +125,8 @@ class Guest:
     def end(self, patience_s):
         """Waits for it to switch itself off; then by force. The kernel's main process may leave others behind."""
         if not self._ends_within(patience_s):
-            self.process.terminate()
+            # Not terminate(): it waits for a process that has just ended, and its number is free.
+            os.kill(self.process.pid, signal.SIGTERM)
             self._ends_within(END_LIMIT_S)
         guard.end_group(self.process.pid)
         self.process.wait()

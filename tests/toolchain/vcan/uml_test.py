@@ -231,6 +231,28 @@ def test_third_interrupt_ends_the_guest_of_a_command_that_ignores_it():
     assert_nothing_left(runner)
 
 
+def test_guest_that_ends_by_itself_just_before_it_is_told_to_is_ended(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(Path(__file__).parents[3] / "toolchain/vcan")
+    import uml
+
+    class Quiet:
+        close = dismiss = lambda self: None
+
+    guest = object.__new__(uml.Guest)
+    guest.process = subprocess.Popen(["true"], start_new_session=True)
+    guest.line = guest._console = guest.guard = Quiet()
+    guest.folder = tmp_path
+    ends_within, asked = guest._ends_within, []
+
+    def late(seconds):
+        asked.append(seconds)
+        return ends_within(5.0) and len(asked) > 1  # at the first look it had not ended
+
+    guest._ends_within = late
+    guest.end(0.0)
+    assert len(asked) == 2 and guest.process.returncode == 0
+
+
 @pytest.mark.parametrize("after_s", [0.4, 0.9, 1.5])
 def test_interrupt_while_it_starts_leaves_nothing(after_s):
     runner = start("sleep", "100")
