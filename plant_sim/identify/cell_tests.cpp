@@ -2,6 +2,7 @@
 #include "identify/cell_tests.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -214,6 +215,13 @@ CellTests identify_cell(std::vector<CellLog> logs, const std::vector<double>& te
     }));
   }
   for (auto& one : running) one.get();
+  if (together) {
+    const Eigen::VectorXd& found = taus[tests.reference];
+    std::vector<std::string> seconds;
+    for (const double tau : found) seconds.push_back(fmt::format("{:.3g}", tau));
+    reference.result.notes.push_back(fmt::format("Time constants around {} s at {:.0f} degC, looked for in all {} tests together.",
+                                                 fmt::join(seconds, " and "), reference.temperature_c, tests.groups.size()));
+  }
   return tests;
 }
 

@@ -22,7 +22,7 @@ struct FullFitOptions {
   double instrument_v2_s = 1e-8;    ///< noise of the recordings, see instrument_noise()
   std::function<void(const std::string&)> progress;  ///< may be empty
   std::optional<CircuitModel> start;                 ///< instead of a quick linear fit
-  std::optional<Eigen::VectorXd> tau_centre_s;       ///< of several tests together, instead of a search
+  std::optional<Eigen::VectorXd> tau_centre_s{};     ///< of several tests together, instead of a search
 };
 
 struct FullFit {

@@ -75,6 +75,8 @@ struct IdentifyResult {
 /// Throws InputError when the recordings cannot carry a model: no current, no change of current, no known SOC.
 struct ReadyTests {
   ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptions& given);
+  ReadyTests(const ReadyTests&) = delete;  // `prepared` would point into the other's logs
+  ReadyTests(ReadyTests&&) = default;
   /// `tau_centre_s`: time constants by branch that were found from these tests and others together; else they are
   /// looked for here.
   [[nodiscard]] IdentifyResult fit(const std::optional<Eigen::VectorXd>& tau_centre_s = {}) &&;

@@ -75,6 +75,7 @@ TEST(CellTests, TestsOfSeveralCurrentsDivideALagAmongTheSameTimeConstants) {
   const CellTests tests = identify_cell({tested(15.0), tested(90.0)}, {25.0, 25.0}, options);
   LONGS_EQUAL(2, tests.groups.size());
   const Eigen::MatrixXd &slow = tests.groups[0].result.model.tau, &fast = tests.groups[1].result.model.tau;
+  STRCMP_CONTAINS("looked for in all 2 tests together", tests.groups[tests.reference].result.notes.back().c_str());
   for (Eigen::Index node = 7; node < 14; ++node) {
     for (Eigen::Index branch = 0; branch < 2; ++branch) {
       CHECK(std::abs(std::log(slow(node, branch) / fast(node, branch))) < 0.35);
