@@ -176,6 +176,11 @@ def test_an_error_far_beyond_that_of_any_reference_is_never_passed_over_in_silen
         assert "times that of any reference" in answer["sentence"] and "good log" in answer["next_test"]
     sound = explained(tmp_path, drive(at(36)), *references)
     assert sound["verdict"] == "no_discrepancy" and sound["next_test"] is None
+    # References that miss next to nothing leave no room for forty times as much where nobody has driven.
+    told = explained(tmp_path, drive(at(36), "cell.effects.series_ohm=0.0003"), *references)
+    resistance = told["causes"][0]["parameters"]["resistance_ohm"]
+    assert told["causes"][0]["name"] == "series_resistance"
+    assert resistance["ci95_low"] < 3e-4 < resistance["ci95_high"]
 
 
 def test_an_unknown_cause_in_without_is_refused(tmp_path, drive):

@@ -7,6 +7,7 @@
 #include "../core/scratch.hpp"
 #include "battery/cell_tables.hpp"
 #include "identify/cell_file.hpp"
+#include "identify/common_time_constants.hpp"
 #include "known_cell.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -59,28 +60,51 @@ TEST(CellTests, TestsAtTwoTemperaturesBecomeATable) {
 }
 
 TEST(CellTests, TestsOfSeveralCurrentsDivideALagAmongTheSameTimeConstants) {
-  // Three lags for two branches: each test alone finds another compromise, and a table of both would charge one branch
-  // and discharge the other.
-  const auto tested = [&](double current_a) {
+  // Three lags for two branches, the third larger at low currents: each test alone finds another compromise, and a table
+  // of both would charge one branch and discharge the other.
+  const auto tested = [&](double current_a, double third_ohm) {
     CellLog log = cell.record(cell.pulse_plan(current_a, 400, 0.3));
     double third = 0.0;
     for (std::size_t row = 1; row < log.rows(); ++row) {
-      const double keep = std::exp(-1.0 / 60.0);
-      third = keep * third + (1.0 - keep) * 1.1e-3 * (1.0 - 0.004 * current_a) * log.current_a[row];
+      const double keep = std::exp(-1.0 / 4.0);
+      third = keep * third + (1.0 - keep) * third_ohm * log.current_a[row];
       log.voltage_v[row] -= third;
     }
     return log;
   };
   options.capacity_ah = cell.capacity_ah;
-  const CellTests tests = identify_cell({tested(15.0), tested(90.0)}, {25.0, 25.0}, options);
-  LONGS_EQUAL(2, tests.groups.size());
-  const Eigen::MatrixXd &slow = tests.groups[0].result.model.tau, &fast = tests.groups[1].result.model.tau;
-  STRCMP_CONTAINS("looked for in all 2 tests together", tests.groups[tests.reference].result.notes.back().c_str());
-  for (Eigen::Index node = 7; node < 14; ++node) {
-    for (Eigen::Index branch = 0; branch < 2; ++branch) {
-      CHECK(std::abs(std::log(slow(node, branch) / fast(node, branch))) < 0.35);
-    }
+  std::vector<ReadyTests> ready;
+  ready.emplace_back(std::vector<CellLog>{tested(15.0, 3e-3)}, options);
+  ready.emplace_back(std::vector<CellLog>{tested(90.0, 0.0)}, options);
+  const auto together = common_time_constants(ready, {25.0, 25.0}, 2);
+  CHECK((together[0] - together[1]).norm() == 0.0);
+  const auto alone = [&](std::size_t k) {
+    std::vector<ReadyTests> one;
+    one.push_back(std::move(ready[k]));
+    return common_time_constants(one, {25.0}, 2)[0](0);
+  };
+  const double slow = alone(0), fast = alone(1);
+  CHECK(std::max(slow, fast) > 1.5 * std::min(slow, fast));
+  CHECK(together[0](0) > std::min(slow, fast) && together[0](0) < std::max(slow, fast));
+}
+
+TEST(CellTests, TimeConstantsOfAllTestsChangeWithTemperatureAlike) {
+  const CellLog log = cell.record(cell.pulse_plan(33.0, 500, 0.3));
+  std::vector<ReadyTests> ready;
+  for (int k = 0; k < 3; ++k) ready.emplace_back(std::vector<CellLog>{log}, options);
+  const auto found = common_time_constants(ready, {10.0, 25.0, 40.0}, 2);
+  for (Eigen::Index branch = 0; branch < 2; ++branch) {
+    // No change with temperature in these tests: none is found.
+    DOUBLES_EQUAL(1.0, found[0](branch) / found[2](branch), 0.1);
   }
+  const double ratio = std::log(found[0](0) / found[1](0));
+  DOUBLES_EQUAL(ratio, std::log(found[0](1) / found[1](1)), 1e-9);
+}
+
+TEST(CellTests, ACellFileSaysWhichTimeConstantsItsTestsHaveTogether) {
+  const CellTests tests = identify_cell(
+      {cell.record(cell.pulse_plan(33.0, 400, 0.3)), cell.record(cell.pulse_plan(99.0, 400, 0.3))}, {25.0, 25.0}, options);
+  STRCMP_CONTAINS("looked for in all 2 tests together", tests.groups[tests.reference].result.notes.back().c_str());
 }
 
 TEST(CellTests, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn) {
