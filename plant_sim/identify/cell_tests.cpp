@@ -219,8 +219,9 @@ CellTests identify_cell(std::vector<CellLog> logs, const std::vector<double>& te
     const Eigen::VectorXd& found = taus[tests.reference];
     std::vector<std::string> seconds;
     for (const double tau : found) seconds.push_back(fmt::format("{:.3g}", tau));
-    reference.result.notes.push_back(fmt::format("Time constants around {} s at {:.0f} degC, looked for in all {} tests together.",
-                                                 fmt::join(seconds, " and "), reference.temperature_c, tests.groups.size()));
+    reference.result.notes.push_back(
+        fmt::format("Time constants around {} s at {:.0f} degC, looked for in all {} tests together.",
+                    fmt::join(seconds, " and "), reference.temperature_c, tests.groups.size()));
   }
   return tests;
 }
