@@ -132,7 +132,7 @@ def of_share(text, flags, bound, side):
 
 
 def of_number(text, value, shown, bound, side, cases):
-    return Mark(text, value, shown, bound, side, cases)
+    return Mark(text, value, shown if cases else "no case", bound, side, cases)
 
 
 def marks(judged):
