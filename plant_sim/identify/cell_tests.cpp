@@ -205,6 +205,7 @@ CellTests identify_cell(std::vector<CellLog> logs, const std::vector<double>& te
   for (const TestGroup& group : tests.groups) temperatures.push_back(group.temperature_c);
   const std::vector<Eigen::VectorXd> taus =
       together ? common_time_constants(ready, temperatures, others.branches) : std::vector<Eigen::VectorXd>{};
+  IdentifyResult alone = reference.result;
   std::vector<std::future<void>> running;
   for (std::size_t g = 0; g < tests.groups.size(); ++g) {
     if (!together && g == tests.reference) continue;
@@ -216,6 +217,12 @@ CellTests identify_cell(std::vector<CellLog> logs, const std::vector<double>& te
   }
   for (auto& one : running) one.get();
   if (together) {
+    // How many branches there are was found before; it is told with the rest.
+    reference.result.orders = std::move(alone.orders);
+    for (const std::string& note : alone.notes) {
+      auto& notes = reference.result.notes;
+      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+    }
     const Eigen::VectorXd& found = taus[tests.reference];
     std::vector<std::string> seconds;
     for (const double tau : found) seconds.push_back(fmt::format("{:.3g}", tau));

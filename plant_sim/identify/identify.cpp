@@ -85,6 +85,10 @@ double longest_rest(const std::vector<TestRun>& runs) {
   return longest;
 }
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 void take(const FullFit& full, const IdentifyOptions& options, double capacity_ah, IdentifyResult& result) {
   result.packed = full.packed;
   result.model = full.fit.model;
@@ -138,6 +142,7 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Test
 
 ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptions& given)
     : logs(recorded), options(given) {
+  const auto begin = std::chrono::steady_clock::now();
   for (CellLog& log : logs) smooth_stepped_temperature(log);
   if (by_stage()) return;
   if (options.constant) {
@@ -185,6 +190,7 @@ ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptio
     }
   }
   priors.tau_longest_s = std::clamp(kRestShare * longest_rest(runs), 150.0, 5000.0);
+  result.seconds = seconds_since(begin);
 }
 
 IdentifyResult ReadyTests::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
@@ -217,7 +223,7 @@ IdentifyResult ReadyTests::fit(const std::optional<Eigen::VectorXd>& tau_centre_
     result.rms_other_blocks_v = std::sqrt(sum / weight);
   }
   fill_files(prepared, runs, full.fit.states, result);
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.seconds += seconds_since(begin);
   return std::move(result);
 }
 

@@ -102,9 +102,11 @@ TEST(CellTests, TimeConstantsOfAllTestsChangeWithTemperatureAlike) {
 }
 
 TEST(CellTests, ACellFileSaysWhichTimeConstantsItsTestsHaveTogether) {
+  options.branches = 0;
   const CellTests tests = identify_cell(
       {cell.record(cell.pulse_plan(33.0, 400, 0.3)), cell.record(cell.pulse_plan(99.0, 400, 0.3))}, {25.0, 25.0}, options);
   STRCMP_CONTAINS("looked for in all 2 tests together", tests.groups[tests.reference].result.notes.back().c_str());
+  LONGS_EQUAL(3, tests.groups[tests.reference].result.orders.size());  // how the number of branches was chosen stays told
 }
 
 TEST(CellTests, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn) {
