@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// Of the voltage: behind the current, or over the charge.
-constexpr Kin kFast{3, 0.5, 0.01}, kSlow{4, 0.5, 0.01}, kOcv{5, 0.3, 0.01};
+constexpr Kin kFast{3, 0.5, 1e-4}, kSlow{4, 0.5, 3e-3}, kOcv{5, 3.0, 3e-3};
 
 /// In hours of the capacity: 1 is 1C.
 VectorXd rate_of(const Design& design) { return design.base.battery.current_a / design.model.car.cell.capacity_ah; }
@@ -50,8 +50,8 @@ struct VoltageState {
 };
 
 void resistance_shapes(const Design& design, const VoltageState& x, const VectorXd& drop, Shapes& shapes) {
-  constexpr Kin kStep{1, 3.0, 0.1}, kBent{2, 0.6, 0.01}, kUntested{7, 0.6, 0.02}, kWanders{8, 3.0, 0.3},
-      kHistory{9, 3.0, 0.1};
+  constexpr Kin kStep{1, 3.0, 10.0}, kBent{2, 0.2, 3e-4}, kUntested{7, 0.06, 6e-4}, kWanders{8, 5.0, 3e-3},
+      kHistory{9, 5.0, 1e-3};
   const VectorXd& rate = x.rate;
   shapes.add(kStep, "current", rate);
   shapes.add(kStep, "current warmth", times(rate, x.warmth));
@@ -94,7 +94,7 @@ void resistance_shapes(const Design& design, const VoltageState& x, const Vector
 }
 
 void voltage_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kDrop{0, 3.0, 0.1}, kBeyond{6, 0.4, 0.1};
+  constexpr Kin kDrop{0, 3.0, 0.1}, kBeyond{6, 0.4, 0.03};
   constexpr double kTenth = 0.1, kSteep = 0.8;
   const BatteryResponse& b = design.base.battery;
   const VectorXd temperature =
@@ -130,7 +130,7 @@ void voltage_shapes(const Design& design, Shapes& shapes) {
 }
 
 void heat_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.2, 0.02}, kHeat{1, 0.7, 0.02}, kOther{2, 0.15, 0.01};
+  constexpr Kin kLevel{0, 0.02, 0.06}, kHeat{1, 0.7, 2e-3}, kOther{2, 0.15, 0.1};
   const BatteryResponse& b = design.base.battery;
   const CellParameters& cell = design.model.car.cell;
   const VectorXd rate = rate_of(design);
@@ -165,7 +165,7 @@ void terminal_shapes(const Design& design, Shapes& shapes) {
 }
 
 void soc_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.3, 0.1}, kDrawn{1, 0.3, 0.02};
+  constexpr Kin kLevel{0, 1.0, 0.3}, kDrawn{1, 3.0, 6e-3};
   const VectorXd& soc = design.base.battery.soc;
   const VectorXd drawn = (soc(0) - soc.array()).matrix();
   shapes.add(kLevel, "1", VectorXd::Ones(soc.size()));

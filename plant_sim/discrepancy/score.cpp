@@ -173,6 +173,7 @@ std::vector<NoiseSample> remainders(const std::vector<const Design*>& designs, c
     }
   } else {
     ColumnPrior prior = prior_of(*designs[0], columns[0]);
+    prior.repeats = 0.03 * prior.usual;
     prior.start = 30.0;  // what shapes can explain is no noise
     amounts = mixed_model(logs, prior, kRounds).own;
   }
@@ -249,6 +250,15 @@ BlockSum Score::sum(const std::vector<double>& inflation, const std::vector<bool
     for (std::size_t b = 0; b < channels[c].size(); ++b) {
       if (use.empty() || use[b]) out.add(channels[c][b], inflation.empty() ? 1.0 : 1.0 / inflation[c]);
     }
+  }
+  return out;
+}
+
+std::vector<BlockSum> channel_totals(const Score& score) {
+  std::vector<BlockSum> out;
+  for (const auto& blocks : score.channels) {
+    out.push_back(empty_sum(score.columns()));
+    for (const BlockSum& block : blocks) out.back().add(block);
   }
   return out;
 }

@@ -40,6 +40,9 @@ struct Score {
   [[nodiscard]] std::size_t blocks() const { return channels.front().size(); }
 };
 
+/// Sums over all blocks, by channel.
+[[nodiscard]] std::vector<BlockSum> channel_totals(const Score& score);
+
 inline constexpr double kBlock = 60.0;  // s
 
 /// Block of every row.

@@ -18,20 +18,6 @@ using Eigen::VectorXd;
 
 constexpr double kSlack = 1.2;  // no reference is just like the log
 
-/// Typical sizes of causes that the log could show in a channel, after this trust and the inflation that it needs.
-double power_left(const TrustProblem& problem, const Trust& trust, std::size_t channel, double inflation) {
-  const BlockSum& sum = problem.said[channel];
-  const Usual usual = usual_shapes(problem.design, problem.knowledge, trust);
-  const VectorXd information = remaining(sum, usual).information.diagonal();
-  double out = 0.0;
-  for (std::size_t k = 0; k < problem.design.columns.size(); ++k) {
-    const Column& column = problem.design.columns[k];
-    if (column.cause < 0 || column.effect[channel].size() == 0) continue;
-    out += std::log1p(std::max(0.0, information(static_cast<Index>(k))) / inflation);
-  }
-  return out;
-}
-
 /// The voltage of the cells has shapes that follow the current at once and shapes that do not.
 bool is_of_the_cells(const Design& design, std::size_t channel) {
   return channel == 0 && design.comparison.channels[channel].balance == Balance::kVoltage;
@@ -63,15 +49,6 @@ std::pair<double, std::string> times_usual(const Design& design, const std::vect
 Trust full_trust(std::size_t channels) {
   const std::vector<double> kins(kKins, 1.0);
   return {std::vector<double>(channels, 1.0), std::vector<std::vector<double>>(channels, kins)};
-}
-
-std::vector<BlockSum> channel_totals(const Score& score) {
-  std::vector<BlockSum> out;
-  for (const auto& blocks : score.channels) {
-    out.push_back(empty_sum(score.columns()));
-    for (const BlockSum& block : blocks) out.back().add(block);
-  }
-  return out;
 }
 
 std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge, int without) {
@@ -126,26 +103,10 @@ double evidence_of_references(const TrustProblem& problem, const Usual& usual, c
 }
 
 std::vector<std::vector<double>> widening_by_references(const TrustProblem& problem) {
-  constexpr double kTried[] = {3.0, 30.0, 300.0};  // three logs tell a variance badly: never 1
-  const std::size_t channels = problem.said.size();
-  Usual nothing_seen;
-  nothing_seen.seen = VectorXd::Zero(static_cast<Index>(problem.design.columns.size()));
-  std::vector<std::vector<double>> out = full_trust(channels).widening;
-  for (std::size_t c = 0; c < channels; ++c) {
-    double most = -1.0;
-    const bool two = is_of_the_cells(problem.design, c);
-    for (const double at_once : kTried) {
-      for (const double late : kTried) {
-        if (!two && late != at_once) continue;
-        Trust trust = full_trust(channels);
-        for (std::size_t kin = 0; kin < kKins; ++kin) trust.widening[c][kin] = is_late_kind(kin) ? late : at_once;
-        const double evidence = evidence_of_references(problem, nothing_seen, trust, static_cast<int>(c));
-        const double power = power_left(problem, trust, c, 1.0 + evidence / kDecisive);
-        if (power <= most) continue;
-        most = power;
-        out[c] = trust.widening[c];
-      }
-    }
+  std::vector<std::vector<double>> out = full_trust(problem.said.size()).widening;
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    if (!is_of_the_cells(problem.design, c)) continue;
+    for (std::size_t kin = 0; kin < kKins; ++kin) out[c][kin] = is_late_kind(kin) ? 30.0 : 100.0;
   }
   return out;
 }

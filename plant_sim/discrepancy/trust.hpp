@@ -30,7 +30,6 @@ struct TrustProblem {
 /// What effects have room for in a log of these sums by channel, beside what is usual in the references but `without`.
 [[nodiscard]] std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge,
                                            int without = -1);
-[[nodiscard]] std::vector<BlockSum> channel_totals(const Score& score);
 
 /// Largest RMS that a channel has in a reference.
 [[nodiscard]] double usual_rms(const std::vector<Reference>& references, const std::string& channel);

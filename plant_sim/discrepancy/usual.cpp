@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "discrepancy/gain.hpp"
+#include "discrepancy/projections.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -82,7 +83,7 @@ std::vector<Index> shapes_on(const Design& design, std::size_t channel) {
 
 /// References say little about temperatures that they did not have: 10 K away they say nothing.
 void widen_outside(const Design& design, double outside, const std::vector<double>& size, MatrixXd& variance) {
-  constexpr double kForgotten = 10.0, kMost = 0.4;  // K; usual sizes of the channel
+  constexpr double kForgotten = 18.0, kMost = 0.4;  // K; usual sizes of the channel
   const double share = outside / kForgotten;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
@@ -99,7 +100,7 @@ void widen_outside(const Design& design, double outside, const std::vector<doubl
 /// model that errs by a few millivolts at the temperatures that were driven errs by about as much at others.
 double size_of_errors(const std::vector<const Design*>& designs, const std::string& channel,
                       const std::vector<std::size_t>& teachers) {
-  constexpr double kTimes = 3.0;  // as much as in these logs, and a margin
+  constexpr double kTimes = 5.0;  // as much as in these logs, and a margin
   double seen = 0.0, expected = 0.0;
   for (const std::size_t k : teachers) {
     const Design& design = *designs[k];
@@ -135,9 +136,17 @@ Learned learned(const Design& design, const std::vector<const Design*>& designs,
   return out;
 }
 
-/// V of a log: what was learned, widened in each channel, and what no log tells beforehand.
-MatrixXd variance_of(const Design& design, const Learned& learned, const std::vector<std::vector<double>>& widening,
-                     double outside, bool with_references) {
+/// Numbers of all references but one, or of all (-1).
+std::vector<std::size_t> all_but_one(std::size_t references, int without) {
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < references; ++k) {
+    if (static_cast<int>(k) != without) out.push_back(k);
+  }
+  return out;
+}
+
+/// V of a log's shapes: what was learned, widened in each channel.
+MatrixXd widened(const Design& design, const Learned& learned, const std::vector<std::vector<double>>& widening) {
   MatrixXd out = learned.variance;
   for (std::size_t c = 0; c < widening.size(); ++c) {
     for (const Index i : shapes_on(design, c)) {
@@ -146,8 +155,24 @@ MatrixXd variance_of(const Design& design, const Learned& learned, const std::ve
       out.col(i) *= root;
     }
   }
-  if (with_references) widen_outside(design, outside, learned.size, out);
-  out.diagonal() += always_free(design, with_references);
+  return out;
+}
+
+/// Mean and V of a log of these sums by channel, from the references but `without`.
+Usual expected_of(const Design& design, const Design& log, const std::vector<BlockSum>& sums,
+                  const Knowledge& knowledge, const Trust& trust, int without) {
+  const Learned& learned = without < 0 ? knowledge.of_all : knowledge.of_the_others[static_cast<std::size_t>(without)];
+  const std::vector<std::size_t> teachers = all_but_one(knowledge.designs.size(), without);
+  Usual out;
+  out.mean = learned.mean;
+  out.variance = widened(design, learned, trust.widening);
+  if (!teachers.empty()) {
+    std::vector<const Design*> designs;
+    for (const std::size_t k : teachers) designs.push_back(knowledge.designs[k]);
+    widen_outside(design, outside_k(log, designs), learned.size, out.variance);
+    bound_projections(design, sums, knowledge.said, teachers, out.mean, out.variance);
+  }
+  out.variance.diagonal() += always_free(design, !teachers.empty());
   return out;
 }
 
@@ -343,35 +368,27 @@ Knowledge knowledge_of(const Design& design, const std::vector<Reference>& refer
 
 Remaining reference_by_the_others(const Design& design, const Knowledge& knowledge, std::size_t reference,
                                   const Trust& trust, int channel) {
-  const Learned& teachers = knowledge.of_the_others[reference];
-  std::vector<const Design*> others = knowledge.designs;
-  others.erase(others.begin() + static_cast<std::ptrdiff_t>(reference));
   BlockSum sum = empty_sum(static_cast<Index>(design.columns.size()));
   for (std::size_t c = 0; c < knowledge.said[reference].size(); ++c) {
     if (channel >= 0 && static_cast<std::size_t>(channel) != c) continue;
     sum.add(knowledge.said[reference][c], 1.0 / trust.inflation[c]);
   }
-  Usual usual;
-  usual.mean = teachers.mean;
-  usual.variance =
-      variance_of(design, teachers, trust.widening, outside_k(*knowledge.designs[reference], others), true);
+  const Usual usual = expected_of(design, *knowledge.designs[reference], knowledge.said[reference], knowledge, trust,
+                                  static_cast<int>(reference));
   return remaining(sum, usual);
 }
 
-Usual usual_shapes(const Design& design, const Knowledge& knowledge, const Trust& trust) {
-  Usual out;
+Usual usual_shapes(const Design& design, const std::vector<BlockSum>& said, const Knowledge& knowledge,
+                   const Trust& trust) {
+  Usual out = expected_of(design, design, said, knowledge, trust, -1);
   out.references = knowledge.designs.size();
-  out.mean = knowledge.of_all.mean;
   out.inflation = trust.inflation;
-  const bool any = out.references > 0;
-  out.variance = variance_of(design, knowledge.of_all, trust.widening,
-                             any ? outside_k(design, knowledge.designs) : 0.0, any);
   return out;
 }
 
 Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references,
                         const Knowledge& knowledge, const Trust& trust) {
-  Usual out = usual_shapes(design, knowledge, trust);
+  Usual out = usual_shapes(design, channel_totals(score), knowledge, trust);
   if (references.empty()) {
     for (std::size_t c = 0; c < score.channels.size(); ++c) out.inflation[c] = inflation_of(score.channels[c]);
   }

@@ -63,7 +63,9 @@ struct Knowledge {
 [[nodiscard]] Usual group_spread(const Design& design, const Score& score, const std::vector<Reference>& references);
 
 /// The shapes and what no log tells beforehand, without the groups and without what sound logs show of causes.
-[[nodiscard]] Usual usual_shapes(const Design& design, const Knowledge& knowledge, const Trust& trust);
+/// `said`: by the log, by channel.
+[[nodiscard]] Usual usual_shapes(const Design& design, const std::vector<BlockSum>& said, const Knowledge& knowledge,
+                                 const Trust& trust);
 
 /// From references; with none, only what is never known (start SOC, spread of cells) is left free.
 [[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score,
