@@ -80,20 +80,20 @@ void add_member_shapes(Design& out) {
       out.shapes[g].push_back({-1, 0, 0, key, spread, repeats, effect});
     };
     if (out.comparison.groups[g].balance == Balance::kHeat) {
-      add("member/warmth", 0.3, 0.4, fades);
-      add("member/warming", 0.5, 0.05, rise);
+      add("member/warmth", 0.03, 0.2, fades);
+      add("member/warming", 0.05, 0.03, rise);
     } else {
-      add("member/soc", 1.0, 1.0, kSoc * b.ocv_slope_v);
+      add("member/soc", 0.03, 0.1, kSoc * b.ocv_slope_v);
       // Beside the resistance that the cell has on the whole, which is the weak cell's: only how it changes.
       const auto changing = [&](const VectorXd& with) {
         const VectorXd shape = b.drop_v.cwiseProduct(with);
         return VectorXd(kPerKelvin * (shape - b.drop_v * (shape.dot(b.drop_v) / std::max(1e-12, b.drop_v.squaredNorm()))));
       };
-      add("member/warmth", 0.3, 0.4, changing(fades));
-      add("member/warming", 0.5, 0.1, changing(rise));
+      add("member/warmth", 0.4, 1.3, changing(fades));
+      add("member/warming", 18.0, 2.0, changing(rise));
       // The core is warmer than what the rise of the mean tells.
       const VectorXd heat = b.drop_v.cwiseProduct(b.current_a) / std::max(1e-9, (b.drop_v.cwiseProduct(b.current_a)).mean());
-      add("member/heat", 0.5, 0.1, changing(lagged(time, heat, kCore)));
+      add("member/heat", 0.5, 0.13, changing(lagged(time, heat, kCore)));
     }
   }
 }

@@ -84,20 +84,18 @@ void analyse(Case& c, const std::string& fit_blocks) {
   c.locals = local_candidates(c.design, c.causes, groups, spreads);
   c.score = score_of(c.design, c.noise);
   const Knowledge knowledge = knowledge_of(c.design, c.references);
-  Trust trust = full_trust(c.score.channels.size());
-  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
+  std::vector<double> inflation(c.score.channels.size(), 1.0);
+  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, inflation);
   c.use = blocks_used(fit_blocks, c.score.blocks());
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   if (c.references.size() < 2) return;
   const std::vector<BlockSum> said = channel_totals(c.score);
   const TrustProblem problem{c.design, said, knowledge, c.system};
-  trust.widening = widening_by_references(problem);
-  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
-  trust.inflation = inflation_by_references(problem, c.usual, trust);
-  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, trust);
+  inflation = inflation_by_references(problem, c.usual);
+  c.usual = usual_discrepancy(c.design, c.score, c.references, knowledge, inflation);
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   c.system.bounds = bounds_of(said, knowledge);
-  c.usual_evidence = evidence_of_references(problem, c.usual, trust);
+  c.usual_evidence = evidence_of_references(problem, c.usual, inflation);
 }
 
 /// Nonlinear fits of the best sets may change their order, or leave the log.

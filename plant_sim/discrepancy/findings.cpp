@@ -120,10 +120,11 @@ std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& hel
     if (!fit.inside_prior) return "its size is beyond what is physically likely";
   }
   if (cancel_each_other(j, set)) return "its causes undo each other";
+  const bool each_has_to_pay = j.usual.references > 0 && set.causes.size() > 1;  // one alone has paid
   for (const RefinedCause& fit : set.causes) {
     std::vector<std::size_t> others = members_of(set);
     std::erase(others, fit.candidate);
-    if (j.usual.references > 0 && !pays(j, {fit.candidate}, others)) return "one of its causes makes no error smaller";
+    if (each_has_to_pay && !pays(j, {fit.candidate}, others)) return "one of its causes makes no error smaller";
   }
   if (j.decision.margin < kDecisive) return "another cause explains the log nearly as well";
   if (!(held.share > kLeastGain) || !(held.low > 0.0)) return "it does not hold on blocks that it did not see";
@@ -329,15 +330,21 @@ void put_named_part(const Judged& j, Explanation& out) {
   out.world = world_with_cells(plain, *set);
 }
 
+/// Does an error become smaller by what was decided on, as it was weighed or as it was refined?
+bool decision_pays(const Judged& j) {
+  const std::optional<std::size_t>& rival = j.decision.named_rival;
+  if (pays(j, j.decision.members) || (rival && pays(j, j.sets[*rival].members))) return true;
+  if (j.decision.anonymous && !rival) return false;
+  Explanation trial;
+  measure_gain(j, j.refinery.refine(rival ? j.sets[*rival].members : j.decision.members), trial);
+  return makes_better(trial);
+}
+
 }  // namespace
 
 void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanation& out) {
   // References tell what the model always misses only in part: evidence that no error becomes smaller by is theirs.
-  const auto none_pays = [&] {
-    const std::optional<std::size_t>& rival = j.decision.named_rival;
-    return !pays(j, j.decision.members) && !(rival && pays(j, j.sets[*rival].members));
-  };
-  if (j.decision.members.empty() || (out.with_references && none_pays())) {
+  if (j.decision.members.empty() || (out.with_references && !decision_pays(j))) {
     put_set({{}, j.design.model, 0.0}, j, out);
     return put_no_discrepancy(gate, out);
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "discrepancy/anonymous_shapes.hpp"
 #include "discrepancy/evidence.hpp"
 #include "discrepancy/gain.hpp"
 #include "discrepancy/verdict.hpp"
@@ -17,11 +16,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kSlack = 1.2;  // no reference is just like the log
-
-/// The voltage of the cells has shapes that follow the current at once and shapes that do not.
-bool is_of_the_cells(const Design& design, std::size_t channel) {
-  return channel == 0 && design.comparison.channels[channel].balance == Balance::kVoltage;
-}
 
 }  // namespace
 
@@ -44,11 +38,6 @@ std::pair<double, std::string> times_usual(const Design& design, const std::vect
     if (usual > 0.0 && here > out.first * usual) out = {here / usual, channel};
   }
   return out;
-}
-
-Trust full_trust(std::size_t channels) {
-  const std::vector<double> kins(kKins, 1.0);
-  return {std::vector<double>(channels, 1.0), std::vector<std::vector<double>>(channels, kins)};
 }
 
 std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge, int without) {
@@ -79,10 +68,11 @@ bool has_room(const Design& design, const std::vector<Reference>& references, co
   return true;
 }
 
-double evidence_of_references(const TrustProblem& problem, const Usual& usual, const Trust& trust, int channel) {
+double evidence_of_references(const TrustProblem& problem, const Usual& usual, const std::vector<double>& inflation,
+                              int channel) {
   double most = 0.0;
   for (std::size_t k = 0; k < problem.knowledge.said.size(); ++k) {
-    const Remaining sound = reference_by_the_others(problem.design, problem.knowledge, k, trust, channel);
+    const Remaining sound = reference_by_the_others(problem.design, problem.knowledge, k, inflation, channel);
     BlockSum sum = empty_sum(sound.score.size());
     sum.gram = sound.information;
     sum.score = sound.score;
@@ -102,19 +92,11 @@ double evidence_of_references(const TrustProblem& problem, const Usual& usual, c
   return most;
 }
 
-std::vector<std::vector<double>> widening_by_references(const TrustProblem& problem) {
-  std::vector<std::vector<double>> out = full_trust(problem.said.size()).widening;
+std::vector<double> inflation_by_references(const TrustProblem& problem, const Usual& usual) {
+  const std::vector<double> none(problem.said.size(), 1.0);
+  std::vector<double> out = none;
   for (std::size_t c = 0; c < out.size(); ++c) {
-    if (!is_of_the_cells(problem.design, c)) continue;
-    for (std::size_t kin = 0; kin < kKins; ++kin) out[c][kin] = is_late_kind(kin) ? 30.0 : 100.0;
-  }
-  return out;
-}
-
-std::vector<double> inflation_by_references(const TrustProblem& problem, const Usual& usual, const Trust& trust) {
-  std::vector<double> out(trust.inflation.size(), 1.0);
-  for (std::size_t c = 0; c < out.size(); ++c) {
-    out[c] += evidence_of_references(problem, usual, trust, static_cast<int>(c)) / kDecisive;
+    out[c] += evidence_of_references(problem, usual, none, static_cast<int>(c)) / kDecisive;
   }
   return out;
 }

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How far references are believed: each is judged by the others, and what it then seems to show is what a sound log
-// may show. Two ways to allow for it, channel by channel:
-//
-//   widening   V -> s V       shapes are only nearly what is wrong with a model; what none of them has keeps its power
-//   inflation  noise^2 -> i   for what is still there
-//
-// The widening that leaves causes most power, with the inflation that it needs, is taken.
+// may show. A channel in which it shows much counts less: its noise is inflated.
 #pragma once
 #include <string>
 #include <utility>
@@ -22,8 +17,6 @@ struct TrustProblem {
   const System& system;  ///< its candidates
 };
 
-[[nodiscard]] Trust full_trust(std::size_t channels);
-
 /// Largest plain error of a channel of the log over that of any reference in it, and which; 0 without references.
 [[nodiscard]] std::pair<double, std::string> times_usual(const Design& design, const std::vector<Reference>& references);
 
@@ -39,13 +32,10 @@ struct TrustProblem {
                             const World& refined);
 
 /// Best evidence that a reference has when the others judge it, in one channel or (-1) in all.
-[[nodiscard]] double evidence_of_references(const TrustProblem& problem, const Usual& usual, const Trust& trust,
-                                            int channel = -1);
+[[nodiscard]] double evidence_of_references(const TrustProblem& problem, const Usual& usual,
+                                            const std::vector<double>& inflation, int channel = -1);
 
-[[nodiscard]] std::vector<std::vector<double>> widening_by_references(const TrustProblem& problem);
-
-/// A channel in which sound logs show evidence counts less, until they show none.
-[[nodiscard]] std::vector<double> inflation_by_references(const TrustProblem& problem, const Usual& usual,
-                                                          const Trust& trust);
+/// Of the noise, by channel: a channel in which sound logs show evidence counts less, until they show none.
+[[nodiscard]] std::vector<double> inflation_by_references(const TrustProblem& problem, const Usual& usual);
 
 }  // namespace voltlap::plant

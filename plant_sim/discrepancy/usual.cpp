@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "discrepancy/anonymous_shapes.hpp"
 #include "discrepancy/gain.hpp"
 #include "discrepancy/projections.hpp"
 
@@ -145,27 +146,28 @@ std::vector<std::size_t> all_but_one(std::size_t references, int without) {
   return out;
 }
 
-/// V of a log's shapes: what was learned, widened in each channel.
-MatrixXd widened(const Design& design, const Learned& learned, const std::vector<std::vector<double>>& widening) {
+/// V of a log's shapes: what was learned, and more in the voltage of the cells, where few references tell less than they
+/// seem to. From sound logs that no reference was; shapes that follow the current at once, and others.
+MatrixXd widened(const Design& design, const Learned& learned) {
+  constexpr double kAtOnce = 100.0, kLate = 30.0;
   MatrixXd out = learned.variance;
-  for (std::size_t c = 0; c < widening.size(); ++c) {
-    for (const Index i : shapes_on(design, c)) {
-      const double root = std::sqrt(widening[c][design.columns[static_cast<std::size_t>(i)].kin]);
-      out.row(i) *= root;
-      out.col(i) *= root;
-    }
+  if (design.comparison.channels.front().balance != Balance::kVoltage) return out;
+  for (const Index i : shapes_on(design, 0)) {
+    const double root = std::sqrt(is_late_kind(design.columns[static_cast<std::size_t>(i)].kin) ? kLate : kAtOnce);
+    out.row(i) *= root;
+    out.col(i) *= root;
   }
   return out;
 }
 
 /// Mean and V of a log of these sums by channel, from the references but `without`.
 Usual expected_of(const Design& design, const Design& log, const std::vector<BlockSum>& sums,
-                  const Knowledge& knowledge, const Trust& trust, int without) {
+                  const Knowledge& knowledge, int without) {
   const Learned& learned = without < 0 ? knowledge.of_all : knowledge.of_the_others[static_cast<std::size_t>(without)];
   const std::vector<std::size_t> teachers = all_but_one(knowledge.designs.size(), without);
   Usual out;
   out.mean = learned.mean;
-  out.variance = widened(design, learned, trust.widening);
+  out.variance = widened(design, learned);
   if (!teachers.empty()) {
     std::vector<const Design*> designs;
     for (const std::size_t k : teachers) designs.push_back(knowledge.designs[k]);
@@ -223,14 +225,14 @@ void members_of_one_log(const GroupScore& score, bool thermal, Usual& out) {
 }
 
 /// By shape: mean square of what each log shows when the others judge it, over what they let expect.
-VectorXd surprise_of(const std::vector<LogSums>& logs, const ColumnPrior& prior) {
+VectorXd surprise_of(const std::vector<LogSums>& logs, const ColumnPrior& prior, double widening) {
   VectorXd out = VectorXd::Zero(prior.usual.size());
   for (std::size_t k = 0; logs.size() > 1 && k < logs.size(); ++k) {
     std::vector<LogSums> others = logs;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     const MixedModel model = mixed_model(others, prior, kRoundsOfMembers);
     const VectorXd rest = logs[k].score - logs[k].gram * model.mean;
-    const VectorXd expected = (logs[k].gram + logs[k].gram * model.variance() * logs[k].gram).diagonal();
+    const VectorXd expected = (logs[k].gram + widening * logs[k].gram * model.variance() * logs[k].gram).diagonal();
     out += (rest.cwiseAbs2().cwiseQuotient(expected.cwiseMax(1e-300))) / static_cast<double>(logs.size());
   }
   return out;
@@ -238,7 +240,7 @@ VectorXd surprise_of(const std::vector<LogSums>& logs, const ColumnPrior& prior)
 
 /// From references: each member as it is known to be, and what all of them change from log to log.
 void members_of_references(const std::vector<const GroupScore*>& references,
-                           const std::vector<Shape>& shapes_of_group, Usual& out) {
+                           const std::vector<Shape>& shapes_of_group, double widening, Usual& out) {
   const Index shapes = references[0]->score.rows(), members = references[0]->score.cols();
   ColumnPrior prior;
   for (Index k = 0; k < shapes; ++k) prior.kin.push_back(static_cast<std::size_t>(k));
@@ -257,24 +259,26 @@ void members_of_references(const std::vector<const GroupScore*>& references,
   for (Index i = 0; i < members; ++i) {
     std::vector<LogSums> logs;
     for (const GroupScore* reference : references) logs.push_back({reference->gram, reference->score.col(i)});
-    if (i % every == 0) surprise += surprise_of(logs, prior) / asked;
+    if (i % every == 0) surprise += surprise_of(logs, prior, widening) / asked;
     const MixedModel model = mixed_model(logs, prior, kRoundsOfMembers);
     mean.col(i) = model.mean;
     variance += model.mean_covariance / static_cast<double>(members);
     variance.diagonal() += model.between / static_cast<double>(members);
   }
   out.group_mean.push_back(mean);
-  out.group_variance.push_back(variance);
+  out.group_variance.push_back(widening * variance);
   out.group_inflation.push_back(std::max(1.0, surprise.maxCoeff()));
 }
 
 void learn_groups(const Design& design, const Score& score, const std::vector<Reference>& references, Usual& out) {
+  constexpr double kOfCells = 3.3;  // what few references tell of a cell's voltage is less than they seem to
   for (std::size_t g = 0; g < score.groups.size(); ++g) {
+    const bool thermal = design.comparison.groups[g].balance == Balance::kHeat;
     const auto theirs = same_group(design, g, score.groups[g].score.rows(), references);
     if (theirs.empty()) {
-      members_of_one_log(score.groups[g], design.comparison.groups[g].balance == Balance::kHeat, out);
+      members_of_one_log(score.groups[g], thermal, out);
     } else {
-      members_of_references(theirs, design.shapes[g], out);
+      members_of_references(theirs, design.shapes[g], thermal ? 1.0 : kOfCells, out);
     }
   }
 }
@@ -367,28 +371,28 @@ Knowledge knowledge_of(const Design& design, const std::vector<Reference>& refer
 }
 
 Remaining reference_by_the_others(const Design& design, const Knowledge& knowledge, std::size_t reference,
-                                  const Trust& trust, int channel) {
+                                  const std::vector<double>& inflation, int channel) {
   BlockSum sum = empty_sum(static_cast<Index>(design.columns.size()));
   for (std::size_t c = 0; c < knowledge.said[reference].size(); ++c) {
     if (channel >= 0 && static_cast<std::size_t>(channel) != c) continue;
-    sum.add(knowledge.said[reference][c], 1.0 / trust.inflation[c]);
+    sum.add(knowledge.said[reference][c], 1.0 / inflation[c]);
   }
-  const Usual usual = expected_of(design, *knowledge.designs[reference], knowledge.said[reference], knowledge, trust,
+  const Usual usual = expected_of(design, *knowledge.designs[reference], knowledge.said[reference], knowledge,
                                   static_cast<int>(reference));
   return remaining(sum, usual);
 }
 
 Usual usual_shapes(const Design& design, const std::vector<BlockSum>& said, const Knowledge& knowledge,
-                   const Trust& trust) {
-  Usual out = expected_of(design, design, said, knowledge, trust, -1);
+                   const std::vector<double>& inflation) {
+  Usual out = expected_of(design, design, said, knowledge, -1);
   out.references = knowledge.designs.size();
-  out.inflation = trust.inflation;
+  out.inflation = inflation;
   return out;
 }
 
 Usual usual_discrepancy(const Design& design, const Score& score, const std::vector<Reference>& references,
-                        const Knowledge& knowledge, const Trust& trust) {
-  Usual out = usual_shapes(design, channel_totals(score), knowledge, trust);
+                        const Knowledge& knowledge, const std::vector<double>& inflation) {
+  Usual out = usual_shapes(design, channel_totals(score), knowledge, inflation);
   if (references.empty()) {
     for (std::size_t c = 0; c < score.channels.size(); ++c) out.inflation[c] = inflation_of(score.channels[c]);
   }
@@ -396,7 +400,7 @@ Usual usual_discrepancy(const Design& design, const Score& score, const std::vec
   if (references.size() > 1) {
     std::vector<Remaining> sound;
     for (std::size_t k = 0; k < references.size(); ++k) {
-      sound.push_back(reference_by_the_others(design, knowledge, k, trust));
+      sound.push_back(reference_by_the_others(design, knowledge, k, inflation));
     }
     out.seen = seen_of_causes(design, sound);
   }

@@ -13,15 +13,6 @@
 
 namespace voltlap::plant {
 
-inline constexpr std::size_t kKins = 12;  ///< kinds of shapes in a channel, at most
-
-/// How far references are believed, by channel; all 1 where they say all that there is to know of a sound log.
-struct Trust {
-  std::vector<double> inflation;  ///< of the noise
-  /// [channel][kin] of V: shapes are only nearly what is wrong with a model.
-  std::vector<std::vector<double>> widening;
-};
-
 struct Usual {
   Eigen::VectorXd mean;
   Eigen::MatrixXd variance;           ///< V
@@ -63,18 +54,18 @@ struct Knowledge {
 [[nodiscard]] Usual group_spread(const Design& design, const Score& score, const std::vector<Reference>& references);
 
 /// The shapes and what no log tells beforehand, without the groups and without what sound logs show of causes.
-/// `said`: by the log, by channel.
+/// `said`: by the log, by channel. `inflation`: of the noise, by channel; all 1 where references are believed wholly.
 [[nodiscard]] Usual usual_shapes(const Design& design, const std::vector<BlockSum>& said, const Knowledge& knowledge,
-                                 const Trust& trust);
+                                 const std::vector<double>& inflation);
 
 /// From references; with none, only what is never known (start SOC, spread of cells) is left free.
 [[nodiscard]] Usual usual_discrepancy(const Design& design, const Score& score,
                                       const std::vector<Reference>& references, const Knowledge& knowledge,
-                                      const Trust& trust);
+                                      const std::vector<double>& inflation);
 
 /// A reference judged by the others as if it were the log, in one channel or (-1) in all.
 [[nodiscard]] Remaining reference_by_the_others(const Design& design, const Knowledge& knowledge, std::size_t reference,
-                                                const Trust& trust, int channel = -1);
+                                                const std::vector<double>& inflation, int channel = -1);
 
 [[nodiscard]] Remaining remaining(const BlockSum& sum, const Usual& usual);
 

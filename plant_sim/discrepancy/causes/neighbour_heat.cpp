@@ -12,7 +12,7 @@ Cause neighbour_heat() {
           .says = "cells keep {} of their rise above the row's ends by their neighbours",
           .test = "thermistors at the ends and the middle over a hard stretch and a stop",
           .parameters =
-              {{"fraction", "1", -0.5, 0.9, 0.1, 100, "%", 0.03, 0.1}},
+              {{"fraction", "1", -0.5, 0.9, 0.1, 100, "%", 0.003, 0.01}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.log.numbered("temperature_").size() < 3) return {};
             Form form;

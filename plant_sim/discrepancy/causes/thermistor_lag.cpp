@@ -11,7 +11,7 @@ Cause thermistor_lag() {
           .says = "{channel} reads {} late",
           .test = "a minute of the hardest current, then a rest",
           .parameters =
-              {{"delay_s", "s", 0, 300, 15, 1, "s", 0.2, 3}},
+              {{"delay_s", "s", 0, 300, 15, 1, "s", 0.06, 1}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             std::vector<Form> out;
             if (!has_temperature(c)) return out;

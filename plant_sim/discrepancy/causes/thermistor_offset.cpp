@@ -11,7 +11,7 @@ Cause thermistor_offset() {
           .says = "{channel} reads {} too much",
           .test = "all thermistors after a night in one room",
           .parameters =
-              {{"temperature_k", "K", -20, 20, 1, 1, "K", 0.02, 0.3}},
+              {{"temperature_k", "K", -20, 20, 1, 1, "K", 0.006, 0.1}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             std::vector<Form> out;
             if (!has_temperature(c)) return out;

@@ -11,8 +11,8 @@ Cause weak_cell() {
           .says = "{channel} is weak: resistance {}, capacity {}",
           .test = "a pulse of a minute at half SOC and a rest at the low end, all cells read",
           .parameters =
-              {{"resistance_change", "1", -0.6, 5, 0.1, 100, "%", 0.008, 0.03},
-               {"capacity_change", "1", -0.6, 0.6, 0.05, 100, "%", 0.002, 0.01}},
+              {{"resistance_change", "1", -0.6, 5, 0.1, 100, "%", 0.0024, 0.03},
+               {"capacity_change", "1", -0.6, 0.6, 0.05, 100, "%", 0.0036, 0.2}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             const auto resistance = [](const World&, const Comparison&, const Prediction& p) { return Eigen::VectorXd(-p.battery.drop_v); };
             const auto capacity = [](const World& world, const Comparison& on, const Prediction& p) {
