@@ -129,7 +129,7 @@ std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& hel
   if (j.decision.margin < kDecisive) return "another cause explains the log nearly as well";
   if (!(held.share > kLeastGain) || !(held.low > 0.0)) return "it does not hold on blocks that it did not see";
   if (held.unstable > kStable) return "the two halves of the log disagree about its size";
-  if (j.decision.next_gain > kDecisive) return "something more is wrong that it does not explain";
+  if (j.decision.next_gain > kLarger) return "something more is wrong that it does not explain";
   return "";
 }
 

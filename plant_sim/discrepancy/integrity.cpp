@@ -108,6 +108,40 @@ void mask_frozen(Recording& log, const std::string& role, VectorXd& values, cons
   if (total > 0.0) findings.push_back({"frozen_signal", role, "duration_s", total, "s", true});
 }
 
+/// A thermistor's noise moves it by a step or so all the time. A value that then stands four times as long as any other in
+/// the log is frozen. One that hardly moves, for its steps are coarse, cannot be told from one that stands.
+void mask_standing(Recording& log, const std::string& role, VectorXd& values, std::vector<GateFinding>& findings,
+                   const Range& range) {
+  constexpr double kTimesLonger = 4.0, kMoves = 3.0;  // of the next longest stand; rows that a value usually stands
+  constexpr Index kLeastRows = 30;
+  struct Stand {
+    Index first, last;
+    double seconds;
+  };
+  std::vector<Stand> stands;
+  std::vector<double> rows;
+  for (Index row = 0; row < values.size();) {
+    Index last = row + 1;
+    while (last < values.size() && values(last) == values(row)) ++last;
+    if (std::isfinite(values(row))) {
+      stands.push_back({row, last, log.time_s(last - 1) - log.time_s(row)});
+      rows.push_back(static_cast<double>(last - row));
+    }
+    row = last;
+  }
+  if (stands.size() < 2 || median_of(std::move(rows)) > kMoves) return;
+  std::partial_sort(stands.begin(), stands.begin() + 2, stands.end(),
+                    [](const Stand& a, const Stand& b) { return a.seconds > b.seconds; });
+  const Stand& longest = stands[0];
+  if (longest.last - longest.first < kLeastRows || longest.seconds < kFrozen ||
+      longest.seconds < kTimesLonger * stands[1].seconds) {
+    return;
+  }
+  mask(log, values, role, longest.first, longest.last,
+       fmt::format("frozen at {:.4g} {}: four times as long as it ever stands otherwise", values(longest.first), range.unit));
+  findings.push_back({"frozen_signal", role, "duration_s", longest.seconds, "s", true});
+}
+
 /// Behind open contactors a bus discharges or is charged up: its voltage moves though no current flows, faster than any
 /// cell relaxes. From a fall until the voltage is back, and from the beginning to the last rise before the first current.
 void mask_open_contactors(Recording& log, const std::string& role, VectorXd& values, const VectorXd& current) {
@@ -257,6 +291,8 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
     } else if (role == "voltage" || role == "pack_voltage" || role.starts_with("cell_voltage_")) {
       const double moved_by = std::max(0.3 * most, least_shown_a(role, model, range));
       mask_frozen(out.log, role, values, moving, moved_by, out.findings, range);
+    } else if (role.starts_with("temperature_")) {
+      mask_standing(out.log, role, values, out.findings, range);
     }
     if (role == "pack_voltage" || role == "bus_voltage") mask_open_contactors(out.log, role, values, moving);
     const double step = step_of(values);

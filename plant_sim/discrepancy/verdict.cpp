@@ -12,7 +12,6 @@ using Eigen::VectorXd;
 using Members = std::vector<std::size_t>;
 
 constexpr double kSmallDifference = 0.3;  // between the halves of a log, of the larger
-constexpr double kSmaller = kDecisive;  // a set is preferred to a larger one that is not better by more
 
 bool contains(const Members& whole, const Members& part) {
   return std::includes(whole.begin(), whole.end(), part.begin(), part.end());
@@ -22,7 +21,7 @@ bool contains(const Members& whole, const Members& part) {
 std::size_t sized_down(const std::vector<WeighedSet>& sets) {
   std::size_t best = 0;
   for (std::size_t k = 1; k < sets.size(); ++k) {
-    if (sets[0].evidence - sets[k].evidence > kSmaller) break;
+    if (sets[0].evidence - sets[k].evidence > kLarger) break;
     if (sets[k].members.size() < sets[best].members.size() && contains(sets[0].members, sets[k].members)) best = k;
   }
   return best;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// A thermistor whose noise stops is frozen, be it for some seconds; one that moves by whole kelvins only may stand.
+#include "discrepancy/integrity.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+#include <cmath>
+#include <random>
+
+#include "discrepancy/model.hpp"
+
+using namespace voltlap::plant;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr Index kRows = 6000, kFirst = 2000;  // 10 Hz
+
+Model leaf() {
+  return load_model(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", {});
+}
+
+/// Warms by 6 K in ten minutes; noise and resolution in kelvin.
+VectorXd thermistor(double noise, double step) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  VectorXd out(kRows);
+  for (Index row = 0; row < kRows; ++row) {
+    const double warm = 25.0 + 6.0 * static_cast<double>(row) / kRows + noise * normal(random);
+    out(row) = std::round(warm / step) * step;
+  }
+  return out;
+}
+
+Gated gated(const VectorXd& temperature) {
+  Recording log;
+  log.time_s = VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
+  log.signals["current"] = (20.0 * log.time_s.array().sin() + 30.0).matrix();
+  log.signals["voltage"] = (3.9 - 0.002 * log.signals["current"].array()).matrix();
+  log.signals["temperature_1"] = temperature;
+  return integrity_gate(log, leaf());
+}
+
+VectorXd held(VectorXd values, Index rows) {
+  values.segment(kFirst, rows).setConstant(values(kFirst));
+  return values;
+}
+
+double frozen_s(const Gated& log) {
+  for (const GateFinding& finding : log.findings) {
+    if (finding.cause == "frozen_signal" && finding.channel == "temperature_1") return finding.value;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+TEST_GROUP(Integrity) {};
+
+TEST(Integrity, AThermistorThatStandsForSevenSecondsIsFrozen) {
+  const Gated log = gated(held(thermistor(0.05, 0.05), 70));
+  DOUBLES_EQUAL(6.9, frozen_s(log), 0.31);  // a reading or two beside it may be the same
+  CHECK(std::isnan(log.log.signals.at("temperature_1")(kFirst + 30)));
+  CHECK(std::isfinite(log.log.signals.at("temperature_1")(kFirst + 80)));
+}
+
+TEST(Integrity, ASoundThermistorIsNotFrozen) {
+  DOUBLES_EQUAL(0.0, frozen_s(gated(thermistor(0.05, 0.05))), 0.0);
+}
+
+TEST(Integrity, TwoSecondsAreNotFrozen) {
+  DOUBLES_EQUAL(0.0, frozen_s(gated(held(thermistor(0.05, 0.05), 20))), 0.0);
+}
+
+TEST(Integrity, AThermistorOfWholeKelvinsMayStandForAMinute) {
+  DOUBLES_EQUAL(0.0, frozen_s(gated(held(thermistor(0.05, 1.0), 600))), 0.0);
+}
