@@ -270,7 +270,7 @@ std::optional<RefinedSet> largest_named_part(const Judged& j, PlainView& view, c
                                              Decision& decision) {
   constexpr int kTried = 8;
   for (int tried = 0; tried < kTried && !view.sets.empty() && view.sets[0].evidence > 0.0; ++tried) {
-    decision = choose(view.system, view.sets);
+    decision = choose(view.system, view.sets, kDecisive);
     decision.null_probability = j.decision.null_probability;
     RefinedSet set = refinery.refine(decision.members);
     const bool possible = std::all_of(set.causes.begin(), set.causes.end(),

@@ -18,10 +18,10 @@ bool contains(const Members& whole, const Members& part) {
 }
 
 /// The smallest set that is not clearly worse than the best.
-std::size_t sized_down(const std::vector<WeighedSet>& sets) {
+std::size_t sized_down(const std::vector<WeighedSet>& sets, double larger) {
   std::size_t best = 0;
   for (std::size_t k = 1; k < sets.size(); ++k) {
-    if (sets[0].evidence - sets[k].evidence > kLarger) break;
+    if (sets[0].evidence - sets[k].evidence > larger) break;
     if (sets[k].members.size() < sets[best].members.size() && contains(sets[0].members, sets[k].members)) best = k;
   }
   return best;
@@ -62,9 +62,9 @@ Decision decide(const System& system, const std::vector<WeighedSet>& sets, doubl
   return out;
 }
 
-Decision choose(const System& system, const std::vector<WeighedSet>& sets) {
+Decision choose(const System& system, const std::vector<WeighedSet>& sets, double larger) {
   Decision out;
-  std::size_t chosen = sized_down(sets);
+  std::size_t chosen = sized_down(sets, larger);
   // A shape without a name that is no better than names of the same class gives way to them.
   for (std::size_t k = 0; !sets[chosen].named && k < sets.size(); ++k) {
     if (sets[chosen].evidence - sets[k].evidence > kDecisive) break;

@@ -34,7 +34,8 @@ struct Decision {
                               std::uint64_t seed);
 
 /// The best of `sets`, which are not empty, with its rivals, whether or not chance reaches its evidence.
-[[nodiscard]] Decision choose(const System& system, const std::vector<WeighedSet>& sets);
+/// `larger`: what a larger set must be ahead by.
+[[nodiscard]] Decision choose(const System& system, const std::vector<WeighedSet>& sets, double larger = kLarger);
 
 /// Gain of a set on blocks that did not fit it, as a share of what it could gain there.
 struct HeldOut {
