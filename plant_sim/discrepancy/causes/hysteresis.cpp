@@ -11,10 +11,27 @@ Cause hysteresis() {
           .says = "the rest voltage depends on the direction by {}",
           .test = "the same SOC reached by charge and by discharge, a rest of ten minutes at each",
           .parameters =
-              {{"amplitude_v", "V", -0.1, 0.1, 0.01, 1e3, "mV", 5e-5}},
-          .forms = [](const World&, const Comparison&) -> std::vector<Form> {
-            return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.hysteresis_v += v[0]; })};
-          }};
+              {{"amplitude_v", "V", -0.1, 0.1, 0.01, 1e3, "mV", 5e-5},
+               {"turns_per_soc", "1", 5, 200, 20}},
+          .forms = [](const World& model, const Comparison&) -> std::vector<Form> {
+            // How fast it turns decides how much of it a drive shows; a model that has it says so itself.
+            const CellEffects& given = model.car.cell.effects;
+            std::vector<double> turns{given.hysteresis_per_soc};
+            if (given.hysteresis_v == 0.0) turns = {15.0, 50.0};
+            std::vector<Form> out;
+            for (const double per_soc : turns) {
+              Form form = plain_form(2, [](World& w, Values v) {
+                w.car.cell.effects.hysteresis_v += v[0];
+                w.car.cell.effects.hysteresis_per_soc = v[1];
+              });
+              form.at[1] = per_soc;
+              form.linear = {0};
+              out.push_back(form);
+            }
+            return out;
+          },
+          .reported = {{"amplitude_v", "V", -0.1, 0.1, 0.01, 1e3, "mV"}},
+          .report = [](Values v) -> std::vector<double> { return {v[0]}; }};
 }
 
 }  // namespace voltlap::plant

@@ -11,6 +11,7 @@ import re
 import subprocess
 
 import numpy as np
+from truth import car as cars
 from truth import cell as chemistry
 from truth import drive, world
 
@@ -202,8 +203,13 @@ def car_file(car, cells, ambient_c, losses, cell_name="cell.toml"):
 
 
 def brake_lines(force_n, radius_m):
-    """Calipers for that force at the tyres: torque = pedal x caliper force x friction x rotor radius x two wheels."""
+    """Calipers for that force at the tyres: torque = pedal x caliper force x friction x rotor radius x two wheels.
+
+    Discs that warm as the truth's do: each of an axle's two takes half of the axle's share of the power.
+    """
     front, rear = 0.6, 0.4
+    heat_j_per_kg_k, convection_w_per_m2_k = 500.0, 80.0
+    cooling = {name: 0.5 * share / cars.DISC_K_PER_W for name, share in (("front", front), ("rear", rear))}  # W/K
     caliper = {
         "front": front * force_n * radius_m / (2 * 0.5 * 0.08),
         "rear": rear * force_n * radius_m / (2 * 0.5 * 0.06),
@@ -216,6 +222,10 @@ def brake_lines(force_n, radius_m):
         f"front_caliper_force_n = {caliper['front']:.1f}",
         f"rear_caliper_force_n = {caliper['rear']:.1f}",
         "force_scale = 1.0",
+        *(f"{name}_rotor_mass_kg = {w * cars.DISC_LAG_S / heat_j_per_kg_k:.3f}" for name, w in cooling.items()),
+        f"rotor_heat_capacity_j_per_kg_k = {heat_j_per_kg_k}",
+        *(f"{name}_rotor_area_m2 = {w / convection_w_per_m2_k:.4f}" for name, w in cooling.items()),
+        f"convection_w_per_m2_k = {convection_w_per_m2_k}",
     ]
 
 

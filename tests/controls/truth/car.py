@@ -11,6 +11,7 @@ import numpy as np
 
 GRAVITY = 9.80665
 AIR = 1.2041  # kg/m3, dry, 20 degC, 101 325 Pa
+DISC_LAG_S, DISC_K_PER_W = 120.0, 0.03  # brake discs, of all friction's power
 
 
 @dataclasses.dataclass
@@ -109,7 +110,7 @@ def drive(car: Car, speed, slope, step_s) -> Demand:
             + car.weakening_w * beyond ** 2 * (reported != 0.0) + car.switching_share * np.abs(shaft * motor))
     power = shaft * motor + loss * (1.0 + car.loss_change) * moving + car.auxiliary_w
     friction_force = braking - by_motor
-    disc = lagged(friction_force * speed, np.full_like(car.mass_kg, 120.0), step_s) * 0.03
+    disc = lagged(friction_force * speed, np.full_like(car.mass_kg, DISC_LAG_S), step_s) * DISC_K_PER_W
     brake = friction_force / (car.brake_max_n * np.clip(1.0 + car.fade_per_k * disc, 0.2, None))
     accelerator = np.clip(reported / car.torque_max_nm, 0.0, 1.0)
     return Demand(speed, wheel, motor, reported, accelerator, np.clip(brake, 0.0, 1.0), power)
