@@ -130,7 +130,7 @@ void voltage_shapes(const Design& design, Shapes& shapes) {
 }
 
 void heat_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.02, 0.06}, kHeat{1, 0.7, 2e-3}, kOther{2, 0.15, 0.1};
+  constexpr Kin kLevel{0, 0.02, 0.03}, kHeat{1, 0.7, 5e-4}, kOther{2, 0.15, 0.04};
   const BatteryResponse& b = design.base.battery;
   const CellParameters& cell = design.model.car.cell;
   const VectorXd rate = rate_of(design);
