@@ -66,6 +66,7 @@ void add_shapes(Design& out, int index, const Cause& cause, std::size_t number, 
 }
 
 /// Cells do not begin equally full nor equally warm, and the ends of a row stay cooler: what sound members differ by.
+/// How much they differ by, and how much of it changes from log to log: by the likelihood of sound logs of the bank.
 void add_member_shapes(Design& out) {
   constexpr double kSoc = 0.01, kPerKelvin = 0.02, kTenKelvin = 10.0, kCore = 150.0;
   const BatteryResponse& b = out.base.battery;

@@ -166,7 +166,7 @@ double best_evidence(const System& system) {
 }
 
 System tempered(const System& system, double usual_evidence) {
-  constexpr double kSignatureError = 0.003;  // rho; 1.8 % of the energy decide at ln 20, however large it is
+  constexpr double kSignatureError = 0.01;  // rho; 6 % of the energy decide at ln 20, however large it is
   constexpr double kDecides = 2.995732;      // ln 20
   double most = 0.0;
   SetForm form;

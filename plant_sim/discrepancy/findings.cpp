@@ -118,6 +118,8 @@ std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& hel
   for (const RefinedCause& fit : set.causes) {
     if (fit.distance < kSeparation) return "its effect is too small to be sure";
     if (!fit.inside_prior) return "its size is beyond what is physically likely";
+    const std::size_t main = j.system.candidates[fit.candidate].parameters.front();
+    if (std::abs(fit.values[main]) < 1.96 * fit.sigma[main]) return "its size could as well be nothing";
   }
   if (cancel_each_other(j, set)) return "its causes undo each other";
   const bool each_has_to_pay = j.usual.references > 0 && set.causes.size() > 1;  // one alone has paid

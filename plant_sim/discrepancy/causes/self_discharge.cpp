@@ -11,6 +11,7 @@ Cause self_discharge() {
           .says = "{channel} loses {} all the time, at rest too",
           .test = "a rest of an hour, all cells read at both ends",
           .parameters =
+              // Spread as sound logs of the bank want it; nearly the shape of a capacity (weak_cell.cpp).
               {{"current_a", "A", 0, 5, 0.05, 1e3, "mA", 5e-4, 0.07}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             Form form;
