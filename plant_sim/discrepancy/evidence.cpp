@@ -165,8 +165,7 @@ double best_evidence(const System& system) {
   return best;
 }
 
-System tempered(const System& system, double usual_evidence) {
-  constexpr double kSignatureError = 0.01;  // rho; 6 % of the energy decide at ln 20, however large it is
+System tempered(const System& system, double usual_evidence, double signature_error) {
   constexpr double kDecides = 2.995732;      // ln 20
   double most = 0.0;
   SetForm form;
@@ -176,7 +175,7 @@ System tempered(const System& system, double usual_evidence) {
     if (evidence != kImpossible) most = std::max(most, 2.0 * (evidence - form.constant));
   });
   System out = system;
-  const double factor = 1.0 / (1.0 + kSignatureError * most + usual_evidence / kDecides);
+  const double factor = 1.0 / (1.0 + signature_error * most + usual_evidence / kDecides);
   out.information *= factor;
   out.score *= factor;
   return out;

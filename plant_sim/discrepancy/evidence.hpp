@@ -22,8 +22,9 @@ struct WeighedSet {
 
 /// The system as it counts when sets are weighed: signatures are known to a few percent only, so that no evidence,
 /// however strong, tells causes apart whose signatures differ by less; nor is evidence believed that sound logs have too.
-///   A, a times 1/(1 + rho L + E/ln 20),  L the gain of the best set, E the best evidence of a sound log
-[[nodiscard]] System tempered(const System& system, double usual_evidence);
+///   A, a times 1/(1 + rho L + E/ln 20),  rho: `signature_error`, L: the gain of the best set, E: the best evidence of
+///   a sound log
+[[nodiscard]] System tempered(const System& system, double usual_evidence, double signature_error);
 
 /// Of sets of up to two, at least 0.
 [[nodiscard]] double best_evidence(const System& system);

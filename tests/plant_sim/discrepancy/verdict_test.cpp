@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// A larger set is the answer only when it is ahead by what sound logs seldom show.
+#include "discrepancy/verdict.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+#include <cmath>
+
+using namespace voltlap::plant;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+TEST_GROUP(Verdict) {
+  /// Members of the answer where two causes together are ahead of the first alone by `ahead`.
+  static Decision decided(double ahead) {
+    System system;
+    system.information = 100.0 * MatrixXd::Identity(2, 2);
+    system.score = VectorXd({{100.0, 30.0}});
+    system.prior_variance = VectorXd::Constant(2, 9.0);
+    for (int cause = 0; cause < 2; ++cause) {
+      Candidate candidate;
+      candidate.cause = cause;
+      candidate.rows = {cause};
+      system.candidates.push_back(candidate);
+    }
+    return choose(system, {{{0, 1}, 40.0 + ahead, true}, {{0}, 40.0, true}, {{1}, 2.0, true}});
+  }
+};
+
+TEST(Verdict, ASecondCauseThatASoundLogCouldShowIsLeftOut) {
+  const Decision decision = decided(kLarger - 0.1);
+  LONGS_EQUAL(1, decision.members.size());
+  LONGS_EQUAL(0, decision.members[0]);
+  DOUBLES_EQUAL(kLarger - 0.1, decision.next_gain, 1e-9);
+}
+
+TEST(Verdict, ASecondCauseThatIsFarAheadIsPartOfTheAnswer) {
+  LONGS_EQUAL(2, decided(kLarger + 0.1).members.size());
+}
+
+TEST(Verdict, TwiceTheEvidenceOfLn20IsAsked) {
+  DOUBLES_EQUAL(2.0 * std::log(20.0), kLarger, 1e-6);
+}
