@@ -167,15 +167,17 @@ double best_evidence(const System& system) {
 
 System tempered(const System& system, double usual_evidence, double signature_error) {
   constexpr double kDecides = 2.995732;      // ln 20
-  double most = 0.0;
+  double best = -1e300, gain = 0.0;
   SetForm form;
   for_each_set(system, 2, [&](const std::size_t* set, std::size_t count) {
     if (!form_of(system, set, count, form)) return;
     const double evidence = evidence_of(form, system.score);
-    if (evidence != kImpossible) most = std::max(most, 2.0 * (evidence - form.constant));
+    if (evidence == kImpossible || evidence <= best) return;
+    best = evidence;
+    gain = 2.0 * (evidence - form.constant);
   });
   System out = system;
-  const double factor = 1.0 / (1.0 + signature_error * most + usual_evidence / kDecides);
+  const double factor = 1.0 / (1.0 + signature_error * gain + usual_evidence / kDecides);
   out.information *= factor;
   out.score *= factor;
   return out;

@@ -107,7 +107,10 @@ void refine_best(const Case& c, std::vector<WeighedSet>& sets, const Refinery& r
     if (!sets[k].named) continue;
     const RefinedSet set = refinery.refine(sets[k].members);
     const double gained = set.gain - fit_set(c.system, sets[k].members).gain;
-    sets[k].evidence += std::max(0.0, 0.5 * tempering * gained);
+    // Signatures are straight lines; what bends may fit better. A size beyond its prior fits worse where it ends.
+    const bool ends = std::any_of(set.causes.begin(), set.causes.end(),
+                                  [](const RefinedCause& fit) { return !fit.inside_prior; });
+    sets[k].evidence += 0.5 * tempering * (ends ? gained : std::max(0.0, gained));
     if (!has_room(c.design, c.references, c.noise, set.world)) sets[k].evidence = 0.0;
     ++refined;
   }
@@ -174,7 +177,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c.design, c.use));
   progress("refining", 0.7);
   refine_best(c, sets, refinery, weighed.score.norm() / c.system.score.norm());
-  constexpr double kFreedom = 12.0;  // of the scale of a sound log's scores
+  constexpr double kFreedom = 20.0;  // of the scale of a sound log's scores
   progress("null distribution", 0.85);
   const Decision decision = decide(weighed, sets, kFreedom, options.draws, options.seed);
   const Parts parts = parts_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);

@@ -25,6 +25,7 @@ constexpr double kCancelling = 2.5;    // effect of one cause over that of all t
 constexpr double kMaterial = 0.1;      // of an RMS: a part that matters
 constexpr double kLeastShare = 0.05;   // of the squares of an error, that an answer without a gain must explain
 constexpr double kMostOfIt = 0.5;      // of what a shape without a name explains
+constexpr double kInNoiseOnly = 2.0 * kDecisive;  // evidence of what no plain error shows
 constexpr double kCertain = 0.99;      // no probability is said to be higher
 
 std::string gain_text(const Explanation& out) {
@@ -118,15 +119,16 @@ std::string objection(const Judged& j, const RefinedSet& set, const HeldOut& hel
   for (const RefinedCause& fit : set.causes) {
     if (fit.distance < kSeparation) return "its effect is too small to be sure";
     if (!fit.inside_prior) return "its size is beyond what is physically likely";
-    const std::size_t main = j.system.candidates[fit.candidate].parameters.front();
-    if (std::abs(fit.values[main]) < 1.96 * fit.sigma[main]) return "its size could as well be nothing";
+    const std::vector<std::size_t>& sizes = j.system.candidates[fit.candidate].parameters;
+    const bool one = sizes.size() == 1;  // of a curve with several nodes one may be nothing
+    if (one && std::abs(fit.values[sizes[0]]) < 1.96 * fit.sigma[sizes[0]]) return "its size could as well be nothing";
   }
   if (cancel_each_other(j, set)) return "its causes undo each other";
   const bool each_has_to_pay = j.usual.references > 0 && set.causes.size() > 1;  // one alone has paid
   for (const RefinedCause& fit : set.causes) {
     std::vector<std::size_t> others = members_of(set);
     std::erase(others, fit.candidate);
-    if (each_has_to_pay && !pays(j, {fit.candidate}, others)) return "one of its causes makes no error smaller";
+    if (each_has_to_pay && pays(j, {fit.candidate}, others) == Pays::kNot) return "one of its causes makes no error smaller";
   }
   if (j.decision.margin < kDecisive) return "another cause explains the log nearly as well";
   if (!(held.share > kLeastGain) || !(held.low > 0.0)) return "it does not hold on blocks that it did not see";
@@ -332,21 +334,24 @@ void put_named_part(const Judged& j, Explanation& out) {
   out.world = world_with_cells(plain, *set);
 }
 
-/// Does an error become smaller by what was decided on, as it was weighed or as it was refined?
-bool decision_pays(const Judged& j) {
+/// What errors become by what was decided on, as it was weighed or as it was refined.
+Pays decision_pays(const Judged& j) {
   const std::optional<std::size_t>& rival = j.decision.named_rival;
-  if (pays(j, j.decision.members) || (rival && pays(j, j.sets[*rival].members))) return true;
-  if (j.decision.anonymous && !rival) return false;
+  const Pays own = pays(j, j.decision.members), theirs = rival ? pays(j, j.sets[*rival].members) : Pays::kNot;
+  const Pays weighed = std::max(own, theirs);
+  if (weighed == Pays::kPlainly || (j.decision.anonymous && !rival)) return weighed;
   Explanation trial;
   measure_gain(j, j.refinery.refine(rival ? j.sets[*rival].members : j.decision.members), trial);
-  return makes_better(trial);
+  return makes_better(trial) ? Pays::kPlainly : weighed;
 }
 
 }  // namespace
 
 void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanation& out) {
   // References tell what the model always misses only in part: evidence that no error becomes smaller by is theirs.
-  if (j.decision.members.empty() || (out.with_references && !decision_pays(j))) {
+  const Pays paid = !out.with_references || j.decision.members.empty() ? Pays::kPlainly : decision_pays(j);
+  const bool too_little = paid == Pays::kInNoise && j.sets.front().evidence < kInNoiseOnly;
+  if (j.decision.members.empty() || paid == Pays::kNot || too_little) {
     put_set({{}, j.design.model, 0.0}, j, out);
     return put_no_discrepancy(gate, out);
   }
@@ -356,7 +361,7 @@ void put_verdict(const Judged& j, const std::vector<FoundCause>& gate, Explanati
   double share = 0.0;
   const bool named = !unknown && put_named_set(j, out, share);
   // What no error shows, here or on other blocks, is said by the references alone.
-  if (named && out.with_references && gain_text(out).empty() && share < kLeastShare) {
+  if (named && out.with_references && paid == Pays::kPlainly && gain_text(out).empty() && share < kLeastShare) {
     out = before;
     put_set({{}, j.design.model, 0.0}, j, out);
     return put_no_discrepancy(gate, out);

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "discrepancy/noise.hpp"
+#include "discrepancy/score.hpp"
 #include "discrepancy/set_effects.hpp"
 
 namespace voltlap::plant {
@@ -234,7 +236,7 @@ void measure_gain(const Judged& j, const RefinedSet& set, Explanation& out) {
   }
 }
 
-bool pays(const Judged& j, const std::vector<std::size_t>& members, const std::vector<std::size_t>& beside) {
+Pays pays(const Judged& j, const std::vector<std::size_t>& members, const std::vector<std::size_t>& beside) {
   constexpr double kLeast = 0.05;  // of the RMS
   const Comparison& on = j.design.comparison;
   std::vector<std::size_t> all = beside;
@@ -248,31 +250,41 @@ bool pays(const Judged& j, const std::vector<std::size_t>& members, const std::v
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
     modelled = modelled || (!is_of_sensors(on.channels[c], c) && rms_of(whole.channels[c]) > 0.0);
   }
-  if (!modelled) return true;
-  std::map<std::string, Sums> plain, corrected;
+  if (!modelled) return Pays::kPlainly;
+  std::map<std::string, Sums> plain, corrected, whitened;
   const auto block = block_of_rows(on.log.time_s);
   std::vector<bool> keep(block.back() + 1, true);
   for (std::size_t b = 0; b < j.use.size(); ++b) keep[b] = !j.use[b];
-  const auto put = [&](const std::string& name, const VectorXd& was, const VectorXd& usual, const VectorXd& effect) {
+  const auto put = [&](const std::string& name, const std::string& noise, const VectorXd& ohm, const VectorXd& was,
+                       const VectorXd& usual, const VectorXd& effect) {
     if (rms_of(effect) == 0.0) return;
+    const VectorXd unusual = was - usual;
+    const Whitener filter(on.log.time_s, finite_rows(unusual), j.noise.at(noise), ohm);
     add(plain[name], was, was - effect, block, keep);
-    add(corrected[name], was - usual, was - usual - effect, block, keep);
+    add(corrected[name], unusual, unusual - effect, block, keep);
+    add(whitened[name], filter.apply(unusual), filter.apply(unusual - effect), block, keep);
   };
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
-    put(on.channels[c].name, j.design.residual[c] - others.channels[c], usual_error(j, c), whole.channels[c]);
+    const std::string& name = on.channels[c].name;
+    put(name, name, ohm_of(j.design, c), j.design.residual[c] - others.channels[c], usual_error(j, c),
+        whole.channels[c]);
   }
   for (std::size_t g = 0; g < on.groups.size(); ++g) {
-    for (std::size_t m = 0; m < on.groups[g].members.size(); ++m) {
-      put(on.groups[g].members[m], on.groups[g].deviation[m] - others.members[g][m], usual_error(j, g, m),
+    const Group& group = on.groups[g];
+    for (std::size_t m = 0; m < group.members.size(); ++m) {
+      put(group.members[m], group.stem, {}, group.deviation[m] - others.members[g][m], usual_error(j, g, m),
           whole.members[g][m]);
     }
   }
-  const auto smaller = [&](const auto& channel) {
-    if (channel.second.blocks.empty()) return false;
-    const ChannelGain gain = gain_of(channel.second);
-    return gain.after < (1.0 - kLeast) * gain.before && gain.drop_low > 0.0;
+  const auto by = [&](const std::map<std::string, Sums>& errors, double least) {
+    return std::any_of(errors.begin(), errors.end(), [&](const auto& channel) {
+      if (channel.second.blocks.empty()) return false;
+      const ChannelGain gain = gain_of(channel.second);
+      return gain.after < (1.0 - least) * gain.before && gain.drop_low > 0.0;
+    });
   };
-  return std::any_of(plain.begin(), plain.end(), smaller) || std::any_of(corrected.begin(), corrected.end(), smaller);
+  if (by(plain, kLeast) || by(corrected, kLeast)) return Pays::kPlainly;
+  return by(whitened, 0.0) ? Pays::kInNoise : Pays::kNot;
 }
 
 std::vector<double> shares_of(const Judged& j, const std::vector<RefinedCause>& causes) {

@@ -24,10 +24,17 @@ void measure_gain(const Judged& judged, const RefinedSet& set, Explanation& out)
 /// The largest share of a channel's squares that all of them take away together.
 [[nodiscard]] double share_together(const Judged& judged, const std::vector<RefinedCause>& causes);
 
-/// Does a set, its sizes as the evidence has them, make the plain error of a channel (or of a member that it acts on)
-/// smaller in most blocks and by a part that matters, as it is or after what references say of it? What acts only where
-/// one sensor is held against another need not: no model stands between them. `beside`: others that are there already.
-[[nodiscard]] bool pays(const Judged& j, const std::vector<std::size_t>& members,
+/// Where an error becomes smaller.
+enum class Pays {
+  kNot,
+  kInNoise,  ///< only once what is slow is filtered out: surely, however little of the whole it is
+  kPlainly,  ///< in most blocks and by a part that matters, as it is or after what references say of it
+};
+
+/// What a set, its sizes as the evidence has them, makes of the error of a channel (or of a member that it acts on).
+/// What acts only where one sensor is held against another need not pay: no model stands between them. `beside`: others
+/// that are there already.
+[[nodiscard]] Pays pays(const Judged& j, const std::vector<std::size_t>& members,
                         const std::vector<std::size_t>& beside = {});
 
 /// Residuals without and with the set, for pictures.

@@ -256,6 +256,7 @@ void members_of_references(const std::vector<const GroupScore*>& references,
   VectorXd surprise = VectorXd::Zero(shapes);
   const Index every = std::max<Index>(1, members / 4);  // some stand for all
   const double asked = std::ceil(static_cast<double>(members) / static_cast<double>(every));
+  const double by_chance = 1.0 + 2.0 * std::sqrt(2.0 / (asked * static_cast<double>(references.size())));
   for (Index i = 0; i < members; ++i) {
     std::vector<LogSums> logs;
     for (const GroupScore* reference : references) logs.push_back({reference->gram, reference->score.col(i)});
@@ -267,7 +268,7 @@ void members_of_references(const std::vector<const GroupScore*>& references,
   }
   out.group_mean.push_back(mean);
   out.group_variance.push_back(widening * variance);
-  out.group_inflation.push_back(std::max(1.0, surprise.maxCoeff()));
+  out.group_inflation.push_back(std::max(1.0, surprise.maxCoeff() / by_chance));
 }
 
 void learn_groups(const Design& design, const Score& score, const std::vector<Reference>& references, Usual& out) {

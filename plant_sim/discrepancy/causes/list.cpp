@@ -31,6 +31,10 @@ void size_for(const CellParameters& cell, std::vector<Cause>& causes) {
     for (CauseParameter& p : cause.parameters) {
       if (p.of_cell) p.typical *= std::max(1.0, ohm / kUsualOhm);
     }
+    // Of what a cell can only have more of, a change takes away at most what the model has.
+    const std::string_view name = cause.name;
+    if (name == "hysteresis") cause.parameters[0].low = -cell.effects.hysteresis_v;
+    if (name == "slow_relaxation") cause.parameters[0].low = -cell.effects.slow_relaxation_ohm;
   }
 }
 

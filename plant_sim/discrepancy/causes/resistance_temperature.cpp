@@ -11,7 +11,7 @@ Cause resistance_temperature() {
           .says = "the resistances change with temperature by {} of activation energy more than the model says",
           .test = "the same pulse on a cold and on a hot battery",
           .parameters =
-              {{"activation_energy_j_per_mol", "J/mol", -60000, 60000, 8000, 1e-3, "kJ/mol", 50}},
+              {{"activation_energy_j_per_mol", "J/mol", -35000, 35000, 8000, 1e-3, "kJ/mol", 50}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.activation_energy_j_per_mol += v[0]; })};
           }};

@@ -182,10 +182,11 @@ class Maker:
         alone = [member for each in hidden for member in each] if ask == "pair" else []
         logs = hide.shown(made + [hide.with_effects(self.sound, self.now, [member]) for member in alone])
         alone = logs[len(made) :]
+        separations, alone_separations = bench.separations_of(logs)[:, 0], bench.separations_of(alone)
         for number, (members, (changed, _), log) in enumerate(zip(hidden, made, logs)):
-            d_prime = float(bench.separation(log)[0])
+            d_prime = float(separations[number])
             parts = alone[2 * number : 2 * number + 2]
-            each = [float(bench.separation(part)[0]) for part in parts] or [d_prime]
+            each = [float(d[0]) for d in alone_separations[2 * number : 2 * number + 2]] or [d_prime]
             label = label_of(ask, self.kind, members, self.sound, d_prime, each)
             if parts:
                 label["likeness"] = round(float(bench.likeness(*parts)[0]), 4)

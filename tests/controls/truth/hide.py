@@ -43,43 +43,52 @@ class Bench:
     """d' of effects in one situation: what they change, over the noise of all channels and over what changes by itself.
 
     d'^2 = D' (S + N N')^-1 D with D the change of all channels, S the noise of the instruments (white, wander,
-    resolution), N one column for each parameter that differs from day to day, a standard deviation long.
+    resolution), N one column for each thing that two sound drives differ by, a standard deviation long. D is the
+    difference from the sound drive that shows the same current: who reads a log knows the current by its sensor only.
+    A car's current follows from what is driven.
     """
 
     def __init__(self, sound, now):
         self.sound, self.now = sound, now
-        drives = [(sound, now)]
-        for name, sigma in world.day_to_day(sound).items():
-            other = copy.deepcopy(now)
-            other.day[name] = other.day[name] + sigma
-            drives.append((sound, other))
-        self.quiet, *others = shown(drives)
-        self.nuisance = np.stack([self._changes(log) for log in others], 1)  # (cases, parameters, samples)
+        unlike = world.unlike(sound, now)
+        self.quiet, *others = shown([(sound, now)] + [(sound, other) for other, _ in unlike])
+        self.nuisance = np.stack(  # (cases, things, samples)
+            [self._difference(log, self.quiet) / share for log, (_, share) in zip(others, unlike)], 1)
         inner = np.einsum("bpi,bqi->bpq", self.nuisance, self.nuisance) + np.eye(self.nuisance.shape[1])
         self.inverse = np.linalg.inv(inner)
 
-    def _changes(self, log):
-        """Whitened difference from the quiet log, all channels in a row (cases, samples)."""
+    @staticmethod
+    def _difference(log, quiet):
+        """Whitened difference of two logs, all channels in a row (cases, samples)."""
         names = [name for name in log if name != "ambient"]
         parts = []
         for kind in sorted({world.channel_kind(name) for name in names}):
-            of_kind = np.stack([log[name] - self.quiet[name] for name in names if world.channel_kind(name) == kind], 1)
+            of_kind = np.stack([log[name] - quiet[name] for name in names if world.channel_kind(name) == kind], 1)
             parts.append(instruments.whitened(of_kind, kind, drive.STEP_S).reshape(len(of_kind), -1))
         return np.concatenate(parts, 1)
 
+    def changes(self, logs):
+        """What is different in noise-free logs, whitened: [(cases, samples)]."""
+        quiet = [self.quiet] * len(logs)
+        if self.now.current_a is not None:
+            other = [k for k, log in enumerate(logs) if not np.array_equal(log["current"], self.quiet["current"])]
+            drives = [(self.sound, dataclasses.replace(self.now, current_a=logs[k]["current"])) for k in other]
+            for k, log in zip(other, shown(drives) if drives else []):
+                quiet[k] = log
+        return [self._difference(log, of) for log, of in zip(logs, quiet)]
+
     def separations(self, cases_of_hidden):
         """d' of each list of effects, all its effects together: (lists, cases)."""
-        logs = shown([with_effects(self.sound, self.now, hidden) for hidden in cases_of_hidden])
-        return np.array([self.separation(log) for log in logs])
+        return self.separations_of(shown([with_effects(self.sound, self.now, hidden) for hidden in cases_of_hidden]))
 
-    def separation(self, log):
-        """d' of a noise-free log from the quiet one, (cases,)."""
-        change = self._changes(log)
-        return np.sqrt(np.maximum(self._product(change, change), 0.0))
+    def separations_of(self, logs):
+        """d' of noise-free logs: (logs, cases)."""
+        squares = [self._product(change, change) for change in self.changes(logs)]
+        return np.sqrt(np.maximum(np.array(squares), 0.0))
 
     def likeness(self, one, other):
-        """Cosine between what two effects change, (cases,): 1 when nobody can tell them apart."""
-        a, b = self._changes(one), self._changes(other)
+        """Cosine between what two effects change in noise-free logs, (cases,): 1 when nobody can tell them apart."""
+        a, b = self.changes([one, other])
         return self._product(a, b) / np.sqrt(np.maximum(self._product(a, a) * self._product(b, b), 1e-300))
 
     def _product(self, a, b):

@@ -63,6 +63,11 @@ DAY_OF_CAR = {"rolling": 0.03, "mass_kg": 0.003, "drag_area_m2": 0.01, "iron_w_p
               "slip_stiffness": 0.03}
 
 
+# How a drive begins: charge, spread of the cells' charge below it, warmth above the air [K], spread of the cells' [K].
+START_CHARGE, START_UNEQUAL = (0.90, 1.0), 0.004
+START_WARM_K, START_UNEQUAL_K = (-2.0, 4.0), 0.3
+
+
 @dataclasses.dataclass
 class Situation:
     """One drive of a world: arrays (cases,) and (cases, steps)."""
@@ -95,9 +100,10 @@ def situation(rng, world, duration_s):
         current = np.stack([drive.drive_current(rng, duration_s, c, d) for c, d in zip(capacity, drives)])
         budget = 0.72 * capacity * 3600.0
         current *= np.minimum(1.0, budget / (current.sum(1) * drive.STEP_S))[:, None]
-    charge = rng.uniform(0.90, 1.0, (cases, 1)) - np.abs(0.004 * rng.standard_normal((cases, cells)))
+    charge = rng.uniform(*START_CHARGE, (cases, 1)) - np.abs(START_UNEQUAL * rng.standard_normal((cases, cells)))
     ambient = ZERO_C + rng.uniform(12.0, 32.0, cases)
-    temperature = (ambient + rng.uniform(-2.0, 4.0, cases))[:, None] + 0.3 * rng.standard_normal((cases, cells))
+    temperature = (ambient + rng.uniform(*START_WARM_K, cases))[:, None]
+    temperature = temperature + START_UNEQUAL_K * rng.standard_normal((cases, cells))
     day = {name: sigma * rng.standard_normal(cases) for name, sigma in day_to_day(world).items()}
     return Situation(speed, slope, current, charge, temperature, ambient, day)
 
@@ -105,6 +111,23 @@ def situation(rng, world, duration_s):
 def day_to_day(world):
     """{parameter: standard deviation of its share} of this kind of world."""
     return DAY_OF_CELLS | (DAY_OF_CAR if world.kind == "car" else {})
+
+
+def unlike(world, now):
+    """[(situation, standard deviations by which it differs from `now`)]: what two sound drives differ by.
+
+    What changes from day to day, and the charge and the warmth that all cells and that each cell begins with. Where all
+    differ a step is a tenth of the deviation, so that the difference is a slope.
+    """
+    out = [(dataclasses.replace(now, day=now.day | {name: now.day[name] + sigma}), 1.0)
+           for name, sigma in day_to_day(world).items()]
+    each = np.eye(world.shape[1]) if world.shape[1] > 1 else []
+    for name, (low, high), unequal in (("charge", START_CHARGE, START_UNEQUAL * np.sqrt(1.0 - 2.0 / np.pi)),
+                                       ("temperature_k", START_WARM_K, START_UNEQUAL_K)):
+        before, together = getattr(now, name), (high - low) / np.sqrt(12.0)
+        out.append((dataclasses.replace(now, **{name: before - 0.1 * together}), 0.1))
+        out += [(dataclasses.replace(now, **{name: before - unequal * cell}), 1.0) for cell in each]
+    return out
 
 
 def of_today(world, day):

@@ -32,3 +32,22 @@ TEST(Evidence, AnEffectThatTheResidualHasNoRoomForIsNoExplanation) {
   DOUBLES_EQUAL(0.0, best_evidence(system), 0.0);
   LONGS_EQUAL(0, weigh_sets(system, 10).size());
 }
+
+TEST(Evidence, IsTemperedByWhatTheBestSetGainsNotByWhatManyColumnsTakeOfTheNoise) {
+  constexpr int kColumns = 12;
+  System system;
+  system.information = 100.0 * MatrixXd::Identity(kColumns + 1, kColumns + 1);
+  system.score = VectorXd::Constant(kColumns + 1, 10.0);  // one standard error each
+  system.prior_variance = VectorXd::Constant(kColumns + 1, 9.0);
+  for (int cause = 0; cause < 2; ++cause) {
+    Candidate candidate;
+    candidate.cause = cause;
+    for (int k = cause == 0 ? 0 : 1; k < (cause == 0 ? 1 : kColumns + 1); ++k) candidate.rows.push_back(k);
+    system.candidates.push_back(candidate);
+  }
+  constexpr double kError = 0.01;
+  const double gain = 1.0 / (1.0 + 1.0 / 900.0);
+  DOUBLES_EQUAL(100.0 / (1.0 + kError * gain), tempered(system, 0.0, kError).information(0, 0), 1e-9);
+  system.score(0) = 1e3;  // a hundred standard errors
+  DOUBLES_EQUAL(100.0 / (1.0 + kError * 1e4 * gain), tempered(system, 0.0, kError).information(0, 0), 1e-9);
+}

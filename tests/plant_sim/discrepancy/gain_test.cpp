@@ -64,7 +64,7 @@ TEST_GROUP(Pays) {
   }
 
   /// The voltage's residual is these amounts of its columns; the pack's a little of its own.
-  bool pays_of(double amount, double usually, std::size_t candidate, const std::vector<std::size_t>& beside = {}) {
+  Pays pays_of(double amount, double usually, std::size_t candidate, const std::vector<std::size_t>& beside = {}) {
     design.residual = {noise(1) + amount * wave + usually * design.columns[2].effect[0], noise(2) + 1e-5 * wave};
     parts.quarters.assign(4, system);
     for (System& quarter : parts.quarters) quarter.information = MatrixXd::Zero(3, 3), quarter.score = VectorXd::Zero(3);
@@ -86,32 +86,43 @@ TEST_GROUP(Pays) {
     const Judged judged{causes, design, locals, system, known, usual, use, sets, decision, parts, refinery, nullptr};
     return pays(judged, {candidate}, beside);
   }
+
+  bool plainly(double amount, double usually, std::size_t candidate, const std::vector<std::size_t>& beside = {}) {
+    return pays_of(amount, usually, candidate, beside) == Pays::kPlainly;
+  }
 };
 
 TEST(Pays, AnEffectAsLargeAsTheNoisePaysAndAFiftiethOfItDoesNot) {
-  CHECK(pays_of(kNoise, 0.0, 0));
-  CHECK_FALSE(pays_of(0.02 * kNoise, 0.0, 0));
+  CHECK(plainly(kNoise, 0.0, 0));
+  CHECK(pays_of(0.02 * kNoise, 0.0, 0) == Pays::kNot);
 }
 
 TEST(Pays, WhatReferencesKnowIsTakenAwayFirst) {
   const double much = 10.0 * kNoise;  // beside it the effect is one in a hundred of the squares
-  CHECK_FALSE(pays_of(kNoise, much, 0));
+  CHECK_FALSE(plainly(kNoise, much, 0));
   usual.mean(2) = much;
-  CHECK(pays_of(kNoise, much, 0));
+  CHECK(plainly(kNoise, much, 0));
 }
 
 TEST(Pays, BetweenTwoSensorsNoErrorOfAModelStands) {
-  CHECK(pays_of(0.0, 0.0, 1));
+  CHECK(plainly(0.0, 0.0, 1));
 }
 
 TEST(Pays, AShapeWithoutANameHasToPayToo) {
-  CHECK_FALSE(pays_of(0.0, 0.02 * kNoise, 2));
-  CHECK(pays_of(0.0, kNoise, 2));
+  CHECK_FALSE(plainly(0.0, 0.02 * kNoise, 2));
+  CHECK(plainly(0.0, kNoise, 2));
 }
 
 TEST(Pays, BesideAnotherCauseOnlyWhatThatOneLeavesCounts) {
   // Ten parts of one beside two of the other: alone the small one is lost, beside the large one it pays.
-  CHECK_FALSE(pays_of(10.0 * kNoise, 2.0 * kNoise, 2));
-  CHECK(pays_of(10.0 * kNoise, 2.0 * kNoise, 2, {0}));
-  CHECK_FALSE(pays_of(10.0 * kNoise, 0.02 * kNoise, 2, {0}));
+  CHECK_FALSE(plainly(10.0 * kNoise, 2.0 * kNoise, 2));
+  CHECK(plainly(10.0 * kNoise, 2.0 * kNoise, 2, {0}));
+  CHECK_FALSE(plainly(10.0 * kNoise, 0.02 * kNoise, 2, {0}));
+}
+
+TEST(Pays, AFastEffectInASlowErrorPaysOnceTheSlowIsFilteredOut) {
+  const double slow = 10.0 * kNoise, fast = 0.2 * kNoise;  // one in 2500 of the squares
+  known["voltage"] = {kNoise, slow, 30.0, 0.0};
+  CHECK(pays_of(fast, slow, 0) == Pays::kInNoise);
+  CHECK(pays_of(0.02 * kNoise, slow, 0) == Pays::kNot);
 }
