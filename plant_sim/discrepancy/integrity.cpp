@@ -344,4 +344,20 @@ std::vector<FoundCause> unusual_findings(const std::vector<GateFinding>& finding
   return out;
 }
 
+double coarser_by_a(const std::vector<GateFinding>& findings,
+                    const std::vector<std::vector<GateFinding>>& references) {
+  constexpr double kEvenly = 12.0;  // variance of what is anywhere within one step
+  const auto step_in = [](const std::vector<GateFinding>& of) {
+    double step = 0.0;
+    for (const GateFinding& finding : of) {
+      if (finding.cause == "quantisation" && finding.channel == "current") step = finding.value;
+    }
+    return step;
+  };
+  double usual = 0.0;
+  for (const auto& reference : references) usual = std::max(usual, step_in(reference));
+  const double step = step_in(findings);
+  return references.empty() ? 0.0 : std::sqrt(std::max(0.0, step * step - usual * usual) / kEvenly);
+}
+
 }  // namespace voltlap::plant

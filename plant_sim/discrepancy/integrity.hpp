@@ -31,4 +31,8 @@ struct Gated {
 [[nodiscard]] std::vector<FoundCause> unusual_findings(const std::vector<GateFinding>& findings,
                                                        const std::vector<std::vector<GateFinding>>& references);
 
+/// Standard deviation of what the current's steps add to its readings beyond those of the references [A].
+[[nodiscard]] double coarser_by_a(const std::vector<GateFinding>& findings,
+                                  const std::vector<std::vector<GateFinding>>& references);
+
 }  // namespace voltlap::plant

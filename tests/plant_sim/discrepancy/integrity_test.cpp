@@ -76,3 +76,12 @@ TEST(Integrity, TwoSecondsAreNotFrozen) {
 TEST(Integrity, AThermistorOfWholeKelvinsMayStandForAMinute) {
   DOUBLES_EQUAL(0.0, frozen_s(gated(held(thermistor(0.05, 1.0), 600))), 0.0);
 }
+
+TEST(Integrity, StepsOfTheCurrentAreItsNoiseBeyondThoseOfTheReferences) {
+  const GateFinding coarse{"quantisation", "current", "step", 13.0, "A", true};
+  const GateFinding usual{"quantisation", "current", "step", 5.0, "A", true};
+  const GateFinding other{"quantisation", "temperature_1", "step", 1.0, "K", true};
+  DOUBLES_EQUAL(12.0 / std::sqrt(12.0), coarser_by_a({other, coarse}, {{other}, {usual}}), 1e-12);
+  DOUBLES_EQUAL(0.0, coarser_by_a({usual}, {{coarse}}), 0.0);
+  DOUBLES_EQUAL(0.0, coarser_by_a({coarse}, {}), 0.0);  // one log's own floor has them
+}
