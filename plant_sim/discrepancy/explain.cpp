@@ -14,6 +14,7 @@
 #include "discrepancy/integrity.hpp"
 #include "discrepancy/parts.hpp"
 #include "discrepancy/saturation.hpp"
+#include "discrepancy/steps.hpp"
 #include "discrepancy/trust.hpp"
 #include "discrepancy/verdict.hpp"
 
@@ -167,9 +168,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   }
   c.design = design_of(log.world, std::move(log.comparison), c.causes);
   learn_floor(c);
-  // References do not know steps that only this log has.
-  double& of_current = c.noise[c.design.comparison.channels.front().name].current_a;
-  of_current = std::hypot(of_current, coarser_by_a(gated.findings, usual_findings));
+  allow_for_steps(coarser_by_a(gated.findings, usual_findings), c.causes, c.design, c.noise);
   progress("weighing causes", 0.5);
   analyse(c, options.fit_blocks);
   // Share rho of a signature's energy that is not believed: 6 % decide at ln 20, however large an effect is. Without
