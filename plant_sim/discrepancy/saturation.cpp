@@ -23,7 +23,7 @@ std::size_t pile_of(const std::vector<double>& values, Index rows) {
   constexpr double kNarrowest = 1e-4, kWidest = 0.03;    // of the largest reading: the noise of its sensor
   constexpr double kWider = 1.25;
   constexpr double kLeast = 20.0, kLeastShare = 0.005;   // readings; of all rows
-  constexpr double kSteep = 5.0;                         // times as many as in the same width below
+  constexpr double kSteep = 3.0;                         // times as many as in the same width below
   if (values.empty()) return 0;
   const double most = values.front();
   const auto within = [&](double width) {
