@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hidden truth obeys the laws it claims, hides what it is asked to, and knows nothing of the project."""
 import ast
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -148,11 +149,25 @@ def test_every_effect_shows_at_its_largest(bench):
     assert {effect.name: row for effect, row in zip(shown, seen) if row.min() < 1.0} == {}
 
 
-def test_detectable_size_has_the_separation_of_its_name(bench):
+def test_who_reads_a_log_knows_the_current_by_its_sensor_only(bench):
     _, it = bench
-    effect = effects.BY_NAME["series_resistance"]
-    size = it.detectable(effect, {}, 1)
-    assert it.separations([[hide.Hidden(effect, size, {})]])[0] == pytest.approx(hide.DETECTABLE, rel=0.05)
+    wrong = hide.Hidden(effects.BY_NAME["current_gain"], np.array([0.02]), {})
+    log = hide.shown([hide.with_effects(it.sound, it.now, [wrong])])[0]
+    known = it._difference(log, it.quiet)  # if the true current were in the log as well
+    change = it.changes([log])[0]
+    if it.now.current_a is None:  # a car's follows from what is driven
+        assert (change == known).all()
+    else:
+        assert (change ** 2).sum() < 0.25 * (known ** 2).sum()
+        assert it.separations_of([log])[0] < 0.5 * np.sqrt(it._product(known, known))
+
+
+def test_the_warmth_that_a_drive_begins_with_is_no_effect(bench):
+    _, it = bench
+    warmer = dataclasses.replace(it.now, temperature_k=it.now.temperature_k + 1.0)
+    log = hide.shown([(it.sound, warmer)])[0]
+    known = it._difference(log, it.quiet)
+    assert it.separations_of([log])[0] < 0.2 * np.sqrt((known ** 2).sum())
 
 
 def test_original_stays_as_it_was(bench):

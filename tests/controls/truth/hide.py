@@ -94,11 +94,3 @@ class Bench:
     def _product(self, a, b):
         inside = np.einsum("bpi,bi->bp", self.nuisance, a), np.einsum("bpi,bi->bp", self.nuisance, b)
         return (a * b).sum(1) - np.einsum("bp,bpq,bq->b", inside[0], self.inverse, inside[1])
-
-    def detectable(self, effect, fixed, sign):
-        """Size whose d' is DETECTABLE, (cases,): from the slope at a fifth of the largest size, mended once."""
-        size = 0.2 * largest(effect, self.sound)
-        for _ in range(2):
-            seen = self.separations([[Hidden(effect, sign * size, fixed)]])[0]
-            size = np.minimum(size * DETECTABLE / np.maximum(seen, 1e-9), largest(effect, self.sound))
-        return size
