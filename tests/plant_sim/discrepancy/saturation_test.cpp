@@ -74,6 +74,23 @@ TEST(Saturation, a_pile_of_noisy_readings_at_the_end_is_a_rail_and_the_peak_of_a
   CHECK_FALSE(rail_of(with_noise(pulls(1.0), kNoise)).has_value());
 }
 
+TEST(Saturation, a_small_pile_above_many_large_readings_is_a_rail_when_it_is_three_times_as_dense) {
+  const auto current = [](double times) {  // `times` as many in the pile's 0.7 A as in the 0.7 A below it
+    constexpr Index kPile = 280;
+    constexpr double kWidth = 0.7;
+    const double each = times * kWidth / static_cast<double>(kPile);  // A from one reading to the next
+    VectorXd out(kRows);
+    for (Index row = 0; row < kRows; ++row) {
+      out(row) = row < kPile ? kLimit : std::max(0.0, kLimit - each * static_cast<double>(row - kPile));
+    }
+    return with_noise(out, kNoise);
+  };
+  const auto rail = rail_of(current(5.5));
+  CHECK(rail.has_value());
+  DOUBLES_EQUAL(kLimit, rail->limit_a, 0.1);
+  CHECK_FALSE(rail_of(current(1.5)).has_value());
+}
+
 TEST(Saturation, what_flowed_beyond_the_limit_is_told_by_the_voltage_for_either_sign) {
   const World model = leaf();
   for (const double sign : {1.0, -1.0}) {

@@ -4,7 +4,11 @@
 
 #include <CppUTest/TestHarness.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
+
+#include "discrepancy/causes/list.hpp"
 
 using namespace voltlap::plant;
 using Eigen::VectorXd;
@@ -40,6 +44,14 @@ TEST_GROUP(Steps) {
     design.forms[2][1].channel = "pack_voltage";
   }
 };
+
+TEST(Steps, LookLikeCausesOfTheCatalogue) {
+  const std::vector<Cause> known = catalogue({});
+  for (const Cause& cause : causes) {
+    CHECK(std::any_of(known.begin(), known.end(),
+                      [&](const Cause& k) { return std::string_view(k.name) == cause.name; }));
+  }
+}
 
 TEST(Steps, NoneChangeNothing) {
   allow_for_steps(0.0, causes, design, noise);
