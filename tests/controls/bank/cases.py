@@ -129,7 +129,7 @@ class Maker:
         if regular:
             seen = bench.separations(
                 [[self._hidden(effect, size, fixed, sign)] for (effect, fixed, sign), size in zip(regular, sizes)]
-            )[:, 0]
+            )
             sizes = [
                 np.minimum(size * hide.DETECTABLE / max(d, 1e-9), hide.largest(effect, self.sound))
                 for (effect, _, _), size, d in zip(regular, sizes, seen)
@@ -145,6 +145,7 @@ class Maker:
             hidden.append(self._hidden(effect, factor * detectable, fixed, sign))
         for effect, fixed, sign in self.gate:
             size = hide.largest(effect, self.sound) * np.exp(self.rng.uniform(np.log(0.1), 0.0))
+            size = np.maximum(size, effect.least(self.sound))
             hidden.append(self._hidden(effect, size, fixed, sign))
         self._add(bench, out, "single", [[h] for h in hidden])
 
@@ -182,14 +183,14 @@ class Maker:
         alone = [member for each in hidden for member in each] if ask == "pair" else []
         logs = hide.shown(made + [hide.with_effects(self.sound, self.now, [member]) for member in alone])
         alone = logs[len(made) :]
-        separations, alone_separations = bench.separations_of(logs)[:, 0], bench.separations_of(alone)
+        separations, alone_separations = bench.separations_of(logs), bench.separations_of(alone)
         for number, (members, (changed, _), log) in enumerate(zip(hidden, made, logs)):
             d_prime = float(separations[number])
             parts = alone[2 * number : 2 * number + 2]
-            each = [float(d[0]) for d in alone_separations[2 * number : 2 * number + 2]] or [d_prime]
+            each = [float(d) for d in alone_separations[2 * number : 2 * number + 2]] or [d_prime]
             label = label_of(ask, self.kind, members, self.sound, d_prime, each)
             if parts:
-                label["likeness"] = round(float(bench.likeness(*parts)[0]), 4)
+                label["likeness"] = round(float(bench.likeness(*parts)), 4)
             if members[0].effect.name in GATE:
                 label["ask"] = "gate"
             again = copy.deepcopy(self.rng)

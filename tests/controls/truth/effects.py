@@ -27,7 +27,7 @@ class Effect:
     signs: tuple  # +1, -1 or both
     change: Callable  # (world, situation, value (cases,), fixed {name: (cases,)})
     fixed: Callable = lambda rng, world: {}  # {name: (cases,)}
-    nominal: float = 0.0  # a size to compute d' from; 0: a fifth of the largest
+    least: Callable = lambda world: 0.0  # smallest magnitude that is something wrong
     relative_to_ohm: bool = False  # `high` is in units of one cell's resistance, 0.09 V / capacity [Ah]
 
 
@@ -189,7 +189,11 @@ def freeze(world, now, value, fixed):
 
 
 def frozen_channel(rng, world):
-    return one_of(thermistors)(rng, world) | {"where": rng.uniform(0, 1, world.shape[0])}
+    """A cell, or a thermistor whose noise moves it by its steps: of others nobody can tell that they stand."""
+    noise = world.instruments.noise["temperature"]
+    lively = thermistors(world) if noise.white > 0.5 * noise.step else []
+    cells = ["voltage"] if world.kind == "cell" else cell_channels(world)
+    return one_of(lambda _: cells + lively)(rng, world) | {"where": rng.uniform(0, 1, world.shape[0])}
 
 
 def drop(world, now, value, fixed):
@@ -245,7 +249,9 @@ ALL = (
     Effect("brake_fade", CAR, "friction_per_k", 2e-3, DOWN, of_car("fade_per_k", add)),
     Effect("regen_split", CAR, "fraction", 0.4, UP, of_car("regeneration", add)),
     Effect("dropped_or_late_frames", BATTERY, "count", 0.05, UP, drop),
-    Effect("quantisation", BATTERY, "step", 5.0, UP, instrument("step", "current")),
+    # Finer steps than four of the logger's own are nothing wrong.
+    Effect("quantisation", BATTERY, "step", 5.0, UP, instrument("step", "current"),
+           least=lambda world: 4.0 * world.instruments.noise["current"].step),
     Effect("frozen_signal", BATTERY, "duration_s", 60.0, UP, freeze, frozen_channel),
 )
 BY_NAME = {effect.name: effect for effect in ALL}

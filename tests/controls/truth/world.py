@@ -20,7 +20,7 @@ FAMILIES = {"particle": chemistry.Pack, "circuit": circuit.Circuit}  # another p
 
 
 def channel_kind(name):
-    """What a channel measures, a key of instruments.NOISE."""
+    """What a channel measures, a key of a logger's noise."""
     for kind, starts in {"voltage": ("cell_voltage", "voltage"), "pack_voltage": ("pack_voltage", "bus_voltage"),
                          "temperature": ("temperature", "ambient"), "speed": ("speed", "wheel_speed")}.items():
         if name.startswith(starts):
@@ -30,8 +30,9 @@ def channel_kind(name):
 
 @dataclasses.dataclass
 class Instruments:
-    """What is wrong with the instruments, by channel name; arrays (cases,). Nothing in a sound log."""
+    """A logger, and what is wrong with it by channel name; arrays (cases,). Nothing is wrong in a sound log."""
 
+    noise: dict  # {kind: instruments.Noise}
     gain: dict = dataclasses.field(default_factory=dict)
     offset: dict = dataclasses.field(default_factory=dict)
     delay_s: dict = dataclasses.field(default_factory=dict)
@@ -74,7 +75,7 @@ class Situation:
 
     speed_mps: np.ndarray
     slope: np.ndarray
-    current_a: np.ndarray | None
+    current_a: np.ndarray | None  # None: what the drive asks of the car's pack
     charge: np.ndarray  # (cases, cells)
     temperature_k: np.ndarray
     ambient_k: np.ndarray
@@ -83,10 +84,11 @@ class Situation:
 
 
 def make(rng, kind, cases, family="particle"):
-    """Sound worlds of random make."""
+    """Sound worlds of random make, with one random logger for all."""
     shape = (cases, CELLS[kind])
     cells = chemistry.design(rng, *shape, CAPACITY_AH[kind]).widened(shape)
-    return World(kind, cells, cars.design(rng, cases) if kind == "car" else None, Instruments(), family)
+    car = cars.design(rng, cases) if kind == "car" else None
+    return World(kind, cells, car, Instruments(instruments.draw(rng.spawn(1)[0])), family)
 
 
 def situation(rng, world, duration_s):
@@ -141,6 +143,8 @@ def of_today(world, day):
 def happens(drives):
     """The truth of many drives [(world, situation)] of one kind and length, computed side by side.
 
+    All with a current, or all with what the drive asks.
+
     Returns [(History of the cells, Demand of the car or None)]. A step costs nearly the same for one case as for many.
     """
     kind = drives[0][0].kind
@@ -153,6 +157,7 @@ def happens(drives):
     pack, standing, demand = FAMILIES[drives[0][0].family](cells, charge, temperature), speed < 0.05, None
     if kind == "car":
         demand = cars.drive(_side_by_side([part for _, part in made]), speed, slope, drive.STEP_S)
+    if nows[0].current_a is None:
         history = chemistry.run(pack, drive.STEP_S, air_k, standing, power_w=demand.power_w)
     else:
         current = np.concatenate([now.current_a for now in nows])
@@ -226,7 +231,9 @@ def faulty(out, wrong: Instruments):
 
 def measured(rng, shown, world):
     """The log: noise, resolution, frozen stretches. Dropped rows are left to the packer: {role: (cases, steps)}."""
-    log = {name: instruments.noisy(rng, values, channel_kind(name), drive.STEP_S) for name, values in shown.items()}
+    noise = world.instruments.noise
+    log = {name: instruments.noisy(rng, values, noise[channel_kind(name)], drive.STEP_S)
+           for name, values in shown.items()}
     log["ambient"] = np.round(shown["ambient"], 1)
     for name, step in world.instruments.step.items():
         coarse = np.where(step > 0, step, 1.0)[:, None]
