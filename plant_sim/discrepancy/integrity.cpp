@@ -109,32 +109,33 @@ void mask_frozen(Recording& log, const std::string& role, VectorXd& values, cons
 }
 
 /// A thermistor's noise moves it by a step or so all the time. A value that then stands four times as long as any other in
-/// the log is frozen. One that hardly moves, for its steps are coarse, cannot be told from one that stands.
+/// the log is frozen. One whose steps are coarser than its noise stands for long wherever it is: nobody can tell.
 void mask_standing(Recording& log, const std::string& role, VectorXd& values, std::vector<GateFinding>& findings,
                    const Range& range) {
-  constexpr double kTimesLonger = 4.0, kMoves = 3.0;  // of the next longest stand; rows that a value usually stands
+  constexpr double kTimesLonger = 4.0, kOften = 0.05;  // of the next longest stand; of the time
   constexpr Index kLeastRows = 30;
   struct Stand {
     Index first, last;
     double seconds;
   };
   std::vector<Stand> stands;
-  std::vector<double> rows;
+  double standing = 0.0, moving = 0.0;
   for (Index row = 0; row < values.size();) {
     Index last = row + 1;
     while (last < values.size() && values(last) == values(row)) ++last;
     if (std::isfinite(values(row))) {
       stands.push_back({row, last, log.time_s(last - 1) - log.time_s(row)});
-      rows.push_back(static_cast<double>(last - row));
+      (last - row < kLeastRows ? moving : standing) += static_cast<double>(last - row);
     }
     row = last;
   }
-  if (stands.size() < 2 || median_of(std::move(rows)) > kMoves) return;
+  if (stands.size() < 2) return;
   std::partial_sort(stands.begin(), stands.begin() + 2, stands.end(),
                     [](const Stand& a, const Stand& b) { return a.seconds > b.seconds; });
   const Stand& longest = stands[0];
+  const auto rows = static_cast<double>(longest.last - longest.first);
   if (longest.last - longest.first < kLeastRows || longest.seconds < kFrozen ||
-      longest.seconds < kTimesLonger * stands[1].seconds) {
+      longest.seconds < kTimesLonger * stands[1].seconds || standing - rows > kOften * (standing - rows + moving)) {
     return;
   }
   mask(log, values, role, longest.first, longest.last,
@@ -178,13 +179,13 @@ double step_of(const VectorXd& values) {
   return gaps[gaps.size() / 10];
 }
 
-/// Current that a voltage of this role must show: twice its usual step over the resistance that the model gives it.
-double least_shown_a(const std::string& role, const Model& model, const Range& range) {
+/// Current that a voltage of this role must show: twice its step over the resistance that the model gives it.
+double least_shown_a(const std::string& role, const Model& model, double step) {
   const CellParameters& cell = model.world.car.cell;
   const BatterySection& battery = model.world.car.battery;
   const double r0 = CellTables(cell).circuit(0.5, cell.reference_temperature_c, cell.reference_current_a).r0_ohm;
   const double cells = role == "pack_voltage" ? std::max(1, battery.cells_in_series) : 1;
-  return 2.0 * range.usual_step * battery.cells_in_parallel / (cells * r0);
+  return 2.0 * step * battery.cells_in_parallel / (cells * r0);
 }
 
 void find_gaps(Recording& log, std::vector<GateFinding>& findings) {
@@ -289,7 +290,8 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
     if (role == "current") {
       mask_frozen(out.log, role, values, voltage, 0.3 * swing, out.findings, range);
     } else if (role == "voltage" || role == "pack_voltage" || role.starts_with("cell_voltage_")) {
-      const double moved_by = std::max(0.3 * most, least_shown_a(role, model, range));
+      const double coarsest = std::max(range.usual_step, step_of(values));
+      const double moved_by = std::max(0.3 * most, least_shown_a(role, model, coarsest));
       mask_frozen(out.log, role, values, moving, moved_by, out.findings, range);
     } else if (role.starts_with("temperature_")) {
       mask_standing(out.log, role, values, out.findings, range);

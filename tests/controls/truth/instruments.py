@@ -18,9 +18,10 @@ class Noise:
 
 
 # By kind of channel: the finest and the coarsest logger that race teams have. Resolutions are those of recorded cars and
-# of data sheets: cells 0.1 mV (a team's own board) to 1.5 mV (Orion BMS), pack 10 mV to 1 V (a data logger's channel),
-# current 10 mA (shunt on the bus) to 1 A, thermistors 0.05 to 1 K (Orion BMS), SOC to 0.5 % (Orion BMS), pedals to 1 %.
-# White noise at rest was 0.11 A of a shunt, 0.43 A of an energy meter, 0.4 mV of a cell, 0.3 Nm of an inverter.
+# of data sheets: cells 0.1 mV (a team's own board) to 1.5 mV (Orion BMS), pack 10 mV (shunt on the bus) to 0.1 V (Orion
+# BMS), current 10 mA (that shunt) to 1 A (a data logger), thermistors 0.05 to 1 K (Orion BMS), SOC to 0.5 % (Orion BMS),
+# pedals to 1 %. White noise at rest was 0.11 A of a shunt, 0.43 A of an energy meter, 0.4 mV of a cell, 0.3 Nm of an
+# inverter.
 FINEST = {
     "voltage": Noise(0.2e-3, 0.3e-3, 30.0, 0.1e-3),  # V, one cell
     "pack_voltage": Noise(10e-3, 10e-3, 30.0, 10e-3),  # V
@@ -35,7 +36,7 @@ FINEST = {
 }
 COARSEST = {
     "voltage": Noise(1.0e-3, 1.0e-3, 30.0, 1.5e-3),
-    "pack_voltage": Noise(100e-3, 50e-3, 30.0, 1.0),
+    "pack_voltage": Noise(50e-3, 50e-3, 30.0, 0.1),
     "current": Noise(0.45, 0.15, 60.0, 1.0),
     "temperature": Noise(0.10, 0.20, 60.0, 1.0),
     "speed": Noise(0.10, 0.05, 10.0, 0.1),

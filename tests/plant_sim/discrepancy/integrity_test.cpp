@@ -4,6 +4,7 @@
 
 #include <CppUTest/TestHarness.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -75,6 +76,28 @@ TEST(Integrity, TwoSecondsAreNotFrozen) {
 
 TEST(Integrity, AThermistorOfWholeKelvinsMayStandForAMinute) {
   DOUBLES_EQUAL(0.0, frozen_s(gated(held(thermistor(0.05, 1.0), 600))), 0.0);
+}
+
+TEST(Integrity, AThermistorWhoseNoiseIsFinerThanItsStepsMayStandWhereItIsWarm) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  VectorXd warms(kRows);  // 6 K in five minutes, then no more: it stands ten times as long as on any step before
+  for (Index row = 0; row < kRows; ++row) {
+    const double kelvin = 6.5 * std::min(1.0, 2.0 * static_cast<double>(row) / kRows) + 0.05 * normal(random);
+    warms(row) = 25.0 + 0.5 * std::round(kelvin / 0.5);
+  }
+  DOUBLES_EQUAL(0.0, frozen_s(gated(warms)), 0.0);
+}
+
+TEST(Integrity, AVoltageOfCoarseStepsIsNotFrozenByACurrentThatMovesItLess) {
+  Recording log;
+  log.time_s = VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
+  log.signals["current"] = (20.0 * log.time_s.array().sin() + 30.0).matrix();
+  const auto volts = 4.1 - 0.001 * log.time_s.array() - 0.002 * log.signals["current"].array();
+  log.signals["voltage"] = (0.1 * (volts / 0.1).round()).matrix();
+  const Gated out = integrity_gate(log, leaf());
+  CHECK(std::none_of(out.findings.begin(), out.findings.end(),
+                     [](const GateFinding& finding) { return finding.cause == "frozen_signal"; }));
 }
 
 TEST(Integrity, StepsOfTheCurrentAreItsNoiseBeyondThoseOfTheReferences) {
