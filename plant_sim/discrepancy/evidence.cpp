@@ -154,6 +154,14 @@ std::vector<WeighedSet> weigh_sets(const System& system, std::size_t keep) {
   return out;
 }
 
+std::optional<double> evidence_of_set(const System& system, const std::vector<std::size_t>& members) {
+  SetForm form;
+  if (!form_of(system, members.data(), members.size(), form)) return std::nullopt;
+  const double evidence = evidence_of(form, system.score);
+  if (evidence == kImpossible || !possible(system, form)) return std::nullopt;
+  return evidence;
+}
+
 double best_evidence(const System& system) {
   double best = 0.0;
   SetForm form;

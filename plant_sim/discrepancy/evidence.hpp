@@ -5,6 +5,7 @@
 //   ln evidence(S) = a_S' (A_SS + P^-1)^-1 a_S / 2 - ln det(I + A_SS P) / 2 + sum ln prior       P: prior_variance
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "discrepancy/candidates.hpp"
@@ -19,6 +20,9 @@ struct WeighedSet {
 
 /// Best first; at most `keep` sets, all singles included. The empty set has evidence 0.
 [[nodiscard]] std::vector<WeighedSet> weigh_sets(const System& system, std::size_t keep);
+
+/// Evidence of one set; nothing where a size would have an impossible sign or exceed what the residual has room for.
+[[nodiscard]] std::optional<double> evidence_of_set(const System& system, const std::vector<std::size_t>& members);
 
 /// The system as it counts when sets are weighed: signatures are known to a few percent only, so that no evidence,
 /// however strong, tells causes apart whose signatures differ by less; nor is evidence believed that sound logs have too.

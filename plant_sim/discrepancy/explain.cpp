@@ -11,6 +11,7 @@
 #include "core/errors.hpp"
 #include "discrepancy/causes/list.hpp"
 #include "discrepancy/findings.hpp"
+#include "discrepancy/further.hpp"
 #include "discrepancy/integrity.hpp"
 #include "discrepancy/parts.hpp"
 #include "discrepancy/saturation.hpp"
@@ -187,9 +188,18 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   if (options.holdout) {
     holdout = held_against(model.world, integrity_gate(*options.holdout, model).log, compared, options).comparison;
   }
-  const Judged judged{c.causes, c.design, c.locals, c.system, c.noise,  c.usual,
-                      c.use,    sets,     decision, parts,    refinery, holdout ? &*holdout : nullptr};
-  put_verdict(judged, gate, out);
+  const auto say = [&](const Decision& decided) {
+    Explanation said = out;
+    put_verdict({c.causes, c.design, c.locals, c.system, c.noise, c.usual, c.use, sets, decided, parts, refinery,
+                 holdout ? &*holdout : nullptr}, gate, said);
+    return said;
+  };
+  const double signature_error = c.references.empty() ? kAlone : kSignatureError;
+  const auto further = with_further_causes({c.system, c.score, c.usual.inflation, c.usual_evidence, signature_error}, decision);
+  std::optional<Explanation> more;
+  if (further) more = say(*further);
+  // Causes beside the answer are said when nothing speaks against them, or not at all.
+  out = more && more->verdict == Verdict::kNamed ? *more : say(decision);
   note_larger_than_references(c.design, c.references, out);
   if (log.saturation) {
     put_readings_before(model.world, c.design, holdout ? *holdout : c.design.comparison, out);

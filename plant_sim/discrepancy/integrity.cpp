@@ -108,8 +108,8 @@ void mask_frozen(Recording& log, const std::string& role, VectorXd& values, cons
   if (total > 0.0) findings.push_back({"frozen_signal", role, "duration_s", total, "s", true});
 }
 
-/// A thermistor's noise moves it by a step or so all the time. A value that then stands four times as long as any other in
-/// the log is frozen. One whose steps are coarser than its noise stands for long wherever it is: nobody can tell.
+/// The noise of a sensor moves it by a step or so all the time. A value that then stands four times as long as any other
+/// in the log is frozen. One whose steps are coarser than its noise stands for long wherever it is: nobody can tell.
 void mask_standing(Recording& log, const std::string& role, VectorXd& values, std::vector<GateFinding>& findings,
                    const Range& range) {
   constexpr double kTimesLonger = 4.0, kOften = 0.05;  // of the next longest stand; of the time
@@ -293,6 +293,7 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
       const double coarsest = std::max(range.usual_step, step_of(values));
       const double moved_by = std::max(0.3 * most, least_shown_a(role, model, coarsest));
       mask_frozen(out.log, role, values, moving, moved_by, out.findings, range);
+      if (role != "pack_voltage") mask_standing(out.log, role, values, out.findings, range);  // at rest too
     } else if (role.starts_with("temperature_")) {
       mask_standing(out.log, role, values, out.findings, range);
     }

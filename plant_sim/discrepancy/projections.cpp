@@ -12,6 +12,7 @@ using Eigen::VectorXd;
 
 constexpr double kMargin = 2.0;     // on the size of a projection, as few references tell it
 constexpr double kReferences = 3.0; // what all errors of a channel weigh against a signature's own projections
+constexpr double kSlow = 0.2;       // of an energy: what may be slow error where all of it is as large as noise
 constexpr double kShare = 0.15;     // of a channel's error that lies along one signature
 
 /// Variance of the projection on column `k` of a channel's sums; `rows` of the log.
@@ -19,7 +20,8 @@ double expected_square(const BlockSum& log, const std::vector<const BlockSum*>& 
   double own = 0.0, count = 0.0, error = 0.0, logs = 0.0;
   for (const BlockSum* theirs : teachers) {
     if (theirs->rows <= 0.0) continue;
-    error += theirs->energy / theirs->rows;
+    const double energy = theirs->energy / theirs->rows;
+    error += std::max(kSlow * energy, energy - 1.0);
     logs += 1.0;
     if (theirs->gram(k, k) <= 0.0) continue;
     own += std::pow(theirs->score(k) / theirs->gram(k, k), 2);

@@ -89,6 +89,22 @@ TEST(Integrity, AThermistorWhoseNoiseIsFinerThanItsStepsMayStandWhereItIsWarm) {
   DOUBLES_EQUAL(0.0, frozen_s(gated(warms)), 0.0);
 }
 
+TEST(Integrity, AVoltageWhoseNoiseStopsAtRestIsFrozen) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Recording log;
+  log.time_s = VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
+  log.signals["current"] = VectorXd::Zero(kRows);
+  log.signals["current"].head(1000).setConstant(30.0);
+  VectorXd volts(kRows);
+  for (Index row = 0; row < kRows; ++row) volts(row) = 3.8 + 1e-4 * std::round(5.0 * normal(random));
+  log.signals["voltage"] = held(volts, 80);
+  const Gated out = integrity_gate(log, leaf());
+  LONGS_EQUAL(1, std::count_if(out.findings.begin(), out.findings.end(), [](const GateFinding& finding) {
+                return finding.cause == "frozen_signal" && finding.channel == "voltage";
+              }));
+}
+
 TEST(Integrity, AVoltageOfCoarseStepsIsNotFrozenByACurrentThatMovesItLess) {
   Recording log;
   log.time_s = VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
