@@ -12,7 +12,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Members = std::vector<std::size_t>;
 
-constexpr std::size_t kMost = 3;  // causes of an answer
+constexpr std::size_t kMost = 3;   // causes of an answer
+constexpr std::size_t kCurve = 3;  // columns from which a cause is a curve, which bends to whatever is left
 
 /// Sizes of all columns, of a set's members alone.
 VectorXd spread_out(const System& system, const Members& members, const VectorXd& coefficients) {
@@ -90,10 +91,10 @@ bool same_class(const System& rest, std::size_t a, std::size_t b) {
 /// The one cause that is clearly more likely than nothing and than all others, with those of its class.
 std::optional<std::pair<Added, Members>> clear_addition(const Beside& beside, const Members& members) {
   const std::vector<Added> all = additions(beside, members);
-  if (all.empty() || all.front().evidence < kLarger || beside.system.candidates[all.front().candidate].cause < 0) {
-    return std::nullopt;
-  }
+  if (all.empty() || all.front().evidence < kLarger) return std::nullopt;
   const Added best = all.front();
+  const Candidate& first = beside.system.candidates[best.candidate];
+  if (first.cause < 0 || first.rows.size() >= kCurve) return std::nullopt;
   const System rest = given(beside.system, members);
   Members equivalents;
   for (const Added& other : all) {

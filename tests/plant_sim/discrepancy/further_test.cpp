@@ -142,3 +142,18 @@ TEST(Further, AShapeWithoutANameIsNotAdded) {
   log.system.candidates[1].cause = -1;
   CHECK_FALSE(with_further_causes(log.beside(), strong_alone()).has_value());
 }
+
+TEST(Further, ACurveThatBendsToWhateverIsLeftIsNotAdded) {
+  Log log(4);
+  log.shows(0, kStrong);
+  for (const int column : {1, 2, 3}) {
+    log.shows(column, kWeak);
+    log.lives_in(column, 1);
+  }
+  log.lives_in(0, 0);
+  log.system.candidates[1].rows = {1, 2, 3};
+  log.system.candidates.resize(2);
+  CHECK_FALSE(with_further_causes(log.beside(), strong_alone()).has_value());
+  log.system.candidates[1].rows = {1, 2};
+  CHECK(with_further_causes(log.beside(), strong_alone()).has_value());
+}
