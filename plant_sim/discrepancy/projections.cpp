@@ -13,15 +13,16 @@ using Eigen::VectorXd;
 constexpr double kMargin = 2.0;     // on the size of a projection, as few references tell it
 constexpr double kReferences = 3.0; // what all errors of a channel weigh against a signature's own projections
 constexpr double kSlow = 0.2;       // of an energy: what may be slow error where all of it is as large as noise
+constexpr double kConstant = 1.0;   // the same of a charge, whose error is one constant: noise hides it wholly
 constexpr double kShare = 0.15;     // of a channel's error that lies along one signature
 
-/// Variance of the projection on column `k` of a channel's sums; `rows` of the log.
-double expected_square(const BlockSum& log, const std::vector<const BlockSum*>& teachers, Index k) {
+/// Variance of the projection on column `k` of a channel's sums; `slow`: share of an energy that may be slow error.
+double expected_square(const BlockSum& log, const std::vector<const BlockSum*>& teachers, Index k, double slow) {
   double own = 0.0, count = 0.0, error = 0.0, logs = 0.0;
   for (const BlockSum* theirs : teachers) {
     if (theirs->rows <= 0.0) continue;
     const double energy = theirs->energy / theirs->rows;
-    error += std::max(kSlow * energy, energy - 1.0);
+    error += std::max(slow * energy, energy - 1.0);
     logs += 1.0;
     if (theirs->gram(k, k) <= 0.0) continue;
     own += std::pow(theirs->score(k) / theirs->gram(k, k), 2);
@@ -40,6 +41,7 @@ void bound_projections(const Design& design, const std::vector<BlockSum>& log,
   for (std::size_t c = 0; c < log.size(); ++c) {
     std::vector<const BlockSum*> theirs;
     for (const std::size_t k : teachers) theirs.push_back(&said[k][c]);
+    const double slow = design.comparison.channels[c].balance == Balance::kCharge ? kConstant : kSlow;
     std::vector<Index> shapes, signatures;
     std::vector<double> squares;
     for (std::size_t k = 0; k < design.columns.size(); ++k) {
@@ -48,7 +50,7 @@ void bound_projections(const Design& design, const std::vector<BlockSum>& log,
       if (column.effect[c].size() == 0 || column.free > 0.0 || column.key.starts_with("local/")) continue;
       if (column.cause < 0) shapes.push_back(i);
       if (log[c].gram(i, i) <= 0.0) continue;
-      const double square = expected_square(log[c], theirs, i);
+      const double square = expected_square(log[c], theirs, i, slow);
       if (square <= 0.0) continue;
       signatures.push_back(i);
       squares.push_back(square);

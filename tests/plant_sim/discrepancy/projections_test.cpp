@@ -91,3 +91,10 @@ TEST(Projections, NoiseOfReferencesIsNoErrorOfTheModel) {
   CHECK(noise_alone < 0.006);  // 0.014 if all of the references' squares were errors
   CHECK(noise_alone > 1.0 / kRows);  // what is slow hides in noise
 }
+
+TEST(Projections, NoiseHidesAnErrorOfTheChargeWholly) {
+  const double of_voltage = projected({0.0, 0.0, 0.0});
+  variance = VectorXd({{1.0, 1.0, 0.0}}).asDiagonal();
+  design.comparison.channels[0].balance = Balance::kCharge;
+  CHECK(projected({0.0, 0.0, 0.0}) > 4.0 * of_voltage);
+}
