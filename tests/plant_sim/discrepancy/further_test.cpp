@@ -51,6 +51,19 @@ struct Log {
   [[nodiscard]] Beside beside() const { return {system, score, inflation, 0.0, kError}; }
 };
 
+/// A strong cause, and two weaker ones in another channel that share so much of their information of 100.
+Log two_beside(double shared) {
+  Log log(3);
+  log.shows(0, kStrong);
+  log.lives_in(0, 0);
+  for (const int column : {1, 2}) {
+    log.shows(column, kWeak);
+    log.lives_in(column, 1);
+  }
+  log.system.information(1, 2) = log.system.information(2, 1) = shared;
+  return log;
+}
+
 Decision strong_alone() {
   Decision out;
   out.members = {0};
@@ -88,24 +101,12 @@ TEST(Further, WhatFollowsTheStrongCauseByBlocksMayBeWhatItsSignatureMisses) {
 }
 
 TEST(Further, TwoThatExplainTheRestEquallyWellLeaveADoubt) {
-  Log log(3);
-  log.shows(0, kStrong);
-  log.shows(1, kWeak);
-  log.shows(2, kWeak);
-  for (const int column : {1, 2}) log.lives_in(column, 1);
-  log.lives_in(0, 0);
-  log.system.information(1, 2) = log.system.information(2, 1) = 90.0;  // alike, but not the same
+  const Log log = two_beside(90.0);  // alike, but not the same
   CHECK_FALSE(with_further_causes(log.beside(), strong_alone()).has_value());
 }
 
 TEST(Further, OfOneClassBothAreSaid) {
-  Log log(3);
-  log.shows(0, kStrong);
-  log.shows(1, kWeak);
-  log.shows(2, kWeak);
-  for (const int column : {1, 2}) log.lives_in(column, 1);
-  log.lives_in(0, 0);
-  log.system.information(1, 2) = log.system.information(2, 1) = 99.9;
+  const Log log = two_beside(99.9);
   const auto both = with_further_causes(log.beside(), strong_alone());
   CHECK(both.has_value());
   LONGS_EQUAL(2, both->members.size());
