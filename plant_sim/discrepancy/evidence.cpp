@@ -112,14 +112,6 @@ void for_each_set(const System& system, std::size_t largest, const Use& use) {
   }
 }
 
-std::vector<Index> rows_of(const System& system, const std::vector<std::size_t>& members) {
-  std::vector<Index> rows;
-  for (const std::size_t m : members) {
-    rows.insert(rows.end(), system.candidates[m].rows.begin(), system.candidates[m].rows.end());
-  }
-  return rows;
-}
-
 MatrixXd block(const MatrixXd& from, const std::vector<Index>& rows, const std::vector<Index>& columns) {
   MatrixXd out(static_cast<Index>(rows.size()), static_cast<Index>(columns.size()));
   for (Index i = 0; i < out.rows(); ++i) {
@@ -184,11 +176,21 @@ System tempered(const System& system, double usual_evidence, double signature_er
     best = evidence;
     gain = 2.0 * (evidence - form.constant);
   });
-  System out = system;
-  const double factor = 1.0 / (1.0 + signature_error * gain + usual_evidence / kDecides);
-  out.information *= factor;
-  out.score *= factor;
-  return out;
+  return scaled(system, 1.0 / (1.0 + signature_error * gain + usual_evidence / kDecides));
+}
+
+System scaled(System system, double factor) {
+  system.information *= factor;
+  system.score *= factor;
+  return system;
+}
+
+std::vector<Index> rows_of(const System& system, const std::vector<std::size_t>& members) {
+  std::vector<Index> rows;
+  for (const std::size_t m : members) {
+    rows.insert(rows.end(), system.candidates[m].rows.begin(), system.candidates[m].rows.end());
+  }
+  return rows;
 }
 
 SetFit fit_set(const System& system, const std::vector<std::size_t>& members) {
@@ -200,6 +202,12 @@ SetFit fit_set(const System& system, const std::vector<std::size_t>& members) {
   const auto factor = a.ldlt();
   SetFit out{factor.solve(s), factor.solve(MatrixXd::Identity(a.rows(), a.cols())), 0.0};
   out.gain = s.dot(out.coefficients);
+  return out;
+}
+
+VectorXd sizes_of_all(const System& system, const std::vector<std::size_t>& members, const VectorXd& coefficients) {
+  VectorXd out = VectorXd::Zero(system.score.size());
+  out(rows_of(system, members)) = coefficients;
   return out;
 }
 

@@ -30,8 +30,14 @@ struct WeighedSet {
 ///   a sound log
 [[nodiscard]] System tempered(const System& system, double usual_evidence, double signature_error);
 
+/// The same log as if all of it were worth so much less.
+[[nodiscard]] System scaled(System system, double factor);
+
 /// Of sets of up to two, at least 0.
 [[nodiscard]] double best_evidence(const System& system);
+
+/// Rows of the system that a set's candidates have, in the order of its members.
+[[nodiscard]] std::vector<Eigen::Index> rows_of(const System& system, const std::vector<std::size_t>& members);
 
 struct SetFit {
   Eigen::VectorXd coefficients;  ///< by column of the set's candidates, typical sizes
@@ -39,6 +45,10 @@ struct SetFit {
   double gain = 0.0;             ///< a' A^-1 a of the set
 };
 [[nodiscard]] SetFit fit_set(const System& system, const std::vector<std::size_t>& members);
+
+/// Sizes of all columns when a set's have these and the others none.
+[[nodiscard]] Eigen::VectorXd sizes_of_all(const System& system, const std::vector<std::size_t>& members,
+                                           const Eigen::VectorXd& coefficients);
 
 /// Chance that the best evidence of sets of up to two candidates reaches `evidence` when nothing is wrong, by
 /// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees).

@@ -175,7 +175,8 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   // Share rho of a signature's energy that is not believed: 6 % decide at ln 20, however large an effect is. Without
   // references the floor is wide, and 2 % do.
   constexpr double kSignatureError = 0.01, kAlone = 0.003;
-  const System weighed = tempered(c.system, c.usual_evidence, c.references.empty() ? kAlone : kSignatureError);
+  const double signature_error = c.references.empty() ? kAlone : kSignatureError;
+  const System weighed = tempered(c.system, c.usual_evidence, signature_error);
   std::vector<WeighedSet> sets = weigh_sets(weighed, kSetsKept);
   const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c.design, c.use));
   progress("refining", 0.7);
@@ -194,8 +195,8 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
                  holdout ? &*holdout : nullptr}, gate, said);
     return said;
   };
-  const double signature_error = c.references.empty() ? kAlone : kSignatureError;
-  const auto further = with_further_causes({c.system, c.score, c.usual.inflation, c.usual_evidence, signature_error}, decision);
+  const Beside beside{c.system, c.score, c.usual.inflation, c.usual_evidence, signature_error};
+  const std::optional<Decision> further = with_further_causes(beside, decision);
   std::optional<Explanation> more;
   if (further) more = say(*further);
   // Causes beside the answer are said when nothing speaks against them, or not at all.

@@ -15,35 +15,19 @@ using Members = std::vector<std::size_t>;
 constexpr std::size_t kMost = 3;   // causes of an answer
 constexpr std::size_t kCurve = 3;  // columns from which a cause is a curve, which bends to whatever is left
 
-/// Sizes of all columns, of a set's members alone.
-VectorXd spread_out(const System& system, const Members& members, const VectorXd& coefficients) {
-  VectorXd out = VectorXd::Zero(system.score.size());
-  Index at = 0;
-  for (const std::size_t m : members) {
-    for (const Index row : system.candidates[m].rows) out(row) = coefficients(at++);
-  }
-  return out;
-}
-
 VectorXd of_member(const System& system, std::size_t member, const VectorXd& all) {
   VectorXd out = VectorXd::Zero(all.size());
   for (const Index row : system.candidates[member].rows) out(row) = all(row);
   return out;
 }
 
-bool shares_cause(const System& system, const Members& members, const Candidate& other) {
-  return std::any_of(members.begin(), members.end(), [&](std::size_t m) {
-    const Candidate& own = system.candidates[m];
-    return other.cause >= 0 && own.cause == other.cause && own.channel == other.channel;
-  });
+bool shares_cause(const System& system, const Members& members, std::size_t other) {
+  return std::any_of(members.begin(), members.end(), [&](std::size_t m) { return same_name(system, m, other); });
 }
 
 /// The system once a set may have any size.
 System given(const System& system, const Members& members) {
-  std::vector<Index> rows;
-  for (const std::size_t m : members) {
-    rows.insert(rows.end(), system.candidates[m].rows.begin(), system.candidates[m].rows.end());
-  }
+  const std::vector<Index> rows = rows_of(system, members);
   MatrixXd own = system.information(rows, rows);
   own.diagonal().array() += 1e-6;
   const MatrixXd across = system.information(Eigen::all, rows);
@@ -64,18 +48,15 @@ std::vector<Added> additions(const Beside& beside, const Members& members) {
   std::vector<Added> out;
   for (std::size_t k = 0; k < system.candidates.size(); ++k) {
     if (std::count(members.begin(), members.end(), k) > 0) continue;
-    if (shares_cause(system, members, system.candidates[k])) continue;
+    if (shares_cause(system, members, k)) continue;
     Members both = members;
     both.push_back(k);
     std::sort(both.begin(), both.end());
-    const VectorXd sizes = spread_out(system, both, fit_set(system, both).coefficients);
+    const VectorXd sizes = sizes_of_all(system, both, fit_set(system, both).coefficients);
     const VectorXd own = of_member(system, k, sizes);
     const double like = likeness_by_block(beside, sizes - own, own);
-    System tempered = system;
-    const double factor =
-        1.0 / (1.0 + beside.signature_error * strong.gain * like + beside.usual_evidence / kDecisive);
-    tempered.information *= factor;
-    tempered.score *= factor;
+    const System tempered = scaled(
+        system, 1.0 / (1.0 + beside.signature_error * strong.gain * like + beside.usual_evidence / kDecisive));
     const auto without = evidence_of_set(tempered, members), with = evidence_of_set(tempered, both);
     if (without && with) out.push_back({k, *with - *without});
   }
@@ -100,10 +81,9 @@ std::optional<std::pair<Added, Members>> clear_addition(const Beside& beside, co
   for (const Added& other : all) {
     if (other.candidate == best.candidate) continue;
     if (best.evidence - other.evidence > kDecisive) break;
-    const Candidate& theirs = beside.system.candidates[other.candidate];
-    if (shares_cause(beside.system, {best.candidate}, theirs)) continue;
+    if (same_name(beside.system, best.candidate, other.candidate)) continue;
     if (!same_class(rest, best.candidate, other.candidate)) return std::nullopt;
-    if (theirs.cause >= 0) equivalents.push_back(other.candidate);
+    if (beside.system.candidates[other.candidate].cause >= 0) equivalents.push_back(other.candidate);
   }
   return std::pair{best, equivalents};
 }

@@ -129,12 +129,6 @@ System system_over(const Judged& j, const PlainView& view, const std::vector<Ind
   return out;
 }
 
-std::vector<Index> rows_of(const System& system, const std::vector<std::size_t>& members) {
-  std::vector<Index> out;
-  for (const std::size_t m : members) out.insert(out.end(), system.candidates[m].rows.begin(), system.candidates[m].rows.end());
-  return out;
-}
-
 /// With the prior of each size.
 VectorXd sizes_by(const System& system, const std::vector<Index>& rows) {
   MatrixXd a = system.information(rows, rows);

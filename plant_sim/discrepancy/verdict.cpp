@@ -27,12 +27,6 @@ std::size_t sized_down(const std::vector<WeighedSet>& sets, double larger) {
   return best;
 }
 
-/// Same cause (another form of it), or anonymous.
-bool same_name(const System& system, std::size_t a, std::size_t b) {
-  const Candidate &x = system.candidates[a], &y = system.candidates[b];
-  return x.cause >= 0 && x.cause == y.cause && x.channel == y.channel;
-}
-
 /// The one member in which two sets of equal size differ: its place in `a`, and the other in `b`.
 std::optional<std::pair<std::size_t, std::size_t>> one_difference(const Members& a, const Members& b) {
   if (a.size() != b.size()) return std::nullopt;
@@ -51,6 +45,11 @@ bool same_names(const System& system, const Members& a, const Members& b) {
 }
 
 }  // namespace
+
+bool same_name(const System& system, std::size_t a, std::size_t b) {
+  const Candidate &x = system.candidates[a], &y = system.candidates[b];
+  return x.cause >= 0 && x.cause == y.cause && x.channel == y.channel;
+}
 
 Decision decide(const System& system, const std::vector<WeighedSet>& sets, double freedom, int draws,
                 std::uint64_t seed) {
@@ -109,12 +108,7 @@ HeldOut held_out(const Parts& parts, const Members& members) {
   std::vector<double> gains;
   double possible = 0.0;
   for (std::size_t k = 0; k < quarters.size(); ++k) {
-    const VectorXd coefficients = fit_set(all_but(quarters, k), members).coefficients;
-    VectorXd all = VectorXd::Zero(quarters[k].score.size());
-    Index at = 0;
-    for (const std::size_t m : members) {
-      for (const Index row : quarters[k].candidates[m].rows) all(row) = coefficients(at++);
-    }
+    const VectorXd all = sizes_of_all(quarters[k], members, fit_set(all_but(quarters, k), members).coefficients);
     gains.push_back(2.0 * all.dot(quarters[k].score) - all.dot(quarters[k].information * all));
     possible += fit_set(quarters[k], members).gain;
   }

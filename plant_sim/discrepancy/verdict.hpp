@@ -30,6 +30,9 @@ struct Decision {
   double next_gain = 0.0;                             ///< what one more candidate would add to the evidence
 };
 
+/// The same cause in the same place, in this form or another.
+[[nodiscard]] bool same_name(const System& system, std::size_t a, std::size_t b);
+
 [[nodiscard]] Decision decide(const System& system, const std::vector<WeighedSet>& sets, double freedom, int draws,
                               std::uint64_t seed);
 

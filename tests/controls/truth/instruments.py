@@ -20,8 +20,8 @@ class Noise:
 # By kind of channel: the finest and the coarsest logger that race teams have. Resolutions are those of recorded cars and
 # of data sheets: cells 0.1 mV (a team's own board) to 1.5 mV (Orion BMS), pack 10 mV (shunt on the bus) to 0.1 V (Orion
 # BMS), current 10 mA (that shunt) to 1 A (a data logger), thermistors 0.05 to 1 K (Orion BMS), SOC to 0.5 % (Orion BMS),
-# pedals to 1 %. White noise at rest was 0.11 A of a shunt, 0.43 A of an energy meter, 0.4 mV of a cell, 0.3 Nm of an
-# inverter.
+# pedals to 1 %. White noise of the recorded cars at rest was 0.11 A of a shunt, 0.43 A of an energy meter, 0.4 mV of a
+# cell, 0.3 Nm of an inverter. Wander, memory, and all of the speeds' and the SOC's noise are assumed.
 FINEST = {
     "voltage": Noise(0.2e-3, 0.3e-3, 30.0, 0.1e-3),  # V, one cell
     "pack_voltage": Noise(10e-3, 10e-3, 30.0, 10e-3),  # V
