@@ -53,6 +53,13 @@ struct CellEffectState {
   double polarization_v = 0.0, slow_relaxation_v = 0.0, hysteresis = 0.0;
 };
 
+/// Temperature of the surface [degC] after a step in which the cell's goes straight from `begin_c` to `end_c`.
+[[nodiscard]] inline double surface_after(double surface_c, double begin_c, double end_c, double lag_s, double dt_s) {
+  if (lag_s <= 0.0 || dt_s <= 0.0) return end_c;
+  const double a = std::exp(-dt_s / lag_s), x = lag_s / dt_s * (1.0 - a);
+  return a * surface_c + (x - a) * begin_c + (1.0 - x) * end_c;
+}
+
 [[nodiscard]] inline bool has_dynamics(const CellEffects& e) {
   return e.polarization_ohm != 0.0 || e.slow_relaxation_ohm != 0.0 || e.hysteresis_v != 0.0;
 }

@@ -35,6 +35,7 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
       effects_(car.cell.effects),
       heat_capacity_j_per_k_(car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k),
       cooling_w_per_k_(car.cell.convection_w_per_m2_k * car.cell.surface_area_m2),
+      surface_lag_s_(car.cell.surface_lag_s),
       lookup_floor_a_(car.battery.lookup_current_floor_a),
       contact_ohm_(car.battery.contact_resistance_ohm) {
   if (representative && !std::all_of(car.battery.cells.begin(), car.battery.cells.end(), is_nominal)) {
@@ -45,7 +46,7 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
     throw InputError(fmt::format("battery.cells.{}", car.battery.cells.size()), "a cell that the pack does not have",
                      fmt::format("a cell from 1 to {}", series_), "Check the number, or battery.cells_in_series");
   }
-  for (auto* array : {&soc_, &v1_, &v2_, &ocv_, &voltage_, &temperature_, &heat_j_, &soc_per_amp_, &resistance_scale_,
+  for (auto* array : {&soc_, &v1_, &v2_, &ocv_, &voltage_, &temperature_, &surface_, &heat_j_, &soc_per_amp_, &resistance_scale_,
                       &r0_, &g1_, &g2_, &c1_, &c2_, &ocv_per_amp_, &decay1_, &decay2_, &gain1_, &gain2_, &mean_decay1_,
                       &mean_decay2_, &mean_gain1_, &mean_gain2_, &r_step_}) {
     array->assign(count_, 0.0);
@@ -53,7 +54,7 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
   for (std::size_t i = 0; i < count_; ++i) {
     const CellVariation v = variation_of(car.battery, i);
     soc_[i] = car.battery.initial_soc + v.initial_soc_offset;
-    temperature_[i] = car.battery.initial_temperature_c;
+    temperature_[i] = surface_[i] = car.battery.initial_temperature_c;
     soc_per_amp_[i] = step_s / (kSecondsPerHour * car.cell.capacity_ah * v.capacity_scale);
     resistance_scale_[i] = v.resistance_scale;
   }
@@ -73,11 +74,12 @@ void Pack::renew(double elapsed_s, double ambient_c) {
   for (std::size_t i = 0; i < count_; ++i) {
     // Exact for constant heat flow and constant ambient; without cooling the heat just adds up.
     if (elapsed_s > 0.0) {
-      const double power = heat_j_[i] / elapsed_s;
+      const double power = heat_j_[i] / elapsed_s, before = temperature_[i];
       temperature_[i] = cooling_w_per_k_ > 0.0
                             ? ambient_c + power / cooling_w_per_k_ +
                                   (temperature_[i] - ambient_c - power / cooling_w_per_k_) * decay
                             : temperature_[i] + heat_j_[i] / heat_capacity_j_per_k_;
+      surface_[i] = surface_after(surface_[i], before, temperature_[i], surface_lag_s_, elapsed_s);
     }
     heat_j_[i] = 0.0;
     ocv_[i] = tables_.ocv_v(soc_[i], temperature_[i]);

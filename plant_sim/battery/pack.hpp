@@ -53,6 +53,8 @@ class Pack {
   [[nodiscard]] double cell_voltage(std::size_t cell) const { return voltage_[index(cell)]; }
   [[nodiscard]] double cell_soc(std::size_t cell) const { return soc_[index(cell)]; }
   [[nodiscard]] double cell_temperature_c(std::size_t cell) const { return temperature_[index(cell)]; }
+  /// Where a thermistor sits: behind the cell by `cell.surface_lag_s`.
+  [[nodiscard]] double surface_temperature_c(std::size_t cell) const { return surface_[index(cell)]; }
   [[nodiscard]] double voltage() const { return pack_voltage_; }
   [[nodiscard]] double soc_mean() const;
   [[nodiscard]] double temperature_max_c() const;
@@ -77,12 +79,12 @@ class Pack {
   bool representative_;
   double parallel_, multiplicity_, step_s_;
   CellEffects effects_;
-  double heat_capacity_j_per_k_, cooling_w_per_k_, lookup_floor_a_, contact_ohm_;
+  double heat_capacity_j_per_k_, cooling_w_per_k_, surface_lag_s_, lookup_floor_a_, contact_ohm_;
   double lookup_current_ = 0.0;
   double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;
   PackThevenin thevenin_;
   // One array a quantity, so that the loop over cells runs in vector registers.
-  std::vector<double> soc_, v1_, v2_, ocv_, voltage_, temperature_, heat_j_;            // state
+  std::vector<double> soc_, v1_, v2_, ocv_, voltage_, temperature_, surface_, heat_j_;  // state
   std::vector<CellEffectState> effect_;                                                 // state; empty: none is on
   std::vector<double> leak_a_;                                                          // fixed; empty: none
   std::vector<double> soc_per_amp_, resistance_scale_;                                  // fixed

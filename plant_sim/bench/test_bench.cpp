@@ -250,7 +250,7 @@ class TestBench {
   void read_temperatures() {
     for (std::size_t cell = 0; cell < seen_; ++cell) {
       temperature_[cell] = pack_.cell_temperature_c(cell);
-      thermistor_[cell] = instruments_.cell_temperature(cell, temperature_[cell]);
+      thermistor_[cell] = instruments_.cell_temperature(cell, pack_.surface_temperature_c(cell));
     }
   }
 

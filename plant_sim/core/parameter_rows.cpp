@@ -238,6 +238,8 @@ const ParameterRow kRows[] = {
     "cooled surface of the cell"},
   {"cell.convection_w_per_m2_k", "W/m2/K", 0, 1000, kRequired, at<&Car::cell, &CellParameters::convection_w_per_m2_k>,
     "heat transfer from cell to air"},
+  {"cell.surface_lag_s", "s", 0, 600, kOptional, at<&Car::cell, &CellParameters::surface_lag_s>,
+    "first-order lag by which a thermistor on the cell's surface follows the cell"},
   {"cell.reference_temperature_c", "degC", -40, 80, kRequired, at<&Car::cell, &CellParameters::reference_temperature_c>,
     "temperature at which the curves hold"},
   {"cell.reference_current_a", "A", 0, 5000, kRequired, at<&Car::cell, &CellParameters::reference_current_a>,

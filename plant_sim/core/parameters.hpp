@@ -43,6 +43,7 @@ struct CellParameters {
   double heat_capacity_j_per_kg_k = 0.0;     ///< [J/kg/K] 100..5000 heat_capacity_j_per_kg_k
   double surface_area_m2 = 0.0;              ///< [m2] 1e-4..10 surface_area_m2
   double convection_w_per_m2_k = 0.0;        ///< [W/m2/K] 0..1000 convection_w_per_m2_k
+  double surface_lag_s = 0.0;                ///< [s] 0..600 surface_lag_s, by which a reading on the surface follows the cell
   double reference_temperature_c = 30.0;     ///< [degC] -40..80 reference_temperature_c
   double reference_current_a = 0.0;          ///< [A] 0..5000 reference_current_a
   std::vector<double> soc_breakpoints;       ///< [1] increasing, 0..1 breakpoints.soc

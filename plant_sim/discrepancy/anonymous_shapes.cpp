@@ -130,7 +130,7 @@ void voltage_shapes(const Design& design, Shapes& shapes) {
 }
 
 void heat_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.02, 0.03}, kHeat{1, 0.7, 5e-4}, kOther{2, 0.15, 0.04};
+  constexpr Kin kLevel{0, 0.02, 0.03}, kHeat{1, 0.7, 5e-4}, kOther{2, 0.15, 0.04}, kBegin{3, 0.2, 0.2};
   const BatteryResponse& b = design.base.battery;
   const CellParameters& cell = design.model.car.cell;
   const VectorXd rate = rate_of(design);
@@ -140,7 +140,14 @@ void heat_shapes(const Design& design, Shapes& shapes) {
   for (Index row = 0; row < rate.size(); ++row) {
     stopped(row) = design.comparison.facts.stopped[static_cast<std::size_t>(row)];
   }
-  shapes.add(kLevel, "1", VectorXd::Ones(rate.size()));
+  const VectorXd since = (shapes.time().array() - shapes.time()(0)).matrix();
+  if (cell.surface_lag_s > 0.0) {
+    // The cell within and its surface begin each as warm as they happen to be.
+    shapes.add(kBegin, "1", VectorXd::Ones(rate.size()));
+    shapes.add(kBegin, "beginning", (-since / cell.surface_lag_s).array().exp().matrix());
+  } else {
+    shapes.add(kLevel, "1", VectorXd::Ones(rate.size()));
+  }
   for (const double tau : {20.0, 80.0, 300.0}) {
     shapes.add(kHeat, fmt::format("heat behind {} s", tau), shapes.behind(heat, tau));
   }
@@ -151,7 +158,7 @@ void heat_shapes(const Design& design, Shapes& shapes) {
     shapes.add(kOther, fmt::format("current behind {} s", tau), shapes.behind(rate, tau));
     shapes.add(kOther, fmt::format("stop behind {} s", tau), shapes.behind(stopped, tau));
   }
-  shapes.add(kOther, "time", (shapes.time().array() - shapes.time()(0)).matrix() / 600.0);
+  shapes.add(kOther, "time", since / 600.0);
 }
 
 void terminal_shapes(const Design& design, Shapes& shapes) {

@@ -302,6 +302,11 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   } else {
     settle_hold(model, out);
   }
+  if (model.car.cell.surface_lag_s > 0.0 && !thermistors.empty()) {
+    // Once, so that a cause of the heat is told by the thermistors alone.
+    const BatteryResponse battery = battery_response(model, out.log, out.facts);
+    out.facts.above_surface_k = battery.temperature_c - battery.surface_c;
+  }
   if (!out.facts.starts_at_rest && log.find("soc") == nullptr) settle_start_under_load(model, main, out);
   return out;
 }
@@ -335,7 +340,7 @@ Prediction predict(const World& world, const Comparison& comparison, const LogFa
     } else if (channel.name == "soc") {
       out.channels.push_back(reported_soc(world, comparison, facts, out.battery));
     } else if (channel.name == "temperature") {
-      VectorXd seen = (out.battery.temperature_c.array() + world.thermistor_offset_k).matrix();
+      VectorXd seen = (out.battery.surface_c.array() + world.thermistor_offset_k).matrix();
       // Measured, so that an error of the heat is not taken for one of the sensor.
       if (world.thermistor_delay_s != 0.0) seen -= world.thermistor_delay_s * rate_of_change(log.time_s, facts.temperature_c);
       out.channels.push_back(std::move(seen));

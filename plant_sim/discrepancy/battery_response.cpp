@@ -64,7 +64,9 @@ struct Branch {
 
 /// The cell at a row, and what goes on from there.
 struct CellState {
-  double current_a = 0.0, soc = 0.0, temperature_c = 0.0;
+  double current_a = 0.0, soc = 0.0;
+  double temperature_c = 0.0, surface_c = 0.0;  ///< by its own heat
+  double at_c = 0.0;           ///< at which the tables are read
   double lookup_a = 0.0;       ///< current at which the tables are read
   Branch one, two;
   CellEffectState effects;
@@ -85,7 +87,8 @@ class Cell {
 
   [[nodiscard]] CellState begin() const {
     CellState out;
-    out.temperature_c = temperature_c_.size() > 0 ? temperature_c_(0) : facts_.initial_temperature_c;
+    out.surface_c = temperature_c_.size() > 0 ? temperature_c_(0) : facts_.initial_temperature_c;
+    out.temperature_c = out.at_c = out.surface_c;
     out.soc = first_soc(world_, facts_, out.temperature_c, tables_) + world_.initial_soc_change;
     return out;
   }
@@ -100,8 +103,11 @@ class Cell {
     const double dt = row == 0 ? 0.0 : log_.time_s(row) - log_.time_s(row - 1);
     if (row > 0) out.soc -= 0.5 * (begin + end) * dt / (3600.0 * cell.capacity_ah);
     if (std::abs(current_a) > world_.car.battery.lookup_current_floor_a) out.lookup_a = std::abs(current_a);
-    const double at_c = temperature_c_.size() > 0 ? temperature_c_(row) : from.temperature_c;
-    out.circuit = tables_.circuit(out.soc, at_c, out.lookup_a);
+    out.at_c = from.temperature_c;
+    if (temperature_c_.size() > 0) {
+      out.at_c = temperature_c_(row) + (facts_.above_surface_k.size() > 0 ? facts_.above_surface_k(row) : 0.0);
+    }
+    out.circuit = tables_.circuit(out.soc, out.at_c, out.lookup_a);
     if (row > 0) {
       const CircuitParameters &before = from.circuit, &p = out.circuit;
       out.one.step(dt, 0.5 * (before.tau1_s + p.tau1_s), before.r1_ohm, p.r1_ohm, begin, end);
@@ -120,7 +126,7 @@ class Cell {
                                       ? from.current_a : least_a);
     const double sign = least_a < 0.0 ? -1.0 : 1.0, least = std::abs(least_a);
     for (int round = 0; round < kRounds; ++round) {
-      const double voltage = ocv_v(out, row) - drop_v(out) - contact_ohm_ * out.current_a;
+      const double voltage = ocv_v(out) - drop_v(out) - contact_ohm_ * out.current_a;
       const double too_high = voltage - measured_(row);
       const double next = sign * (out.current_a + too_high / (out.circuit.r0_ohm + contact_ohm_));
       const double bounded = sign * std::clamp(next, least, kMost * least);
@@ -134,9 +140,7 @@ class Cell {
   [[nodiscard]] double drop_v(const CellState& s) const {
     return s.circuit.r0_ohm * s.current_a + s.one.v + s.two.v + drop_of(world_.car.cell.effects, s.effects);
   }
-  [[nodiscard]] double ocv_v(const CellState& s, Index row) const {
-    return tables_.ocv_v(s.soc, temperature_c_.size() > 0 ? temperature_c_(row) : s.temperature_c);
-  }
+  [[nodiscard]] double ocv_v(const CellState& s) const { return tables_.ocv_v(s.soc, s.at_c); }
   [[nodiscard]] const CellTables& tables() const { return tables_; }
 
  private:
@@ -147,7 +151,7 @@ class Cell {
                   s.two.v * s.two.v / s.circuit.r2_ohm + drop_of(cell.effects, s.effects) * mean;
     if (measured_.size() > 0) {
       // Where the voltage is known so is the heat, whatever the resistances are.
-      const double now = end * (ocv_v(s, row) - measured_(row));
+      const double now = end * (ocv_v(s) - measured_(row));
       heat = 0.5 * (s.heat_w + now);
       s.heat_w = now;
     }
@@ -160,6 +164,7 @@ class Cell {
                            world_.car.environment.ambient_c;
     const double rise = heat * dt / capacity, fades = std::exp(-dt * w / capacity), t = s.temperature_c;
     s.temperature_c = w > 0.0 ? ambient + heat / w + (t - ambient - heat / w) * fades : t + rise;
+    s.surface_c = surface_after(s.surface_c, t, s.temperature_c, cell.surface_lag_s, dt);
   }
 
   const World& world_;
@@ -214,7 +219,10 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
   const Index n = log.rows();
   BatteryResponse out;
   out.current_a = true_current(world, log, facts.current_a);
-  for (VectorXd* v : {&out.voltage_v, &out.soc, &out.ocv_slope_v, &out.drop_v, &out.r0_ohm, &out.temperature_c}) v->resize(n);
+  for (VectorXd* v : {&out.voltage_v, &out.soc, &out.ocv_slope_v, &out.drop_v, &out.r0_ohm, &out.temperature_c,
+                      &out.surface_c}) {
+    v->resize(n);
+  }
   const bool ends = world.current_limit_a > 0.0 && !facts.at_limit.empty() && facts.voltage_v.size() > 0;
   const double limit = world.current_limit_a / world.car.battery.cells_in_parallel;
   const Cell cell(world, log, facts);
@@ -229,8 +237,9 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
     out.ocv_slope_v(row) = ocv.slope_v;
     out.r0_ohm(row) = state.circuit.r0_ohm;
     out.drop_v(row) = cell.drop_v(state);
-    out.voltage_v(row) = cell.ocv_v(state, row) - out.drop_v(row);
+    out.voltage_v(row) = cell.ocv_v(state) - out.drop_v(row);
     out.temperature_c(row) = state.temperature_c;
+    out.surface_c(row) = state.surface_c;
   }
   return out;
 }

@@ -20,6 +20,7 @@ struct LogFacts {
   double rest_ohm = 0.0;            ///< of one cell: what that current takes from the voltage
   double initial_temperature_c = 25.0;
   Eigen::VectorXd temperature_c;    ///< measured mean, last value held; empty: not measured
+  Eigen::VectorXd above_surface_k;  ///< the cell above its measured surface, by the model as it was given; empty: nothing
   Eigen::VectorXd ambient_above_model_k;  ///< measured, last value held; empty: the model's holds
   std::vector<bool> stopped;        ///< the car stands, or draws nothing for 3 s
   Eigen::VectorXd current_a;        ///< as logged, its noise averaged while nothing is drawn
@@ -36,6 +37,7 @@ struct BatteryResponse {
   Eigen::VectorXd drop_v;         ///< OCV minus voltage
   Eigen::VectorXd r0_ohm;         ///< what a step of the current meets at once
   Eigen::VectorXd temperature_c;  ///< from its own heat
+  Eigen::VectorXd surface_c;      ///< where a thermistor sits, behind it by `cell.surface_lag_s`
 };
 
 [[nodiscard]] BatteryResponse battery_response(const World& world, const Recording& log, const LogFacts& facts);

@@ -79,6 +79,10 @@ ExtendedCar extended_car(const World& given, const World& extended) {
     car.motor.winding_resistance_ohm *= 1.0 + extended.loss_change;
     car.inverter.efficiency = 1.0 / (1.0 + (1.0 + extended.loss_change) * (1.0 / car.inverter.efficiency - 1.0));
   }
+  if (extended.thermistor_delay_s != given.thermistor_delay_s) {
+    constexpr double kLongest = 600.0;  // s, as the cell file allows
+    car.cell.surface_lag_s = std::clamp(car.cell.surface_lag_s + extended.thermistor_delay_s, 0.0, kLongest);
+  }
   // Both say one number.
   if (car.cell.capacity_ah != given.car.cell.capacity_ah) car.battery.capacity_ah = car.cell.capacity_ah;
   if (car.cell.convection_w_per_m2_k != given.car.cell.convection_w_per_m2_k) {

@@ -137,6 +137,7 @@ std::string cell_toml(const CellParameters& cell, const CellTests& tests, const 
   line("heat_capacity_j_per_kg_k", cell.heat_capacity_j_per_kg_k, "J/kg/K", assumed);
   line("surface_area_m2", cell.surface_area_m2, "m2", assumed + ", scaled by capacity");
   line("convection_w_per_m2_k", cell.convection_w_per_m2_k, "W/m2/K", assumed);
+  line("surface_lag_s", cell.surface_lag_s, "s", assumed);
   line("reference_temperature_c", cell.reference_temperature_c, "degC", "of the recordings");
   line("reference_current_a", cell.reference_current_a, "A", "of the recordings; 0: several currents in one table");
   out += "\n[breakpoints]\n";

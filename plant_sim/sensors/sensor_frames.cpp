@@ -127,7 +127,7 @@ void SensorFrames::send_temperatures(Instant now, const Car& car, TxQueue& tx) {
       m.temperature_ok[i] = sensor < count && !fault.lost;
       const std::size_t cell = std::min(sensor, count - 1) * car.pack().cells() / count;
       if (sensor < count) {
-        m.temperature_dc[i] = to_dc(sensors_.temperature(car.pack().cell_temperature_c(cell)) + fault.offset);
+        m.temperature_dc[i] = to_dc(sensors_.temperature(car.pack().surface_temperature_c(cell)) + fault.offset);
       }
     }
     codec::send(m, sealer_, tx);

@@ -65,19 +65,20 @@ CellResponse respond(const CellModel& model, const TestRun& run, const RecordedT
                mass = cell.mass_kg * cell.heat_capacity_j_per_kg_k;
   const double floor = kLookupShare * run.current_a.cwiseAbs().maxCoeff();
   double v1 = 0.0, v2 = 0.0, lookup = 0.0, own = temperature.start_c, recorded = temperature.start_c;
-  double ambient = temperature.start_c;
+  double ambient = temperature.start_c, surface = temperature.start_c;
   CellEffectState effects;
   CircuitParameters before{};
   for (Index row = 0; row < rows; ++row) {
     const double i = run.current_a(row), dt = run.dt_s(row);
     if (std::abs(i) > floor) lookup = std::abs(i);
     recorded = at_row(temperature.cell_c, row, recorded);
-    const double t = temperature.cell_c.empty() ? own : recorded;
+    // A surface was recorded: what is within is above it by as much as its own heat says.
+    const double t = temperature.cell_c.empty() ? own : recorded + (own - surface);
     const CircuitParameters p = model.tables().circuit(run.soc(row), t, lookup);
     if (run.is_reset(row)) {
       v1 = v2 = 0.0;
       effects = {};
-      own = t;
+      own = surface = temperature.cell_c.empty() ? own : recorded;
     } else if (row > 0) {
       const double begin = run.current_begin_a(row), end = run.current_end_a(row);
       const IntervalResponse a = interval_response(dt, 0.5 * (before.tau1_s + p.tau1_s)),
@@ -91,13 +92,15 @@ CellResponse respond(const CellModel& model, const TestRun& run, const RecordedT
                           drop_of(cell.effects, effects) * mean + reversible_heat(cell.effects, mean, t);
       out.heat_w(row) = heat;
       const double target = ambient + (cooling > 0.0 ? heat / cooling : 0.0);
+      const double was = own;
       own = cooling > 0.0 ? target + (own - target) * std::exp(-dt * cooling / mass) : own + heat * dt / mass;
+      surface = surface_after(surface, was, own, cell.surface_lag_s, dt);
     }
     ambient = at_row(temperature.ambient_c, row, ambient);
     before = p;
     out.voltage(row) = model.ocv(run.soc(row), t, lookup) - p.r0_ohm * i - v1 - v2 -
                        drop_of(cell.effects, effects);
-    out.temperature(row) = own;
+    out.temperature(row) = surface;
   }
   return out;
 }

@@ -4,6 +4,7 @@
 //   V = OCV(s, T) + dE(s, T, I) - R0 I - v1 - v2 - v_e      branches as in identify/circuit_model.hpp
 //   P = R0 I^2 + v1^2 / R1 + v2^2 / R2 + v_e I - I T dOCV/dT    reference study, 2016, Eq. 7.6
 //   m cp dT/dt = P - h A (T - T_ambient)           Eq. 7.7, exact over an interval of constant P
+//   L dT_s/dt = T - T_s                            the surface, whose temperature is given and compared
 //
 // v_e and dOCV/dT are the cell's effects (battery/cell_effects.hpp), none unless its file has them.
 // dE is what single tests found apart from the curve over SOC (`ocv.table` of the cell file); the plant leaves it

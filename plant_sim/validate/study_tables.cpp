@@ -127,7 +127,8 @@ StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& th
        fmt::format("{:.0f}", cell.heat_capacity_j_per_kg_k),
        fmt::format("{:.0f}", study::kHeatCapacity_j_per_kg_k)},
       {"convection_w_per_m2_k", fmt::format("{:.2f}", fitted.conductance_w_per_k / cell.surface_area_m2),
-       fmt::format("{:.2f}", cell.convection_w_per_m2_k), fmt::format("{:.2f}", study::kConvection_w_per_m2_k)}};
+       fmt::format("{:.2f}", cell.convection_w_per_m2_k), fmt::format("{:.2f}", study::kConvection_w_per_m2_k)},
+      {"surface_lag_s", fmt::format("{:.1f}", fitted.surface_lag_s), fmt::format("{:.1f}", cell.surface_lag_s), "-"}};
   out.notes.push_back(
       fmt::format("of the cell: heat capacity {:.1f} J/K +- {:.2g} %, cooling {:.3f} W/K +- {:.2g} % (95 %); per "
                   "kg and m2 with the "

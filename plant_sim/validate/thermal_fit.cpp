@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery/cell_effects.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -15,6 +16,12 @@ using Eigen::Index;
 
 constexpr double kLeastRise = 1.0;                   // K; below it a heat capacity is noise
 constexpr double kRateLow = 1e-6, kRateHigh = 3e-2;  // 1/s of G / C: 12 days to half a minute
+constexpr double kLongestLag = 600.0;                // s
+
+/// What the temperature is not linear in.
+struct Pace {
+  double rate = 0.0, lag_s = 0.0;  ///< G / C [1/s], of the surface [s]
+};
 
 /// Rows of T = x0 / C + own start: what the linear part is solved from.
 struct LinearPart {
@@ -22,8 +29,19 @@ struct LinearPart {
   Eigen::VectorXd rest, weight;
 };
 
+/// One quantity within the cell, and at its surface.
+struct Lagging {
+  double cell, surface;
+  void set(double value) { cell = surface = value; }
+  void go(double value, double lag_s, double dt_s) {
+    surface = surface_after(surface, cell, value, lag_s, dt_s);
+    cell = value;
+  }
+};
+
 /// Columns: 1/C, start of each recording.
-LinearPart linear_part(const std::vector<ThermalRecording>& recordings, double rate) {
+LinearPart linear_part(const std::vector<ThermalRecording>& recordings, const Pace& pace) {
+  const double rate = pace.rate, lag = pace.lag_s;
   Index rows = 0;
   for (const auto& r : recordings) {
     rows +=
@@ -34,25 +52,26 @@ LinearPart linear_part(const std::vector<ThermalRecording>& recordings, double r
   Index at = 0;
   for (std::size_t k = 0; k < recordings.size(); ++k) {
     const ThermalRecording& r = recordings[k];
-    double by_heat = 0.0, known = 0.0, by_start = 1.0;
+    Lagging by_heat{0.0, 0.0}, known{0.0, 0.0}, by_start{1.0, 1.0};
     for (std::size_t row = 0; row < r.temperature_c.size(); ++row) {
       const double dt = r.dt_s[row];
       if (row > 0 && dt <= 0.0) {
         // Nothing is known of what happened before: it goes on from what is recorded there.
-        by_heat = by_start = 0.0;
-        known = std::isfinite(r.temperature_c[row]) ? r.temperature_c[row] : known;
+        by_heat.set(0.0);
+        by_start.set(0.0);
+        known.set(std::isfinite(r.temperature_c[row]) ? r.temperature_c[row] : known.surface);
       } else if (row > 0) {
         const double stay = std::exp(-rate * dt), mean = (1.0 - stay) / rate;
-        by_heat = stay * by_heat + mean * r.heat_w[row];
-        by_start *= stay;
-        known = stay * known + (1.0 - stay) * r.ambient_c[row - 1];
+        by_heat.go(stay * by_heat.cell + mean * r.heat_w[row], lag, dt);
+        by_start.go(by_start.cell * stay, lag, dt);
+        known.go(stay * known.cell + (1.0 - stay) * r.ambient_c[row - 1], lag, dt);
       }
       if (!std::isfinite(r.temperature_c[row])) continue;
       const double weight =
           std::sqrt(std::max(0.0, 0.5 * (dt + (row + 1 < r.dt_s.size() ? r.dt_s[row + 1] : 0.0))));
-      out.columns(at, 0) = weight * by_heat;
-      out.columns(at, 1 + static_cast<Index>(k)) = weight * by_start;
-      out.rest(at) = weight * (r.temperature_c[row] - known);
+      out.columns(at, 0) = weight * by_heat.surface;
+      out.columns(at, 1 + static_cast<Index>(k)) = weight * by_start.surface;
+      out.rest(at) = weight * (r.temperature_c[row] - known.surface);
       out.weight(at++) = weight;
     }
   }
@@ -64,8 +83,8 @@ struct Solved {
   Eigen::VectorXd x, residual;
 };
 
-Solved solve(const std::vector<ThermalRecording>& recordings, double rate) {
-  const LinearPart part = linear_part(recordings, rate);
+Solved solve(const std::vector<ThermalRecording>& recordings, const Pace& pace) {
+  const LinearPart part = linear_part(recordings, pace);
   Solved out;
   out.x = part.columns.colPivHouseholderQr().solve(part.rest);
   out.residual = part.rest - part.columns * out.x;
@@ -78,7 +97,7 @@ double best_rate(const std::vector<ThermalRecording>& recordings) {
   double centre = 0.0, best = 1e300;
   const auto look = [&](double log_rate) {
     if (log_rate < std::log(kRateLow) || log_rate > std::log(kRateHigh)) return;
-    const double cost = solve(recordings, std::exp(log_rate)).cost;
+    const double cost = solve(recordings, {std::exp(log_rate), 0.0}).cost;
     if (cost >= best) return;
     best = cost;
     centre = log_rate;
@@ -92,15 +111,48 @@ double best_rate(const std::vector<ThermalRecording>& recordings) {
   return std::exp(centre);
 }
 
-/// Relative 95 % half widths of C and G. Neighbouring residuals resemble each other: with correlation r from row to
+/// Beginning at a rate without a lag.
+Pace best_pace(const std::vector<ThermalRecording>& recordings, double rate) {
+  Pace out{rate, 0.0};
+  double best = solve(recordings, out).cost;
+  const auto look = [&](const Pace& pace) {
+    if (pace.lag_s < 0.0 || pace.lag_s > kLongestLag || pace.rate < kRateLow || pace.rate > kRateHigh) return false;
+    const double cost = solve(recordings, pace).cost;
+    if (cost >= best) return false;
+    best = cost;
+    out = pace;
+    return true;
+  };
+  double step_s = 64.0, step = 0.2;
+  while (step_s > 0.02) {
+    const Pace from = out;
+    const bool better = look({from.rate, from.lag_s + step_s}) || look({from.rate, from.lag_s - step_s}) ||
+                        look({from.rate * std::exp(step), from.lag_s}) ||
+                        look({from.rate * std::exp(-step), from.lag_s}) ||
+                        look({from.rate * std::exp(step), from.lag_s + step_s}) ||
+                        look({from.rate * std::exp(-step), std::max(0.0, from.lag_s - step_s)});
+    if (better) continue;
+    step_s *= 0.5;
+    step *= 0.5;
+  }
+  return out;
+}
+
+/// 95 % half widths of C and G, relative, and of the lag. Neighbouring residuals resemble each other: with correlation r from row to
 /// row only (1 - r) / (1 + r) of the rows count.
-void widths(const std::vector<ThermalRecording>& recordings, double rate, ThermalModel& model) {
-  constexpr double kStep = 1e-4;
-  const Solved here = solve(recordings, rate);
-  const LinearPart part = linear_part(recordings, rate), next = linear_part(recordings, rate * (1.0 + kStep));
-  Eigen::MatrixXd jacobian(part.columns.rows(), part.columns.cols() + 1);
-  jacobian.leftCols(part.columns.cols()) = part.columns;
-  jacobian.rightCols(1) = ((next.columns * here.x - next.rest) - (part.columns * here.x - part.rest)) / kStep;
+void widths(const std::vector<ThermalRecording>& recordings, const Pace& pace, bool with_lag, ThermalModel& model) {
+  constexpr double kStep = 1e-4, kStep_s = 0.05;
+  const Solved here = solve(recordings, pace);
+  const LinearPart part = linear_part(recordings, pace);
+  const Index linear = part.columns.cols();
+  Eigen::MatrixXd jacobian(part.columns.rows(), linear + (with_lag ? 2 : 1));
+  jacobian.leftCols(linear) = part.columns;
+  const auto slope = [&](const Pace& next_pace, double step) -> Eigen::VectorXd {
+    const LinearPart next = linear_part(recordings, next_pace);
+    return ((next.columns * here.x - next.rest) - (part.columns * here.x - part.rest)) / step;
+  };
+  jacobian.col(linear) = slope({pace.rate * (1.0 + kStep), pace.lag_s}, kStep);
+  if (with_lag) jacobian.col(linear + 1) = slope({pace.rate, pace.lag_s + kStep_s}, kStep_s);
   double with = 0.0;
   for (Index row = 1; row < here.residual.size(); ++row) with += here.residual(row) * here.residual(row - 1);
   const double r = std::clamp(with / here.cost, 0.0, 0.999);
@@ -108,11 +160,11 @@ void widths(const std::vector<ThermalRecording>& recordings, double rate, Therma
   const Eigen::MatrixXd covariance =
       (jacobian.transpose() * jacobian).inverse() * (here.cost / freedom * (1.0 + r) / (1.0 - r));
   // ln C = -ln x0, ln G = ln a - ln x0
-  const Index last = jacobian.cols() - 1;
-  const double of_c = covariance(0, 0) / (here.x(0) * here.x(0)), of_a = covariance(last, last),
-               both = covariance(0, last) / here.x(0);
+  const double of_c = covariance(0, 0) / (here.x(0) * here.x(0)), of_a = covariance(linear, linear),
+               both = covariance(0, linear) / here.x(0);
   model.capacity_ci95 = 1.96 * std::sqrt(of_c);
   model.conductance_ci95 = 1.96 * std::sqrt(std::max(0.0, of_c + of_a - 2.0 * both));
+  if (with_lag) model.surface_lag_ci95_s = 1.96 * std::sqrt(covariance(linear + 1, linear + 1));
 }
 
 ThermalRecording part_of(const ThermalRecording& whole, std::size_t first, std::size_t last) {
@@ -167,17 +219,21 @@ ThermalModel fit_thermal(const std::vector<ThermalRecording>& recordings) {
         "Give a recording in which the cell warms itself, with a temperature column");
   }
   const double rate = best_rate(recordings);
-  const Solved solved = solve(recordings, rate);
-  if (!(solved.cost < 1e300)) {
+  if (!(solve(recordings, {rate, 0.0}).cost < 1e300)) {
     throw InputError(recordings.front().file, "a cell that cools under load",
                      "a temperature that rises with the heat",
                      "Check the temperature's column and the sign of the current");
   }
-  ThermalModel model;
-  model.capacity_j_per_k = 1.0 / solved.x(0);
-  model.conductance_w_per_k = rate * model.capacity_j_per_k;
-  widths(recordings, rate, model);
-  return model;
+  const auto model_at = [&](const Pace& pace, bool with_lag) {
+    ThermalModel model;
+    model.capacity_j_per_k = 1.0 / solve(recordings, pace).x(0);
+    model.conductance_w_per_k = pace.rate * model.capacity_j_per_k;
+    model.surface_lag_s = pace.lag_s;
+    widths(recordings, pace, with_lag, model);
+    return model;
+  };
+  const ThermalModel model = model_at(best_pace(recordings, rate), true);
+  return model.surface_lag_s > model.surface_lag_ci95_s ? model : model_at({rate, 0.0}, false);
 }
 
 std::vector<double> thermal_response(const ThermalModel& model, const ThermalRecording& recording) {
@@ -185,18 +241,20 @@ std::vector<double> thermal_response(const ThermalModel& model, const ThermalRec
   const auto known = std::find_if(recording.temperature_c.begin(), recording.temperature_c.end(),
                                   [](double t) { return std::isfinite(t); });
   double t = known == recording.temperature_c.end() ? 25.0 : *known;
+  double surface = t;
   std::vector<double> out{t};
   for (std::size_t row = 1; row < recording.temperature_c.size(); ++row) {
-    const double dt = recording.dt_s[row];
+    const double dt = recording.dt_s[row], before = t;
     if (dt <= 0.0) {
-      if (std::isfinite(recording.temperature_c[row])) t = recording.temperature_c[row];
+      if (std::isfinite(recording.temperature_c[row])) t = surface = recording.temperature_c[row];
     } else if (rate > 0.0) {
       const double target = recording.ambient_c[row - 1] + recording.heat_w[row] / model.conductance_w_per_k;
       t = target + (t - target) * std::exp(-rate * dt);
     } else {
       t += recording.heat_w[row] * dt / model.capacity_j_per_k;
     }
-    out.push_back(t);
+    if (dt > 0.0) surface = surface_after(surface, before, t, model.surface_lag_s, dt);
+    out.push_back(surface);
   }
   return out;
 }
@@ -216,7 +274,7 @@ double thermal_rms_c(const ThermalModel& model, const ThermalRecording& recordin
 ThermalValidation validate_thermal(const CellParameters& cell, const std::vector<ThermalRecording>& recordings) {
   ThermalValidation out{fit_thermal(recordings), {}};
   const ThermalModel given{cell.mass_kg * cell.heat_capacity_j_per_kg_k,
-                           cell.convection_w_per_m2_k * cell.surface_area_m2, 0.0, 0.0};
+                           cell.convection_w_per_m2_k * cell.surface_area_m2, 0.0, 0.0, cell.surface_lag_s, 0.0};
   for (std::size_t k = 0; k < recordings.size(); ++k) {
     const ThermalRecording& one = recordings[k];
     ThermalValidation::File file{one.file, thermal_rms_c(given, one), thermal_rms_c(out.fitted, one),

@@ -3,9 +3,11 @@
 // (reference study, 2016, section 7.5):
 //
 //   C dT/dt = P - G (T - T_ambient),   C = m cp [J/K],   G = h A [W/K]        Eq. 7.7, exact over an interval
+//   L dT_s/dt = T - T_s                the surface, where a thermistor sits, follows the cell
 //
-// For a given rate a = G / C the temperature is linear in 1/C and in the start temperatures: those by linear least
-// squares, a by a search. An ambient that was not recorded is the temperature at which the cell began. Reversible
+// Seen from its surface a cell with a core (Lin et al., J. Power Sources 257, 2014) is the same two poles and no zero.
+// For a given rate a = G / C and lag L the temperature is linear in 1/C and in the start temperatures: those by linear
+// least squares, a and L by a search. A lag that could as well be none is none. An ambient that was not recorded is the temperature at which the cell began. Reversible
 // (entropic) heat is not in it.
 #pragma once
 #include <optional>
@@ -31,6 +33,7 @@ struct ThermalRecording {
 struct ThermalModel {
   double capacity_j_per_k = 0.0, conductance_w_per_k = 0.0;
   double capacity_ci95 = 0.0, conductance_ci95 = 0.0;  ///< half widths, relative; residuals that stay count once
+  double surface_lag_s = 0.0, surface_lag_ci95_s = 0.0;  ///< L and its half width
 };
 
 /// Throws InputError when the temperatures do not rise enough above their steps to tell a heat capacity.

@@ -90,7 +90,9 @@ Json thermal_json(const CellParameters& cell, const ThermalValidation& thermal) 
               {"conductance_w_per_k", fitted.conductance_w_per_k},
               {"conductance_ci95_share", fitted.conductance_ci95},
               {"heat_capacity_j_per_kg_k", fitted.capacity_j_per_k / cell.mass_kg},
-              {"convection_w_per_m2_k", fitted.conductance_w_per_k / cell.surface_area_m2}};
+              {"convection_w_per_m2_k", fitted.conductance_w_per_k / cell.surface_area_m2},
+              {"surface_lag_s", fitted.surface_lag_s},
+              {"surface_lag_ci95_s", fitted.surface_lag_ci95_s}};
   for (const ThermalValidation::File& file : thermal.files) {
     out["files"].push_back({{"file", file.file},
                             {"rms_as_given_c", file.rms_as_given_c},

@@ -282,3 +282,27 @@ TEST(Pack, TheOpenCircuitVoltageFollowsTheTemperatureByTheEntropy) {
   const double reference_c = car.cell.reference_temperature_c;
   DOUBLES_EQUAL(2e-4 * 15.0 * car.battery.cells_in_series, at_rest(reference_c + 15.0) - at_rest(reference_c), 1e-9);
 }
+
+TEST(Pack, TheSurfaceOfACellThatWarmsSteadilyIsItsLagBehind) {
+  constexpr double kLag = 40.0;
+  constant.cell.convection_w_per_m2_k = 0.0;
+  constant.cell.surface_lag_s = kLag;
+  Pack pack(constant, true, 1.0);
+  const auto minute = [&] {
+    for (int i = 0; i < 60; ++i) {
+      pack.advance(100.0);
+      pack.renew(1.0, 26.85);
+    }
+    return pack.cell_temperature_c(0);
+  };
+  for (int i = 0; i < 20; ++i) (void)minute();
+  const double before = pack.cell_temperature_c(0), rate = (minute() - before) / 60.0;
+  DOUBLES_EQUAL(kLag * rate, pack.cell_temperature_c(0) - pack.surface_temperature_c(0), 1e-4);  // the branches still warm up
+}
+
+TEST(Pack, WithoutALagTheSurfaceIsAsWarmAsTheCell) {
+  Pack pack(constant, false, 0.01);
+  apply(pack, 200.0, 30.0, 0.01);
+  CHECK(pack.cell_temperature_c(3) > 26.9);
+  DOUBLES_EQUAL(pack.cell_temperature_c(3), pack.surface_temperature_c(3), 0.0);
+}

@@ -208,6 +208,46 @@ TEST(Balances, a_thermistor_that_lags_is_right_in_the_world_that_says_so) {
   CHECK(apart(wrong) < 0.3 * apart(model));
 }
 
+TEST(Balances, a_surface_that_the_model_knows_to_lag_is_the_same_cell_within) {
+  constexpr double kLag = 40.0;
+  const World model = leaf();
+  Recording log = log_of(model, 0.0, 120.0);
+  log.signals["temperature_1"] = VectorXd::Constant(kRows, model.car.battery.initial_temperature_c);
+  const VectorXd within = predict(model, comparison_of(model, log, {})).battery.temperature_c;
+  log.signals["temperature_1"] = within;
+  const Comparison sound = comparison_of(model, log, {});
+  log.signals["temperature_1"] = lagged(log.time_s, within, kLag);
+  World knows = model;
+  knows.car.cell.surface_lag_s = kLag;
+  const Comparison seen = comparison_of(knows, log, {});
+  CHECK(seen.facts.above_surface_k.maxCoeff() > 0.3);
+  DOUBLES_EQUAL(0.0, mean_residual(knows, seen, "temperature"), 0.01);
+  CHECK(std::abs(mean_residual(model, comparison_of(model, log, {}), "temperature")) > 0.05);
+  // Between the ends of the load the tables are read at what is within.
+  const auto apart = [&](const World& world, const Comparison& c) {
+    return (predict(model, sound).channels[0] - predict(world, c).channels[0]).segment(kRest + 300, 1200).cwiseAbs().maxCoeff();
+  };
+  CHECK(apart(knows, seen) < 0.2 * apart(model, comparison_of(model, log, {})));
+}
+
+TEST(Balances, a_cause_of_the_heat_leaves_the_voltage_beside_measured_surfaces_alone) {
+  World model = leaf();
+  model.car.cell.surface_lag_s = 40.0;
+  Recording log = log_of(model, 0.0, 120.0);
+  log.signals["temperature_1"] = VectorXd::LinSpaced(kRows, 22.0, 26.0);
+  const Comparison seen = comparison_of(model, log, {});
+  World hotter = model;
+  hotter.car.cell.heat_capacity_j_per_kg_k *= 0.5;
+  const auto voltage = [&](const World& world) {
+    for (std::size_t k = 0; k < seen.channels.size(); ++k) {
+      if (seen.channels[k].name == "voltage") return predict(world, seen).channels[k];
+    }
+    return VectorXd();
+  };
+  CHECK(voltage(model).size() > 0);
+  DOUBLES_EQUAL(0.0, (voltage(model) - voltage(hotter)).cwiseAbs().maxCoeff(), 0.0);
+}
+
 TEST(Balances, what_a_member_of_a_group_does_to_the_channels_is_what_a_changed_log_shows) {
   World model = leaf();
   model.car.battery.cells_in_series = 3;

@@ -82,6 +82,28 @@ def test_a_late_current_is_named_with_its_delay(tmp_path, drive):
     assert value(cause, "delay_s") == pytest.approx(0.1, abs=0.01)
 
 
+def lagging(rows, lag_s):
+    names = [name for name in rows[0] if name.startswith("temperature_")]
+    out, read = [], {name: rows[0][name] for name in names}
+    for before, row in zip([rows[0], *rows], rows):
+        share = 1.0 - math.exp(-(row["time_s"] - before["time_s"]) / lag_s)
+        read = {name: read[name] + share * (row[name] - read[name]) for name in names}
+        out.append({**row, **read})
+    return out
+
+
+def test_surfaces_that_follow_late_are_a_cause_and_none_for_a_model_that_says_so(tmp_path, drive):
+    rows = lagging(drive(), 60.0)
+    extended = tmp_path / "extended.toml"
+    answer = explained(tmp_path, rows, "--write-model", extended)
+    assert "thermistor_lag" in {c["name"] for c in answer["causes"]}, answer["sentence"]
+    lag = next(c for c in answer["causes"] if c["name"] == "thermistor_lag")
+    assert value(lag, "delay_s") == pytest.approx(60.0, rel=0.25)
+    assert "surface_lag_s" in extended.read_text()
+    assert explained(tmp_path, rows, "--set", "cell.surface_lag_s=60")["verdict"] == "no_discrepancy"
+    assert explained(tmp_path, rows, model=extended)["verdict"] == "no_discrepancy"
+
+
 def saturated(rows, limit):
     draw = random.Random(2)
     end = lambda amps: amps if abs(amps) <= limit else math.copysign(limit, amps) + draw.gauss(0.0, 0.3)

@@ -183,3 +183,21 @@ TEST(SensorFrames, ThermistorsAreSpreadOverTheCells) {
   DOUBLES_EQUAL(pack.car.pack().cell_temperature_c(20), groups[1].temperature_dc[2] * 0.1, 0.051);
   CHECK(groups[1].temperature_dc[2] > groups[0].temperature_dc[0]);
 }
+
+TEST(SensorFrames, AThermistorReadsTheSurfaceOfItsCell) {
+  VehicleParameters car = vtm16e();
+  car.battery.cells.resize(24);
+  car.battery.cells[20].resistance_scale = 5.0;
+  car.cell.surface_lag_s = 60.0;
+  Bench pack(car);
+  pack.drive(20.0, 500.0);
+  double read_c = 0.0;
+  for (std::uint32_t n = 0; n < 10; ++n) {
+    for (const Frame& f : pack.tick(n)) {
+      can::Temperatures m;
+      if (can::decode(f, m) && m.group == 1) read_c = m.temperature_dc[2] * 0.1;
+    }
+  }
+  CHECK(pack.car.pack().surface_temperature_c(20) < pack.car.pack().cell_temperature_c(20) - 0.2);
+  DOUBLES_EQUAL(pack.car.pack().surface_temperature_c(20), read_c, 0.051);
+}

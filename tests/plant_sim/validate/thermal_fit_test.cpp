@@ -14,21 +14,26 @@ namespace {
 
 constexpr double kCapacity = 500.0, kConductance = 0.5;  // J/K, W/K: a thousand seconds
 
-/// Heats with `heat_w` for half the time and cools for the other, integrated by Euler in steps of 10 ms.
-ThermalRecording heated(double heat_w, double ambient_c, double step_k = 0.0, double start_c = 25.0) {
+/// Heats with `heat_w` for half the time and cools for the other, integrated by Euler in steps of 10 ms; what is read
+/// follows by `lag_s`.
+ThermalRecording heated(double heat_w, double ambient_c, double step_k = 0.0, double start_c = 25.0,
+                        double lag_s = 0.0) {
   ThermalRecording out{"heated.csv", {}, {}, {}, {}, false};
-  double t = start_c;
+  double t = start_c, read = start_c;
   constexpr int kRows = 1200;
   constexpr double kRow = 3.0, kFine = 0.01;
   for (int row = 0; row < kRows; ++row) {
     const double heat = row < kRows / 2 ? heat_w : 0.0;
     if (row > 0) {
-      for (double s = 0.0; s < kRow - 0.5 * kFine; s += kFine)
+      for (double s = 0.0; s < kRow - 0.5 * kFine; s += kFine) {
         t += kFine * (heat - kConductance * (t - ambient_c)) / kCapacity;
+        if (lag_s > 0.0) read += kFine / lag_s * (t - read);
+      }
     }
+    if (lag_s <= 0.0) read = t;
     out.dt_s.push_back(row > 0 ? kRow : 0.0);
     out.heat_w.push_back(heat);
-    out.temperature_c.push_back(step_k > 0.0 ? step_k * std::round(t / step_k) : t);
+    out.temperature_c.push_back(step_k > 0.0 ? step_k * std::round(read / step_k) : read);
   }
   out.ambient_c.assign(out.dt_s.size(), ambient_c);
   return out;
@@ -44,6 +49,23 @@ TEST(ThermalFit, HeatCapacityAndCoolingComeBack) {
   const ThermalModel model = fit_thermal({heated(8.0, 25.0)});
   DOUBLES_EQUAL(kCapacity, model.capacity_j_per_k, 0.1);
   DOUBLES_EQUAL(kConductance, model.conductance_w_per_k, 1e-4);
+}
+
+TEST(ThermalFit, TheLagOfTheSurfaceComesBackAndIsHeldOutToo) {
+  const ThermalRecording recording = heated(8.0, 22.0, 0.0, 25.0, 45.0);
+  const ThermalModel model = fit_thermal({recording});
+  DOUBLES_EQUAL(45.0, model.surface_lag_s, 0.2);
+  DOUBLES_EQUAL(kCapacity, model.capacity_j_per_k, 0.2);
+  DOUBLES_EQUAL(kConductance, model.conductance_w_per_k, 2e-4);
+  DOUBLES_EQUAL(0.0, thermal_rms_c(model, recording), 2e-3);
+  CHECK(thermal_rms_c({kCapacity, kConductance, 0.0, 0.0}, recording) > 0.2);
+}
+
+TEST(ThermalFit, WholeDegreesOfACellWithoutALagTellNone) {
+  const ThermalModel model = fit_thermal({heated(8.0, 25.0, 1.0)});
+  CHECK(model.surface_lag_s == 0.0 || model.surface_lag_s < 3.0 * model.surface_lag_ci95_s);
+  const ThermalModel exact = fit_thermal({heated(8.0, 25.0)});
+  DOUBLES_EQUAL(0.0, exact.surface_lag_s, 0.2);
 }
 
 TEST(ThermalFit, AmbientThatWasNotRecordedIsThatOfTheStart) {
