@@ -29,6 +29,12 @@ TEST_GROUP(Noise) {
     }
     return out;
   }
+
+  std::vector<NoiseSample> several(const Noise& noise, int logs) {
+    std::vector<NoiseSample> out;
+    for (int k = 0; k < logs; ++k) out.push_back({&time, drawn(noise, VectorXd()), VectorXd()});
+    return out;
+  }
 };
 
 TEST(Noise, WhatTheWhitenerLeavesIsWhiteAndOfSizeOne) {
@@ -40,10 +46,19 @@ TEST(Noise, WhatTheWhitenerLeavesIsWhiteAndOfSizeOne) {
 
 TEST(Noise, WhiteAndSlowPartsAreFoundAgain) {
   const Noise noise{0.5, 0.6, 20.0, 0.0};
-  const Noise found = fit_noise({{&time, drawn(noise, VectorXd()), VectorXd()}}, 0.0);
-  DOUBLES_EQUAL(0.5, found.white, 0.02);
-  DOUBLES_EQUAL(0.6, found.coloured, 0.15);
-  DOUBLES_EQUAL(20.0, found.tau_s, 1e-9);
+  const Noise found = fit_noise(several(noise, 24), 0.0);
+  DOUBLES_EQUAL(0.5, found.white, 0.01);
+  DOUBLES_EQUAL(0.6, found.coloured, 0.06);
+  DOUBLES_EQUAL(20.0, found.tau_s, 4.0);
+}
+
+TEST(Noise, ATimeBetweenThoseOfTheGridIsFoundAndNotALongerLouderOne) {
+  // Read as 300 s and twice as large it would hide twelve times the power of what is slow.
+  const Noise noise{0.05, 0.08, 60.0, 0.0};
+  const Noise found = fit_noise(several(noise, 24), 0.0);
+  DOUBLES_EQUAL(0.05, found.white, 0.002);
+  const double slow = found.coloured * found.coloured * found.tau_s;  // its density at the lowest frequencies
+  DOUBLES_EQUAL(0.0, std::log(slow / (0.08 * 0.08 * 60.0)), 0.3);
 }
 
 TEST(Noise, PartOfTheCurrentSensorIsFoundByTheResistanceThatChanges) {
