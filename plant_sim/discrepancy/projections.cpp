@@ -12,7 +12,7 @@ using Eigen::VectorXd;
 
 constexpr double kMargin = 2.0;     // on the size of a projection, as few references tell it
 constexpr double kReferences = 3.0; // what all errors of a channel weigh against a signature's own projections
-constexpr double kSlow = 0.2;       // of an energy: what may be slow error where all of it is as large as noise
+constexpr double kSlow = 0.05;      // of an energy: what may be slow error where all of it is as large as noise
 constexpr double kConstant = 1.0;   // the same of a charge, whose error is one constant: noise hides it wholly
 constexpr double kShare = 0.15;     // of a channel's error that lies along one signature
 
