@@ -77,7 +77,7 @@ def explain(arguments):
 
 
 def identify(arguments):
-    keys = ("mass_kg", "heat_capacity_j_per_kg_k", "surface_area_m2", "convection_w_per_m2_k")
+    keys = ("mass_kg", "heat_capacity_j_per_kg_k", "surface_area_m2", "convection_w_per_m2_k", "surface_lag_s")
     Path(arguments[arguments.index("--out") + 1]).write_text("".join(f"{key} = 1\n" for key in keys))
 
 

@@ -71,9 +71,10 @@ def pulse_tests(cells, family="particle"):
 
 
 def heat_of(cells, family="particle"):
-    """Heat capacity [J/K] and way to the air [W/K] of one lumped mass, (cases,), from ten minutes at 2C and a rest.
+    """Heat capacity [J/K], way to the air [W/K] and lag of the surface [s], (cases, 3), from ten minutes at 2C and a rest.
 
-    C (T - T0) = heat - h integral of (T - air), by least squares over the test.
+    C (T - T0) + C L dT/dt = heat - h integral of (T - air), by least squares over the test: with L a cell whose surface
+    follows what is within. Nothing of it knows how the truth divides its heat.
     """
     mean = mean_cells(cells)
     cases = mean.capacity_ah.shape[0]
@@ -83,13 +84,14 @@ def heat_of(cells, family="particle"):
     pack = world.FAMILIES[family](mean, np.full((cases, 1), 0.9), chemistry.REFERENCE_K)
     air_k = np.full(cases, chemistry.REFERENCE_K)
     history = chemistry.run(pack, HEAT_STEP_S, air_k, np.zeros((cases, steps), bool), current)
-    made = np.cumsum(current * (chemistry.open_circuit(history.charge[:, :, 0]) - history.voltage_v[:, :, 0]), 1)
+    power = current * (chemistry.open_circuit(history.charge[:, :, 0]) - history.voltage_v[:, :, 0])
     rise = history.surface_k[:, :, 0] - air_k[:, None]
     out = []
-    for heat, warm in zip(made * HEAT_STEP_S, rise):
-        away = np.cumsum(warm) * HEAT_STEP_S
-        (capacity, conductance), *_ = np.linalg.lstsq(np.stack([warm, away], 1), heat, rcond=None)
-        out.append((capacity, conductance))
+    for watts, warm in zip(power, rise):
+        heat, away = ((np.cumsum(each) - each) * HEAT_STEP_S for each in (watts, warm))  # till the row
+        columns = np.stack([warm, away, np.gradient(warm, HEAT_STEP_S)], 1)
+        (capacity, conductance, lagging), *_ = np.linalg.lstsq(columns, heat, rcond=None)
+        out.append((capacity, conductance, max(0.0, lagging / capacity)))
     return np.array(out)
 
 
@@ -121,13 +123,14 @@ def identify(tool, folder, rng, tests, heat):
     return out
 
 
-def with_heat(text, capacity_j_per_k, conductance_w_per_k):
+def with_heat(text, capacity_j_per_k, conductance_w_per_k, surface_lag_s):
     """The cell file with the heat of the test: a mass of 1 kg, a surface of 0.1 m2."""
     values = {
         "mass_kg": 1.0,
         "heat_capacity_j_per_kg_k": capacity_j_per_k,
         "surface_area_m2": 0.1,
         "convection_w_per_m2_k": conductance_w_per_k / 0.1,
+        "surface_lag_s": surface_lag_s,
     }
     for key, value in values.items():
         text, count = re.subn(rf"^{key} = .*$", f"{key} = {value:.6g}  # from a heat test", text, flags=re.MULTILINE)
