@@ -111,8 +111,6 @@ Noise fit_noise(const std::vector<NoiseSample>& samples, double least) {
   constexpr double kShares[] = {0.0, 0.1, 0.3, 0.6, 0.85, 0.95, 0.99, 0.998};
   constexpr double kTaus[] = {0.4, 1.5, 5.0, 20.0, 80.0, 300.0};
   constexpr double kCurrentShares[] = {0.25, 0.5, 0.75, 0.95}, kFinest = 1.15;
-  constexpr double kEnough = 0.5;  // of minus twice the log-likelihood, to go on with the same step
-  constexpr int kRounds = 12;
   const double square_ohm = mean_square_ohm(samples);
   Profile best{1e300, 1.0};
   Shape shape{0.0, 10.0, 0.0};
@@ -133,13 +131,10 @@ Noise fit_noise(const std::vector<NoiseSample>& samples, double least) {
   }
   // One log alone does not tell what is slow in it from what its model misses: there the coarse answer stays.
   if (shape.slow > 0.0 && samples.size() > 1) {
-    double step = 2.0;
-    for (int round = 0; round < kRounds && step > kFinest; ++round) {
-      const double before = best.value;
+    for (double step = 2.0; step > kFinest; step = std::sqrt(step)) {
       for (const auto& [longer, more] : {std::pair{step, 1.0}, {1.0 / step, 1.0}, {1.0, step}, {1.0, 1.0 / step}}) {
         consider(moved(shape, longer, more));
       }
-      if (best.value > before - kEnough) step = std::sqrt(step);
     }
   }
   Noise out = noise_of_shape(shape, std::sqrt(best.scale2), square_ohm);
