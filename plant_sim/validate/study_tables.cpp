@@ -129,12 +129,15 @@ StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& th
       {"convection_w_per_m2_k", fmt::format("{:.2f}", fitted.conductance_w_per_k / cell.surface_area_m2),
        fmt::format("{:.2f}", cell.convection_w_per_m2_k), fmt::format("{:.2f}", study::kConvection_w_per_m2_k)},
       {"surface_lag_s", fmt::format("{:.1f}", fitted.surface_lag_s), fmt::format("{:.1f}", cell.surface_lag_s), "-"}};
+  const std::string lag = fitted.surface_lag_s > 0.0 ? fmt::format("surface {:.3g} +- {:.2g} s behind",
+                                                                   fitted.surface_lag_s, fitted.surface_lag_ci95_s)
+                                                     : "no lag of the surface";
   out.notes.push_back(
-      fmt::format("of the cell: heat capacity {:.1f} J/K +- {:.2g} %, cooling {:.3f} W/K +- {:.2g} % (95 %); per "
+      fmt::format("of the cell: heat capacity {:.1f} J/K +- {:.2g} %, cooling {:.3f} W/K +- {:.2g} %, {} (95 %); per "
                   "kg and m2 with the "
                   "file's {:.3g} kg and {:.3g} m2",
                   fitted.capacity_j_per_k, width(fitted.capacity_ci95), fitted.conductance_w_per_k,
-                  width(fitted.conductance_ci95), cell.mass_kg, cell.surface_area_m2));
+                  width(fitted.conductance_ci95), lag, cell.mass_kg, cell.surface_area_m2));
   const char* how =
       thermal.files.size() > 1 ? "by a fit of the other files" : "in its second half by a fit of its first";
   for (const ThermalValidation::File& file : thermal.files) {

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bank import cases, packer, real, score, seal, table, tool
+from bank import cases, models, packer, real, score, seal, table, tool
 from bank.statistics import Share, median, share
-from truth import effects
+from truth import effects, world
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -197,6 +197,24 @@ def test_the_drive_without_the_effect_has_the_same_noise():
         assert (case.sound["current"] == case.log["current"]).all()
         changed = "soc" if case.label["effects"][0]["name"] == "initial_soc" else "voltage"
         assert (case.sound[changed] != case.log[changed]).any()
+
+
+def test_the_teams_heat_test_tells_how_far_a_surface_lags_and_that_one_mass_has_none():
+    def made(family):
+        cells = world.make(np.random.default_rng(3), "cell", 4, family).cells
+        core, surface, within, air = (
+            getattr(cells, name).mean(1) for name in ("core_j_per_k", "surface_j_per_k", "core_w_per_k", "air_w_per_k")
+        )
+        return core, surface, within, air, *models.heat_of(cells, family).T
+
+    core, surface, within, air, capacity, conductance, lag = made("particle")
+    # The two poles of core and surface, seen from the surface, are those of one mass and its lag.
+    assert capacity * lag == pytest.approx(core * surface / within, rel=0.03)
+    assert capacity + lag * conductance == pytest.approx(core * (1 + air / within) + surface, rel=0.003)
+    assert conductance == pytest.approx(air, rel=1e-3)
+    core, surface, _, air, capacity, conductance, lag = made("circuit")
+    assert capacity == pytest.approx(core + surface, rel=1e-3) and conductance == pytest.approx(air, rel=1e-3)
+    assert np.all((0.0 <= lag) & (lag < 0.01))
 
 
 def test_a_failed_answer_is_neither_found_nor_an_answer_for_clean():

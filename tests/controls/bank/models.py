@@ -73,8 +73,8 @@ def pulse_tests(cells, family="particle"):
 def heat_of(cells, family="particle"):
     """Heat capacity [J/K], way to the air [W/K] and lag of the surface [s], (cases, 3), from ten minutes at 2C and a rest.
 
-    C (T - T0) + C L dT/dt = heat - h integral of (T - air), by least squares over the test: with L a cell whose surface
-    follows what is within. Nothing of it knows how the truth divides its heat.
+    With T of the surface above the air, which is L behind one mass of heat: (C + h L) T + C L dT/dt = heat - h integral
+    of T, by least squares over the test. Nothing of it knows how the truth divides its heat.
     """
     mean = mean_cells(cells)
     cases = mean.capacity_ah.shape[0]
@@ -90,8 +90,9 @@ def heat_of(cells, family="particle"):
     for watts, warm in zip(power, rise):
         heat, away = ((np.cumsum(each) - each) * HEAT_STEP_S for each in (watts, warm))  # till the row
         columns = np.stack([warm, away, np.gradient(warm, HEAT_STEP_S)], 1)
-        (capacity, conductance, lagging), *_ = np.linalg.lstsq(columns, heat, rcond=None)
-        out.append((capacity, conductance, max(0.0, lagging / capacity)))
+        (both, conductance, lagging), *_ = np.linalg.lstsq(columns, heat, rcond=None)
+        lag = max(0.0, 2.0 * lagging / (both + np.sqrt(both**2 - 4.0 * conductance * lagging)))
+        out.append((both - conductance * lag, conductance, lag))
     return np.array(out)
 
 
