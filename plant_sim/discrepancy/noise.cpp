@@ -107,7 +107,7 @@ VectorXd Whitener::apply(const VectorXd& values) const {
   return out;
 }
 
-Noise fit_noise(const std::vector<NoiseSample>& samples, double least) {
+Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSearch search) {
   constexpr double kShares[] = {0.0, 0.1, 0.3, 0.6, 0.85, 0.95, 0.99, 0.998};
   constexpr double kTaus[] = {0.4, 1.5, 5.0, 20.0, 80.0, 300.0};
   constexpr double kCurrentShares[] = {0.25, 0.5, 0.75, 0.95}, kFinest = 1.15;
@@ -129,8 +129,7 @@ Noise fit_noise(const std::vector<NoiseSample>& samples, double least) {
   for (const double share : kCurrentShares) {
     if (square_ohm > 0.0) consider({first.slow, first.tau_s, share});
   }
-  // One log alone does not tell what is slow in it from what its model misses: there the coarse answer stays.
-  if (shape.slow > 0.0 && samples.size() > 1) {
+  if (shape.slow > 0.0 && search == NoiseSearch::kBetween) {
     for (double step = 2.0; step > kFinest; step = std::sqrt(step)) {
       for (const auto& [longer, more] : {std::pair{step, 1.0}, {1.0 / step, 1.0}, {1.0, step}, {1.0, 1.0 / step}}) {
         consider(moved(shape, longer, more));

@@ -37,8 +37,11 @@ struct NoiseSample {
   Eigen::VectorXd residual;  ///< NaN: not valid
   Eigen::VectorXd ohm;       ///< or empty
 };
+/// On a coarse grid of shares and times, or between its points too. The grid reads what is slow as slower and more.
+enum class NoiseSearch { kGrid, kBetween };
+
 /// Most likely noise of residuals of one kind; `least` bounds the white part from below.
-[[nodiscard]] Noise fit_noise(const std::vector<NoiseSample>& samples, double least);
+[[nodiscard]] Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSearch search);
 
 [[nodiscard]] std::vector<bool> finite_rows(const Eigen::VectorXd& values);
 

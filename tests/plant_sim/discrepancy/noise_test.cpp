@@ -46,7 +46,7 @@ TEST(Noise, WhatTheWhitenerLeavesIsWhiteAndOfSizeOne) {
 
 TEST(Noise, WhiteAndSlowPartsAreFoundAgain) {
   const Noise noise{0.5, 0.6, 20.0, 0.0};
-  const Noise found = fit_noise(several(noise, 24), 0.0);
+  const Noise found = fit_noise(several(noise, 24), 0.0, NoiseSearch::kBetween);
   DOUBLES_EQUAL(0.5, found.white, 0.01);
   DOUBLES_EQUAL(0.6, found.coloured, 0.06);
   DOUBLES_EQUAL(20.0, found.tau_s, 4.0);
@@ -56,7 +56,7 @@ TEST(Noise, ATimeBetweenThoseOfTheGridIsFoundAndNotALongerLouderOne) {
   // On the grid alone it is read as 300 s and much louder: many times the power of what is slow. One pass of the search
   // comes within 2.5 times.
   const Noise noise{0.05, 0.08, 60.0, 0.0};
-  const Noise found = fit_noise(several(noise, 24), 0.0);
+  const Noise found = fit_noise(several(noise, 24), 0.0, NoiseSearch::kBetween);
   DOUBLES_EQUAL(0.05, found.white, 0.002);
   const double slow = found.coloured * found.coloured * found.tau_s;  // its density at the lowest frequencies
   DOUBLES_EQUAL(0.0, std::log(slow / (0.08 * 0.08 * 60.0)), std::log(2.5));
@@ -65,7 +65,7 @@ TEST(Noise, ATimeBetweenThoseOfTheGridIsFoundAndNotALongerLouderOne) {
 TEST(Noise, PartOfTheCurrentSensorIsFoundByTheResistanceThatChanges) {
   VectorXd cold = VectorXd::Constant(12000, 4e-3), warm = VectorXd::Constant(12000, 1e-3);
   const Noise noise{0.2e-3, 0.0, 20.0, 0.2};
-  const Noise found = fit_noise({{&time, drawn(noise, cold), cold}, {&time, drawn(noise, warm), warm}}, 0.0);
+  const Noise found = fit_noise({{&time, drawn(noise, cold), cold}, {&time, drawn(noise, warm), warm}}, 0.0, NoiseSearch::kBetween);
   DOUBLES_EQUAL(0.2, found.current_a, 0.02);
   CHECK(found.white < 0.3e-3);
 }
