@@ -15,6 +15,7 @@ using Eigen::VectorXd;
 constexpr double kPriorOfOne = 40.0;      // causes that could be it
 constexpr double kAnonymousPenalty = 1.0; // a shape without a name is less likely than a known cause
 constexpr double kImpossible = -1e300;    // evidence of a set whose parameter has a sign that it cannot have
+constexpr double kErrors = 20.0;          // standard errors: what can be told small is not unlikely for being small
 constexpr Index kMost = 24;               // columns of a set
 using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
@@ -50,7 +51,8 @@ bool form_of(const System& system, const std::size_t* members, std::size_t count
     for (Index j = 0; j < n; ++j) {
       a(i, j) = system.information(out.rows[static_cast<std::size_t>(i)], out.rows[static_cast<std::size_t>(j)]);
     }
-    const double variance = system.prior_variance(out.rows[static_cast<std::size_t>(i)]);
+    const double typical = system.prior_variance(out.rows[static_cast<std::size_t>(i)]);
+    const double variance = a(i, i) * typical > kErrors * kErrors ? kErrors * kErrors / a(i, i) : typical;
     a(i, i) += 1.0 / variance;
     out.constant -= 0.5 * std::log(variance);
   }

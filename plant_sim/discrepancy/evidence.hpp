@@ -2,7 +2,8 @@
 // All sets of up to three candidates, weighed in closed form, and what the weight of the best one is worth when
 // nothing is wrong.
 //
-//   ln evidence(S) = a_S' (A_SS + P^-1)^-1 a_S / 2 - ln det(I + A_SS P) / 2 + sum ln prior       P: prior_variance
+//   ln evidence(S) = a_S' (A_SS + P^-1)^-1 a_S / 2 - ln det(I + A_SS P) / 2 + sum ln prior
+//   P: the smaller of prior_variance and (20 standard errors)^2, the width of a prior that is log-uniform in size
 #pragma once
 #include <cstdint>
 #include <optional>

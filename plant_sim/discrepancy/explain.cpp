@@ -192,7 +192,7 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   const auto say = [&](const Decision& decided) {
     Explanation said = out;
     put_verdict({c.causes, c.design, c.locals, c.system, c.noise, c.usual, c.use, sets, decided, parts, refinery,
-                 holdout ? &*holdout : nullptr}, gate, said);
+                 holdout ? &*holdout : nullptr}, c.references, gate, said);
     return said;
   };
   const Beside beside{c.system, c.score, c.usual.inflation, c.usual_evidence, signature_error};

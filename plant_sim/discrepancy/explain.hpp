@@ -22,7 +22,7 @@ struct ExplainOptions {
   std::vector<std::string> without;       ///< causes that are left out of the catalogue
   std::string fit_blocks = "all";         ///< of 60 s: all, even or odd
   std::uint64_t seed = 1;
-  int draws = 300;
+  int draws = 1000;
   std::function<void(const std::string&, double)> progress;  ///< what, fraction; may be empty
 };
 

@@ -16,7 +16,8 @@ inline constexpr double kDecisive = 2.995732;
 /// What a larger set must be ahead by: six of 263 sound logs of the bank reach it beside nothing at all.
 inline constexpr double kLarger = 2.0 * kDecisive;
 inline constexpr double kSeparation = 3.3;    ///< d'
-inline constexpr double kNullLevel = 0.01;
+/// Of 174 sound logs of 15 worlds 4 are given a cause at 1 %, 2 at this.
+inline constexpr double kNullLevel = 0.005;
 inline constexpr double kSameClass = 0.98;    ///< overlap from which two sets are one class
 
 struct Decision {
