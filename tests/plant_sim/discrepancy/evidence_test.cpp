@@ -4,6 +4,8 @@
 
 #include <CppUTest/TestHarness.h>
 
+#include <cmath>
+
 using namespace voltlap::plant;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -33,6 +35,21 @@ TEST(Evidence, AnEffectThatTheResidualHasNoRoomForIsNoExplanation) {
   LONGS_EQUAL(0, weigh_sets(system, 10).size());
 }
 
+TEST(Evidence, OfAnEffectThatIsToldSmallIsNotLessForBeingSmall) {
+  const auto at_six_errors = [](double information) {
+    System system = of_one_cause();
+    system.information(0, 0) = information;
+    system.score(0) = 6.0 * std::sqrt(information);
+    return best_evidence(system);
+  };
+  // 18 for what it explains, ln 20 for where in twenty errors it lies, ln 40 for which cause it is.
+  const double known = 18.0 / (1.0 + 1.0 / 400.0) - 0.5 * std::log(401.0) - std::log(40.0);
+  DOUBLES_EQUAL(known, at_six_errors(1e4), 1e-9);
+  DOUBLES_EQUAL(known, at_six_errors(1e8), 1e-9);
+  // Known badly, the cause's own sizes bound it: half a typical size each error, three typical sizes the prior.
+  DOUBLES_EQUAL(18.0 / (1.0 + 1.0 / 36.0) - 0.5 * std::log(37.0) - std::log(40.0), at_six_errors(4.0), 1e-9);
+}
+
 TEST(Evidence, IsTemperedByWhatTheBestSetGainsNotByWhatManyColumnsTakeOfTheNoise) {
   constexpr int kColumns = 12;
   System system;
@@ -46,7 +63,7 @@ TEST(Evidence, IsTemperedByWhatTheBestSetGainsNotByWhatManyColumnsTakeOfTheNoise
     system.candidates.push_back(candidate);
   }
   constexpr double kError = 0.01;
-  const double gain = 1.0 / (1.0 + 1.0 / 900.0);
+  const double gain = 1.0 / (1.0 + 1.0 / 400.0);  // of a size that may be twenty standard errors
   DOUBLES_EQUAL(100.0 / (1.0 + kError * gain), tempered(system, 0.0, kError).information(0, 0), 1e-9);
   system.score(0) = 1e3;  // a hundred standard errors
   DOUBLES_EQUAL(100.0 / (1.0 + kError * 1e4 * gain), tempered(system, 0.0, kError).information(0, 0), 1e-9);
