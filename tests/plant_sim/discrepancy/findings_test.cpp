@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of a shape without a name that stands out of the noise and makes no error smaller.
+// What is said of what stands out of the noise and makes no error smaller.
 #include "discrepancy/findings.hpp"
 
 #include <CppUTest/TestHarness.h>

@@ -41,3 +41,32 @@ TEST(Verdict, ASecondCauseThatIsFarAheadIsPartOfTheAnswer) {
 TEST(Verdict, TwiceTheEvidenceOfLn20IsAsked) {
   DOUBLES_EQUAL(2.0 * std::log(20.0), kLarger, 1e-6);
 }
+
+TEST(Verdict, AnAnswerIsGivenWhereChanceReachesItInOneSoundLogOf200) {
+  constexpr int kCauses = 12;
+  System system;
+  system.information = 100.0 * MatrixXd::Identity(kCauses, kCauses);
+  system.score = VectorXd::Zero(kCauses);
+  system.prior_variance = VectorXd::Constant(kCauses, 9.0);
+  for (int cause = 0; cause < kCauses; ++cause) {
+    Candidate candidate;
+    candidate.cause = cause;
+    candidate.rows = {cause};
+    system.candidates.push_back(candidate);
+  }
+  constexpr double kFreedom = 20.0;
+  constexpr int kDraws = 2000;
+  int answered = 0, close = 0;
+  for (double errors = 3.0; errors < 6.0; errors += 0.05) {
+    system.score(0) = 10.0 * errors;
+    const auto sets = weigh_sets(system, 10);
+    const Decision decision = decide(system, sets, kFreedom, kDraws, 1);
+    const double null = null_probability(system, sets[0].evidence, kFreedom, kDraws, 1);
+    if (sets[0].evidence <= 0.0) continue;
+    CHECK_EQUAL(null <= 1.0 / 200.0, !decision.members.empty());
+    answered += decision.members.empty() ? 0 : 1;
+    close += null > 1.0 / 200.0 && null < 1.0 / 100.0 ? 1 : 0;
+  }
+  CHECK(answered > 0);
+  CHECK(close > 0);
+}
