@@ -54,10 +54,10 @@ Profile profile(const std::vector<NoiseSample>& samples, const Shape& shape, dou
 
 /// Coloured part of a time `longer` times as long, that scatters from row to row `more` times as much: what the data
 /// tell of both hardly depends on each other.
-Shape moved(const Shape& shape, double longer, double more) {
-  constexpr double kShortest = 0.2, kLongest = 300.0;  // s
+Shape moved(const Shape& shape, double longer, double more, double longest_s) {
+  constexpr double kShortest = 0.2;  // s
   Shape out = shape;
-  out.tau_s = std::clamp(shape.tau_s * longer, kShortest, kLongest);
+  out.tau_s = std::clamp(shape.tau_s * longer, kShortest, longest_s);
   const double ratio = shape.slow / (1.0 - shape.slow) * more * out.tau_s / shape.tau_s;
   out.slow = ratio / (1.0 + ratio);
   return out;
@@ -107,9 +107,9 @@ VectorXd Whitener::apply(const VectorXd& values) const {
   return out;
 }
 
-Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSearch search) {
+Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSearch search, double longest_s) {
   constexpr double kShares[] = {0.0, 0.1, 0.3, 0.6, 0.85, 0.95, 0.99, 0.998};
-  constexpr double kTaus[] = {0.4, 1.5, 5.0, 20.0, 80.0, 300.0};
+  constexpr double kTaus[] = {0.4, 1.5, 5.0, 20.0, 80.0, kLongestMemory};
   constexpr double kCurrentShares[] = {0.25, 0.5, 0.75, 0.95}, kFinest = 1.15;
   const double square_ohm = mean_square_ohm(samples);
   Profile best{1e300, 1.0};
@@ -120,7 +120,8 @@ Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSear
     best = p;
     shape = tried;
   };
-  for (const double tau : kTaus) {
+  for (const double point : kTaus) {
+    const double tau = std::min(point, longest_s);
     for (const double share : kShares) {
       if (share > 0.0 || tau == kTaus[0]) consider({share, tau, 0.0});
     }
@@ -132,7 +133,7 @@ Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSear
   if (shape.slow > 0.0 && search == NoiseSearch::kBetween) {
     for (double step = 2.0; step > kFinest; step = std::sqrt(step)) {
       for (const auto& [longer, more] : {std::pair{step, 1.0}, {1.0 / step, 1.0}, {1.0, step}, {1.0, 1.0 / step}}) {
-        consider(moved(shape, longer, more));
+        consider(moved(shape, longer, more, longest_s));
       }
     }
   }

@@ -40,8 +40,11 @@ struct NoiseSample {
 /// On a coarse grid of shares and times, or between its points too. The grid reads what is slow as slower and more.
 enum class NoiseSearch { kGrid, kBetween };
 
-/// Most likely noise of residuals of one kind; `least` bounds the white part from below.
-[[nodiscard]] Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSearch search);
+inline constexpr double kLongestMemory = 300.0;  ///< s, of noise; what is slower is the model's
+
+/// Most likely noise of residuals of one kind; `least` bounds the white part from below, `longest_s` its time from above.
+[[nodiscard]] Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSearch search,
+                              double longest_s = kLongestMemory);
 
 [[nodiscard]] std::vector<bool> finite_rows(const Eigen::VectorXd& values);
 

@@ -186,7 +186,7 @@ std::vector<NoiseSample> remainders(const std::vector<const Design*>& designs, c
   return out;
 }
 
-Noise channel_noise(const std::vector<const Design*>& designs, const std::string& name) {
+Noise channel_noise(const std::vector<const Design*>& designs, const std::string& name, double longest_s) {
   const Design& first = *designs[0];
   const BalanceChannel& channel = first.comparison.channels[channel_named(first, name)];
   const double usual = usual_size(channel, first.model.car.battery.cells_in_series), least = least_noise(usual);
@@ -199,8 +199,8 @@ Noise channel_noise(const std::vector<const Design*>& designs, const std::string
   // log, of which its noise tells nothing: where too little is known the grid's answer, which allows for more, stays.
   const bool told = designs.size() > 1 && channel.balance != Balance::kCharge;
   const NoiseSearch search = told ? NoiseSearch::kBetween : NoiseSearch::kGrid;
-  Noise noise = fit_noise(samples, least, search);
-  for (int pass = 0; pass < 2; ++pass) noise = fit_noise(remainders(designs, name, noise), least, search);
+  Noise noise = fit_noise(samples, least, search, longest_s);
+  for (int pass = 0; pass < 2; ++pass) noise = fit_noise(remainders(designs, name, noise), least, search, longest_s);
   const VectorXd& time = first.comparison.log.time_s;
   const double seconds = time(time.size() - 1) - time(0);
   constexpr double kOfOneLog = 20.0, kMostOfOneLog = 4.0, kOfMany = 5.0, kMostOfMany = 2.0;
@@ -311,7 +311,13 @@ ColumnPrior prior_of(const Design& design, const std::vector<Index>& columns) {
 }
 
 NoiseModel noise_of(const std::vector<const Design*>& designs) {
+  constexpr double kSlower = 2.0;  // as well as a time is known
   NoiseModel out;
+  for (const Design* design : designs) {
+    for (const Group& group : design->comparison.groups) {
+      if (out.count(group.stem) == 0) out[group.stem] = group_noise(designs, group.stem);
+    }
+  }
   for (const Design* design : designs) {
     for (const BalanceChannel& channel : design->comparison.channels) {
       if (out.count(channel.name) > 0) continue;
@@ -319,10 +325,10 @@ NoiseModel noise_of(const std::vector<const Design*>& designs) {
       for (const Design* other : designs) {
         if (other->comparison.find(channel.name) != nullptr) with.push_back(other);
       }
-      out[channel.name] = channel_noise(with, channel.name);
-    }
-    for (const Group& group : design->comparison.groups) {
-      if (out.count(group.stem) == 0) out[group.stem] = group_noise(designs, group.stem);
+      // Sensors of one kind wander alike: their mean no slower than each against it.
+      const auto each = out.find((channel.balance == Balance::kVoltage ? "cell_" : "") + channel.name + "_");
+      const bool known = each != out.end() && designs.size() > 1;
+      out[channel.name] = channel_noise(with, channel.name, known ? kSlower * each->second.tau_s : kLongestMemory);
     }
   }
   return out;
