@@ -130,7 +130,8 @@ void voltage_shapes(const Design& design, Shapes& shapes) {
 }
 
 void heat_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 0.02, 0.03}, kHeat{1, 0.7, 5e-4}, kOther{2, 0.15, 0.04}, kBegin{3, 0.2, 0.2};
+  constexpr Kin kLevel{0, 0.02, 0.03}, kHeat{1, 0.7, 5e-4}, kOther{2, 0.15, 0.04}, kBegin{3, 0.2, 0.2},
+      kStandsWarm{4, 0.15, 0.05};
   const BatteryResponse& b = design.base.battery;
   const CellParameters& cell = design.model.car.cell;
   const VectorXd rate = rate_of(design);
@@ -144,7 +145,13 @@ void heat_shapes(const Design& design, Shapes& shapes) {
   if (cell.surface_lag_s > 0.0) {
     // The cell within and its surface begin each as warm as they happen to be.
     shapes.add(kBegin, "1", VectorXd::Ones(rate.size()));
-    shapes.add(kBegin, "beginning", (-since / cell.surface_lag_s).array().exp().matrix());
+    const VectorXd beginning = (-since / cell.surface_lag_s).array().exp().matrix();
+    shapes.add(kBegin, "beginning", beginning);
+    // A surface that loses heat is colder than what is within, by a share of its rise above the air. One that begins as
+    // warm as what is within has yet to become so.
+    const VectorXd& air = design.comparison.facts.ambient_above_model_k;
+    const double ambient = design.model.car.environment.ambient_c + (air.size() > 0 ? air(0) : 0.0);
+    shapes.add_of_start(kStandsWarm, "rise at the beginning", (b.temperature_c(0) - ambient) * (1.0 - beginning.array()).matrix());
   } else {
     shapes.add(kLevel, "1", VectorXd::Ones(rate.size()));
   }

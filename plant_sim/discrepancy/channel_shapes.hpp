@@ -46,6 +46,12 @@ class Shapes {
     column.repeats = kin.repeats;
     out.push_back(std::move(column));
   }
+  /// The same, where this log tells how large it is: errors of other logs along it do not bound it.
+  void add_of_start(const Kin& kin, const std::string& what, Eigen::VectorXd values) {
+    const std::size_t before = out.size();
+    add(kin, what, std::move(values));
+    if (out.size() > before) out.back().of_start = true;
+  }
   [[nodiscard]] Eigen::VectorXd behind(const Eigen::VectorXd& values, double tau_s) const {
     return lagged(time_, values, tau_s);
   }

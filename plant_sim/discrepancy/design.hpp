@@ -20,6 +20,7 @@ struct Column {
   std::size_t kin = 0;                     ///< of a shape without a name: shapes of a channel that are of one size
   double usual = 0.0;                      ///< how much of it a sound model usually misses, one sigma
   double repeats = 0.0;                    ///< and how much that differs from log to log
+  bool of_start = false;                   ///< as large as something that this log's start shows: no measure of others'
   double free = 0.0;                       ///< how much nobody can know of it beforehand; then it is never a cause
 };
 

@@ -11,13 +11,16 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kMargin = 2.0;     // on the size of a projection, as few references tell it
+constexpr double kOfOneNumber = 3.0;  // the same of a charge, of which each reference tells one number
 constexpr double kReferences = 3.0; // what all errors of a channel weigh against a signature's own projections
 constexpr double kSlow = 0.05;      // of an energy: what may be slow error where all of it is as large as noise
 constexpr double kConstant = 1.0;   // the same of a charge, whose error is one constant: noise hides it wholly
 constexpr double kShare = 0.15;     // of a channel's error that lies along one signature
 
-/// Variance of the projection on column `k` of a channel's sums; `slow`: share of an energy that may be slow error.
-double expected_square(const BlockSum& log, const std::vector<const BlockSum*>& teachers, Index k, double slow) {
+/// Variance of the projection on column `k` of a channel's sums.
+double expected_square(const BlockSum& log, const std::vector<const BlockSum*>& teachers, Index k, Balance balance) {
+  const double slow = balance == Balance::kCharge ? kConstant : kSlow;
+  const double margin = balance == Balance::kCharge ? kOfOneNumber : kMargin;
   double own = 0.0, count = 0.0, error = 0.0, logs = 0.0;
   for (const BlockSum* theirs : teachers) {
     if (theirs->rows <= 0.0) continue;
@@ -30,7 +33,7 @@ double expected_square(const BlockSum& log, const std::vector<const BlockSum*>& 
   }
   if (logs == 0.0) return 0.0;
   const double all = kShare * kShare * (error / logs) * log.rows / log.gram(k, k);
-  return kMargin * kMargin * (own + kReferences * all) / (count + kReferences);
+  return margin * margin * (own + kReferences * all) / (count + kReferences);
 }
 
 }  // namespace
@@ -41,16 +44,15 @@ void bound_projections(const Design& design, const std::vector<BlockSum>& log,
   for (std::size_t c = 0; c < log.size(); ++c) {
     std::vector<const BlockSum*> theirs;
     for (const std::size_t k : teachers) theirs.push_back(&said[k][c]);
-    const double slow = design.comparison.channels[c].balance == Balance::kCharge ? kConstant : kSlow;
     std::vector<Index> shapes, signatures;
     std::vector<double> squares;
     for (std::size_t k = 0; k < design.columns.size(); ++k) {
       const Column& column = design.columns[k];
       const auto i = static_cast<Index>(k);
       if (column.effect[c].size() == 0 || column.free > 0.0 || column.key.starts_with("local/")) continue;
-      if (column.cause < 0) shapes.push_back(i);
+      if (column.cause < 0 && !column.of_start) shapes.push_back(i);
       if (log[c].gram(i, i) <= 0.0) continue;
-      const double square = expected_square(log[c], theirs, i, slow);
+      const double square = expected_square(log[c], theirs, i, design.comparison.channels[c].balance);
       if (square <= 0.0) continue;
       signatures.push_back(i);
       squares.push_back(square);

@@ -98,3 +98,17 @@ TEST(Projections, NoiseHidesAnErrorOfTheChargeWholly) {
   design.comparison.channels[0].balance = Balance::kCharge;
   CHECK(projected({0.0, 0.0, 0.0}) > 4.0 * of_voltage);
 }
+
+TEST(Projections, OfOtherLogsDoNotBoundWhatThisLogsStartShows) {
+  design.columns[0].of_start = true;
+  projected({0.1, -0.1, 0.1});
+  DOUBLES_EQUAL(1.0, variance(0, 0), 0.0);
+  CHECK(variance(1, 1) < 0.1);
+}
+
+TEST(Projections, OfAnErrorThatIsOneNumberADriveAreKnownByAsManyNumbers) {
+  design.comparison.channels[0].balance = Balance::kCharge;
+  const double square = projected({0.3, -0.3, 0.3});
+  CHECK(square > 0.12);  // 0.072 with the margin of errors that each drive tells often
+  CHECK(square < 0.20);
+}
