@@ -125,6 +125,7 @@ Noise fit_noise(const std::vector<NoiseSample>& samples, double least, NoiseSear
     for (const double share : kShares) {
       if (share > 0.0 || tau == kTaus[0]) consider({share, tau, 0.0});
     }
+    if (point >= longest_s) break;
   }
   const Shape first = shape;
   for (const double share : kCurrentShares) {
