@@ -354,7 +354,13 @@ void put_verdict(const Judged& j, const std::vector<Reference>& references, cons
   // References tell what the model always misses only in part: evidence that no error becomes smaller by is theirs.
   const Pays paid = !out.with_references || j.decision.members.empty() ? Pays::kPlainly : decision_pays(j);
   const bool too_little = paid == Pays::kInNoise && j.sets.front().evidence < kInNoiseOnly;
-  const auto [times, larger] = times_usual(j.design, references);
+  // In the balance of what stands out; an error elsewhere, however large, is not what it is.
+  double times = 0.0;
+  std::string larger;
+  for (const std::size_t m : j.decision.members) {
+    const auto [here, channel] = times_usual(j.design, references, j.system.candidates[m].balance);
+    if (here > times) times = here, larger = channel;
+  }
   const bool hidden = paid == Pays::kNot && times > kLargerError;
   if (j.decision.members.empty() || (paid == Pays::kNot && !hidden) || too_little) {
     put_set({{}, j.design.model, 0.0}, j, out);

@@ -30,10 +30,12 @@ double usual_rms(const std::vector<Reference>& references, const std::string& ch
   return out;
 }
 
-std::pair<double, std::string> times_usual(const Design& design, const std::vector<Reference>& references) {
+std::pair<double, std::string> times_usual(const Design& design, const std::vector<Reference>& references,
+                                           std::optional<Balance> of) {
   std::pair<double, std::string> out{0.0, ""};
   for (std::size_t c = 0; c < design.residual.size(); ++c) {
     const std::string& channel = design.comparison.channels[c].name;
+    if (of && design.comparison.channels[c].balance != *of) continue;
     const double usual = usual_rms(references, channel), here = rms_of(design.residual[c]);
     if (usual > 0.0 && here > out.first * usual) out = {here / usual, channel};
   }

@@ -2,6 +2,7 @@
 // How far references are believed: each is judged by the others, and what it then seems to show is what a sound log
 // may show. A channel in which it shows much counts less: its noise is inflated.
 #pragma once
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,7 +19,9 @@ struct TrustProblem {
 };
 
 /// Largest plain error of a channel of the log over that of any reference in it, and which; 0 without references.
-[[nodiscard]] std::pair<double, std::string> times_usual(const Design& design, const std::vector<Reference>& references);
+/// `of`: channels of this balance alone.
+[[nodiscard]] std::pair<double, std::string> times_usual(const Design& design, const std::vector<Reference>& references,
+                                                         std::optional<Balance> of = std::nullopt);
 
 /// What effects have room for in a log of these sums by channel, beside what is usual in the references but `without`.
 [[nodiscard]] std::vector<Bound> bounds_of(const std::vector<BlockSum>& channels, const Knowledge& knowledge,
