@@ -213,7 +213,8 @@ VectorXd sizes_of_all(const System& system, const std::vector<std::size_t>& memb
   return out;
 }
 
-double null_probability(const System& system, double evidence, double freedom, int draws, std::uint64_t seed) {
+double null_probability(const System& system, double evidence, double freedom, int draws, std::uint64_t seed,
+                        double enough) {
   std::vector<SetForm> forms;
   for_each_set(system, 2, [&](const std::size_t* set, std::size_t count) {
     SetForm form;
@@ -229,9 +230,10 @@ double null_probability(const System& system, double evidence, double freedom, i
     VectorXd z(system.score.size());
     for (double& v : z) v = normal(random);
     const VectorXd score = root * z * std::sqrt(freedom / spread(random));
-    double best = -1e300;
-    for (const SetForm& form : forms) best = std::max(best, evidence_of(form, score));
-    reached += best >= evidence ? 1 : 0;
+    const bool any = std::any_of(forms.begin(), forms.end(),
+                                 [&](const SetForm& form) { return evidence_of(form, score) >= evidence; });
+    reached += any ? 1 : 0;
+    if (1.0 + reached > enough * (1.0 + draws)) break;
   }
   return (1.0 + reached) / (1.0 + draws);
 }

@@ -52,9 +52,10 @@ struct SetFit {
                                            const Eigen::VectorXd& coefficients);
 
 /// Chance that the best evidence of sets of up to two candidates reaches `evidence` when nothing is wrong, by
-/// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees).
+/// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees). Stops where the chance is above
+/// `enough` whatever the rest would say; it is that much then, or more.
 [[nodiscard]] double null_probability(const System& system, double evidence, double freedom, int draws,
-                                      std::uint64_t seed);
+                                      std::uint64_t seed, double enough = 1.0);
 
 /// Share of what `of` explains that `by` could explain as well, 0..1.
 [[nodiscard]] double overlap(const System& system, const std::vector<std::size_t>& of, const Eigen::VectorXd& coefficients,

@@ -55,7 +55,7 @@ Decision decide(const System& system, const std::vector<WeighedSet>& sets, doubl
                 std::uint64_t seed) {
   Decision out;
   if (sets.empty() || sets[0].evidence <= 0.0) return out;
-  const double null = null_probability(system, sets[0].evidence, freedom, draws, seed);
+  const double null = null_probability(system, sets[0].evidence, freedom, draws, seed, kNullLevel);
   if (null <= kNullLevel) out = choose(system, sets);
   out.null_probability = null;
   return out;
