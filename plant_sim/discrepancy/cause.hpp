@@ -38,6 +38,8 @@ struct Form {
   std::string stem = {};                      ///< on one member of this group, any of them:
   /// effect of one unit of each linear parameter on the member's reading
   std::function<std::vector<Eigen::VectorXd>(const World&, const Comparison&, const Prediction&)> shapes = {};
+  /// where that bends: whole effect of these values
+  std::function<Eigen::VectorXd(const World&, const Comparison&, const Prediction&, Values)> curved = {};
 };
 
 struct Cause {

@@ -47,7 +47,9 @@ std::vector<RefinedCause> as_fitted_by(const Judged& j, const RefinedSet& set, c
     for (const std::size_t parameter : c.parameters) {
       if (c.cause >= 0) {
         const CauseParameter& p = cause_of(j, fit.candidate).parameters[parameter];
-        fit.values[parameter] += (here(at) - all(at)) * p.typical;
+        const bool bends = c.group >= 0 && all(at) != 0.0;  // a member's value is in proportion to its size
+        fit.values[parameter] = bends ? fit.values[parameter] * here(at) / all(at)
+                                      : fit.values[parameter] + (here(at) - all(at)) * p.typical;
         if (c.group < 0) fit.values[parameter] = std::clamp(fit.values[parameter], p.low, p.high);
       }
       ++at;

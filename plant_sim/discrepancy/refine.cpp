@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "discrepancy/curved_member.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -38,7 +40,7 @@ World world_of(const World& model, const Design& design, const System& system, c
 
 Refinery::Refinery(const Design& design, const std::vector<Cause>& causes, const System& system,
                    const NoiseModel& noise, const Usual& usual, const std::vector<bool>& use_rows)
-    : design_(design), causes_(causes), system_(system) {
+    : design_(design), causes_(causes), system_(system), noise_(noise), usual_(usual) {
   const VectorXd& time = design.comparison.log.time_s;
   const Index n = time.size();
   const auto p = static_cast<Index>(design.columns.size());
@@ -108,6 +110,17 @@ RefinedSet Refinery::refine(const std::vector<std::size_t>& members) const {
         refined.values[parameter] += own(k) * p.typical;
         refined.sigma[parameter] = std::sqrt(linear.covariance(at + k, at + k)) * p.typical;
         if (form.apply) refined.values[parameter] = std::clamp(refined.values[parameter], p.low, p.high);
+      }
+      if (form.curved) {
+        const CurvedValues bent = curved_values(design_, noise_, usual_, cause, c, own);
+        const MatrixXd spread = linear.covariance.block(at, at, columns, columns);
+        const MatrixXd covariance = bent.per_size * spread * bent.per_size.transpose();
+        for (Index k = 0; k < columns; ++k) {
+          const std::size_t parameter = c.parameters[static_cast<std::size_t>(k)];
+          refined.values[parameter] = form.at[parameter] + bent.values(k);
+          refined.sigma[parameter] = std::sqrt(covariance(k, k));
+        }
+        refined.inside_prior = bent.inside_prior;
       }
       if (form.apply) {
         for (const std::size_t parameter : form.refined) {

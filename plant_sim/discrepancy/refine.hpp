@@ -34,7 +34,7 @@ class Refinery {
  public:
   Refinery(const Design& design, const std::vector<Cause>& causes, const System& system, const NoiseModel& noise,
            const Usual& usual, const std::vector<bool>& use_rows);
-  /// `members` of the system; local causes keep their linear estimate.
+  /// `members` of the system; local causes keep their linear estimate, bent where they bend.
   [[nodiscard]] RefinedSet refine(const std::vector<std::size_t>& members) const;
 
  private:
@@ -50,6 +50,8 @@ class Refinery {
   const Design& design_;
   const std::vector<Cause>& causes_;
   const System& system_;
+  const NoiseModel& noise_;
+  const Usual& usual_;
   std::vector<Whitener> whiteners_;
   std::vector<double> weight_;              ///< [channel]
   Eigen::MatrixXd stacked_;                 ///< whitened columns of all channels, one under the other

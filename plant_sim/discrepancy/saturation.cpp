@@ -69,6 +69,24 @@ std::vector<double> falling(const VectorXd& current, double sign) {
   return out;
 }
 
+/// Finest difference of two readings; what is less than a millionth of the largest is of their digits.
+double step_of(const VectorXd& current) {
+  constexpr double kDigits = 1e-6;
+  std::vector<double> values;
+  for (const double i : current) {
+    if (std::isfinite(i)) values.push_back(i);
+  }
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  const double least = kDigits * std::max(std::abs(values.front()), std::abs(values.back()));
+  double out = values.back() - values.front();
+  for (std::size_t k = 1; k < values.size(); ++k) {
+    const double apart = values[k] - values[k - 1];
+    if (apart > least) out = std::min(out, apart);
+  }
+  return out;
+}
+
 /// What resistances, lags, charge and OCV can make of an error of the voltage behind this current.
 MatrixXd followers(const World& model, const Comparison& c, const BatteryResponse& battery) {
   constexpr double kFull = 5.0;  // C
@@ -162,6 +180,7 @@ std::optional<Rail> rail_of(const VectorXd& current) {
     settle(pile, out);
   }
   if (most == 0) return std::nullopt;
+  out.step_a = step_of(current);
   out.from_a = out.limit_a - kSigmas * std::max(out.noise_a, kOneValue * out.limit_a);
   const std::vector<double> others = falling(current, -sign);
   const bool symmetric = !others.empty() && std::abs(others.front() - out.limit_a) < kAlike * out.limit_a;
@@ -206,8 +225,9 @@ FoundCause found_saturation(const Saturation& s) {
   constexpr double kCertain = 0.99, kTwoSided = 1.96;
   FoundCause out;
   out.name = "current_saturation";
-  // The slow part of a sensor's noise does not average out: one reading's spread is the mean's too.
-  const double half = kTwoSided * s.rail.noise_a;
+  // The slow part of a sensor's noise does not average out: one reading's spread is the mean's too. Readings that are all
+  // alike say where it ends to half a step.
+  const double half = std::max(kTwoSided * s.rail.noise_a, 0.5 * s.rail.step_a);
   out.parameters.push_back({"limit_a", "A", s.rail.limit_a, s.rail.limit_a - half, s.rail.limit_a + half, ""});
   out.share_of_residual = s.share;
   out.probability = kCertain;

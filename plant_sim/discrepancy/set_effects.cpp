@@ -40,9 +40,13 @@ void add_to_members(const Judged& j, const Candidate& c, const Form& form, const
                     const Comparison& other, const Prediction& base, std::size_t g, Effects& out) {
   const auto& names = j.design.comparison.groups[static_cast<std::size_t>(c.group)].members;
   const Group& group = other.groups[g];
-  const std::vector<VectorXd> shapes = form.shapes(j.design.model, other, base);
   VectorXd effect = VectorXd::Zero(other.log.rows());
-  for (std::size_t k = 0; k < shapes.size(); ++k) effect += fit.values[form.linear[k]] * shapes[k];
+  if (form.curved) {
+    effect = form.curved(j.design.model, other, base, fit.values);
+  } else {
+    const std::vector<VectorXd> shapes = form.shapes(j.design.model, other, base);
+    for (std::size_t k = 0; k < shapes.size(); ++k) effect += fit.values[form.linear[k]] * shapes[k];
+  }
   double found = 0.0;
   for (const Index member : c.members) {
     const auto at = std::find(group.members.begin(), group.members.end(), names[static_cast<std::size_t>(member)]);
@@ -73,6 +77,10 @@ Effects effects_of(const Judged& j, const std::vector<RefinedCause>& causes) {
     if (form.apply) {
       form.apply(world, fit.values);
       global = true;
+      continue;
+    }
+    if (form.curved) {
+      add_to_members(j, c, form, fit, j.design.comparison, j.design.base, static_cast<std::size_t>(c.group), out);
       continue;
     }
     for (std::size_t k = 0; k < c.shapes.size(); ++k) {

@@ -97,6 +97,19 @@ def test_circuit_obeys_charge_and_heat_as_the_particle_does():
     assert (pack.surface == pack.core).all()
 
 
+@pytest.mark.parametrize("family", world.FAMILIES)
+def test_a_weak_cell_has_as_much_more_resistance_as_it_says(family):
+    sound = world.make(np.random.default_rng(4), "pack", 1, family)
+    more, cell_number = 0.2, 3
+    changed = copy.deepcopy(sound)
+    effects.weak(changed, None, np.full(1, more), {"cell": np.full(1, cell_number), "by_capacity": np.zeros(1)})
+    share = (cell.pulse_ohm(changed.pack, changed.cells, changed.shape)
+             / cell.pulse_ohm(sound.pack, sound.cells, sound.shape))[0]
+    # Its heat warms it by some hundredths of a kelvin within the pulse.
+    assert share[cell_number - 1] == pytest.approx(1.0 + more, rel=3e-4)
+    assert np.delete(share, cell_number - 1) == pytest.approx(1.0, rel=1e-12)
+
+
 def test_closed_form_of_a_memory_is_its_recursion():
     kick, state = np.random.default_rng(1).standard_normal((2, 3000)), np.array([1.0, -2.0])
     quick = instruments.remembered(kick, 0.97, state)

@@ -28,6 +28,15 @@ Cause weak_cell() {
             Form form;
             form.stem = "cell_voltage_";
             form.at = {0.0, 0.0};
+            // A cell of half the capacity runs down a steeper part of its curve.
+            form.curved = [=](const World& world, const Comparison& on, const Prediction& p, Values v) {
+              World weak = world;
+              weak.car.cell.capacity_ah *= 1.0 + v[1];
+              const Eigen::VectorXd by_capacity =
+                  v[1] == 0.0 ? Eigen::VectorXd(Eigen::VectorXd::Zero(on.log.rows()))
+                              : Eigen::VectorXd(battery_response(weak, on.log, on.facts).voltage_v - p.battery.voltage_v);
+              return Eigen::VectorXd(by_capacity + v[0] * resistance(world, on, p));
+            };
             std::vector<Form> out;
             form.linear = form.refined = {0};
             form.shapes = [=](const World& m, const Comparison& on, const Prediction& p) {

@@ -230,3 +230,16 @@ def run(pack: Pack, step_s, ambient_k, standing, current_a=None, power_w=None):
         history.surface_k[:, k], history.charge[:, k] = pack.surface, pack.charge
         pack.advance(voltage, step_s, ambient_k, standing[:, k])
     return history
+
+
+def pulse_ohm(family, cells, shape):
+    """What 10 s of 1C take from the voltage at half charge and 25 degC, over their current [ohm], of cells of `shape`.
+
+    The resistance that a data sheet calls the DC resistance; `family`: Pack or another of its interface.
+    """
+    pack, step_s, seconds = family(cells, np.full(shape, 0.5), REFERENCE_K), 0.1, 10.0
+    current = np.ones(shape[0]) * np.mean(pack.p.capacity_ah, axis=1)
+    before = pack.voltage(np.zeros(shape[0]))
+    for _ in range(int(seconds / step_s)):
+        pack.advance(pack.voltage(current), step_s, np.full(shape[0], REFERENCE_K), np.zeros(shape[0], bool))
+    return (before - pack.voltage(current)) / current[:, None]

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from . import drive
+from . import cell, drive
 
 BATTERY = ("cell", "pack", "car")
 PACKS = ("pack", "car")
@@ -126,10 +126,10 @@ def leak(world, _, value, fixed):
 
 
 def weak(world, _, value, fixed):
-    """One cell: `by_capacity` 1 lowers its capacity, 0 raises its resistance."""
+    """One cell: `by_capacity` 1 lowers its capacity, 0 raises its resistance by a share of what a pulse shows of it."""
     chosen, poor = mask(world, fixed), column(fixed["by_capacity"])
     world.cells.capacity_ah = world.cells.capacity_ah * (1.0 - chosen * poor * column(value))
-    total = 0.09 / world.cells.capacity_ah
+    total = cell.pulse_ohm(world.pack, world.cells, world.shape)
     world.cells.extra_ohm = world.cells.extra_ohm + chosen * (1.0 - poor) * column(value) * total
 
 

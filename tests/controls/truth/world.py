@@ -57,6 +57,11 @@ class World:
     def shape(self):
         return self.cells.capacity_ah.shape
 
+    @property
+    def pack(self):
+        """The physics of its cells, with which cell.run() drives them."""
+        return FAMILIES[self.family]
+
 
 # What differs from day to day though nothing is wrong: standard deviation of the share, of cells and car.
 DAY_OF_CELLS = {"film_ohm": 0.005, "electrolyte_ohm": 0.01, "air_w_per_k": 0.05, "negative_exchange_a": 0.01}
@@ -154,7 +159,7 @@ def happens(drives):
     charge, temperature = (np.concatenate([getattr(now, name) for now in nows]) for name in ("charge", "temperature_k"))
     speed, slope = (np.concatenate([getattr(now, name) for now in nows]) for name in ("speed_mps", "slope"))
     air_k = np.concatenate([now.ambient_k + now.ambient_shift_k for now in nows])
-    pack, standing, demand = FAMILIES[drives[0][0].family](cells, charge, temperature), speed < 0.05, None
+    pack, standing, demand = drives[0][0].pack(cells, charge, temperature), speed < 0.05, None
     if kind == "car":
         demand = cars.drive(_side_by_side([part for _, part in made]), speed, slope, drive.STEP_S)
     if nows[0].current_a is None:
