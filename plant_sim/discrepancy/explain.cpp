@@ -181,9 +181,8 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c.design, c.use));
   progress("refining", 0.7);
   refine_best(c, sets, refinery, weighed.score.norm() / c.system.score.norm());
-  constexpr double kFreedom = 20.0;  // of the scale of a sound log's scores
   progress("null distribution", 0.85);
-  const Decision decision = decide(weighed, sets, kFreedom, options.draws, options.seed);
+  const Decision decision = decide(weighed, sets, options.draws, options.seed);
   const Parts parts = parts_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   std::optional<Comparison> holdout;
   if (options.holdout) {

@@ -51,10 +51,17 @@ bool same_name(const System& system, std::size_t a, std::size_t b) {
   return x.cause >= 0 && x.cause == y.cause && x.channel == y.channel;
 }
 
-Decision decide(const System& system, const std::vector<WeighedSet>& sets, double freedom, int draws,
-                std::uint64_t seed) {
+bool is_of_all_cells(const System& system, const std::vector<std::size_t>& members) {
+  return std::any_of(members.begin(), members.end(), [&](std::size_t m) {
+    const Candidate& c = system.candidates[m];
+    return c.group < 0 && (c.balance == Balance::kVoltage || c.balance == Balance::kCharge);
+  });
+}
+
+Decision decide(const System& system, const std::vector<WeighedSet>& sets, int draws, std::uint64_t seed) {
   Decision out;
   if (sets.empty() || sets[0].evidence <= 0.0) return out;
+  const double freedom = is_of_all_cells(system, sets[0].members) ? kFreedomOfCells : kFreedom;
   const double null = null_probability(system, sets[0].evidence, freedom, draws, seed, kNullLevel);
   if (null <= kNullLevel) out = choose(system, sets);
   out.null_probability = null;

@@ -42,7 +42,8 @@ TEST(Verdict, TwiceTheEvidenceOfLn20IsAsked) {
   DOUBLES_EQUAL(2.0 * std::log(20.0), kLarger, 1e-6);
 }
 
-TEST(Verdict, AnAnswerIsGivenWhereChanceReachesItInOneSoundLogOf200) {
+/// Many causes of which one stands out by some standard errors.
+static System of_causes(Balance balance, int group) {
   constexpr int kCauses = 12;
   System system;
   system.information = 100.0 * MatrixXd::Identity(kCauses, kCauses);
@@ -52,16 +53,21 @@ TEST(Verdict, AnAnswerIsGivenWhereChanceReachesItInOneSoundLogOf200) {
     Candidate candidate;
     candidate.cause = cause;
     candidate.rows = {cause};
+    candidate.balance = balance;
+    candidate.group = group;
     system.candidates.push_back(candidate);
   }
-  constexpr double kFreedom = 20.0;
+  return system;
+}
+
+static void is_answered_at_one_in_200(System system, double freedom) {
   constexpr int kDraws = 2000;
   int answered = 0, close = 0;
   for (double errors = 3.0; errors < 6.0; errors += 0.05) {
     system.score(0) = 10.0 * errors;
     const auto sets = weigh_sets(system, 10);
-    const Decision decision = decide(system, sets, kFreedom, kDraws, 1);
-    const double null = null_probability(system, sets[0].evidence, kFreedom, kDraws, 1);
+    const Decision decision = decide(system, sets, kDraws, 1);
+    const double null = null_probability(system, sets[0].evidence, freedom, kDraws, 1);
     if (sets[0].evidence <= 0.0) continue;
     CHECK_EQUAL(null <= 1.0 / 200.0, !decision.members.empty());
     answered += decision.members.empty() ? 0 : 1;
@@ -69,4 +75,15 @@ TEST(Verdict, AnAnswerIsGivenWhereChanceReachesItInOneSoundLogOf200) {
   }
   CHECK(answered > 0);
   CHECK(close > 0);
+}
+
+TEST(Verdict, AnAnswerIsGivenWhereChanceReachesItInOneSoundLogOf200) {
+  is_answered_at_one_in_200(of_causes(Balance::kHeat, -1), 20.0);
+}
+
+TEST(Verdict, ChanceReachesFurtherInTheVoltageAndChargeThatAllCellsShare) {
+  for (const Balance balance : {Balance::kVoltage, Balance::kCharge}) {
+    is_answered_at_one_in_200(of_causes(balance, -1), kFreedomOfCells);
+    is_answered_at_one_in_200(of_causes(balance, 0), 20.0);  // of one cell against the others
+  }
 }
