@@ -18,9 +18,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Rows = std::vector<bool>;
 
-/// Number of readings in the pile at the upper end of `values`, which fall; 0: there is none.
-std::size_t pile_of(const std::vector<double>& values, Index rows) {
+constexpr double kBeyondStep = 1.01;  // of readings that are a step apart, but for their digits
+
+/// Number of readings in the pile at the upper end of `values`, which fall by `step` or more; 0: there is none.
+std::size_t pile_of(const std::vector<double>& values, double step, Index rows) {
   constexpr double kNarrowest = 1e-4, kWidest = 0.03;    // of the largest reading: the noise of its sensor
+  constexpr double kSteps = 3.0;                         // as far as noise blurs coarse steps
   constexpr double kWider = 1.25;
   constexpr double kLeast = 20.0, kLeastShare = 0.005;   // readings; of all rows
   constexpr double kSteep = 3.0;                         // times as many as in the same width below
@@ -30,7 +33,9 @@ std::size_t pile_of(const std::vector<double>& values, Index rows) {
     const auto end = std::partition_point(values.begin(), values.end(), [&](double v) { return v >= most - width; });
     return static_cast<double>(end - values.begin());
   };
-  for (double width = kNarrowest * most; width <= kWidest * most; width *= kWider) {
+  // Within less than a step there is one value, and below it nothing: that is not steep.
+  const double widest = std::max(kWidest * most, kSteps * kBeyondStep * step);
+  for (double width = std::max(kNarrowest * most, kBeyondStep * step); width <= widest; width *= kWider) {
     const double in = within(width), below = within(2.0 * width) - in;
     if (in >= kLeast && in >= kLeastShare * static_cast<double>(rows) && in >= kSteep * below) {
       return static_cast<std::size_t>(in);
@@ -40,14 +45,17 @@ std::size_t pile_of(const std::vector<double>& values, Index rows) {
 }
 
 /// Mean and spread of the readings around the middle of the pile; what passes through on its way stays out.
-void settle(const std::vector<double>& pile, Rail& out) {
-  constexpr double kNear = 2.5, kOfNormal = 1.4826;
+void settle(const std::vector<double>& pile, double step, Rail& out) {
+  constexpr double kNear = 2.5, kOfNormal = 1.4826, kNearlyAll = 0.98;
   const double middle = pile[pile.size() / 2];
   std::vector<double> away;
   for (const double v : pile) away.push_back(std::abs(v - middle));
   const auto half = away.begin() + static_cast<std::ptrdiff_t>(away.size() / 2);
   std::nth_element(away.begin(), half, away.end());
-  const double reach = kNear * kOfNormal * *half;
+  const auto alike = static_cast<double>(std::count(away.begin(), away.end(), 0.0));
+  // Of coarse steps most readings can be one value though noise moves many to the next.
+  const bool is_blurred = *half == 0.0 && alike < kNearlyAll * static_cast<double>(pile.size());
+  const double reach = is_blurred ? kBeyondStep * step : kNear * kOfNormal * *half;
   double sum = 0.0, square = 0.0, count = 0.0;
   for (const double v : pile) {
     if (std::abs(v - middle) > reach) continue;
@@ -168,19 +176,22 @@ Missing missing_at(const Rows& at, const BatteryResponse& flowed, double limit_a
 std::optional<Rail> rail_of(const VectorXd& current) {
   constexpr double kSigmas = 8.0, kOneValue = 1e-4, kAlike = 0.02;
   Rail out;
-  std::size_t most = 0;
-  double sign = 1.0;
+  out.step_a = step_of(current);
+  constexpr double kLeast = 0.05;  // of the largest reading: a rest that reads a step below zero is a pile too
+  double largest = 0.0;
+  for (const double i : current) largest = std::abs(i) > largest ? std::abs(i) : largest;
+  double most = 0.0, sign = 1.0;   // readings times limit
   for (const double s : {1.0, -1.0}) {
     std::vector<double> pile = falling(current, s);
-    const std::size_t n = pile_of(pile, current.size());
-    if (n <= most) continue;
-    most = n;
+    const std::size_t n = pile_of(pile, out.step_a, current.size());
+    const double weight = n == 0 || pile.front() < kLeast * largest ? 0.0 : static_cast<double>(n) * pile.front();
+    if (weight <= most) continue;
+    most = weight;
     sign = s;
     pile.resize(n);
-    settle(pile, out);
+    settle(pile, out.step_a, out);
   }
-  if (most == 0) return std::nullopt;
-  out.step_a = step_of(current);
+  if (most == 0.0) return std::nullopt;
   out.from_a = out.limit_a - kSigmas * std::max(out.noise_a, kOneValue * out.limit_a);
   const std::vector<double> others = falling(current, -sign);
   const bool symmetric = !others.empty() && std::abs(others.front() - out.limit_a) < kAlike * out.limit_a;

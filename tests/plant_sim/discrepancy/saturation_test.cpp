@@ -74,6 +74,46 @@ TEST(Saturation, a_pile_of_noisy_readings_at_the_end_is_a_rail_and_the_peak_of_a
   CHECK_FALSE(rail_of(with_noise(pulls(1.0), kNoise)).has_value());
 }
 
+TEST(Saturation, a_rest_that_reads_a_step_below_zero_is_no_rail_beside_a_limit) {
+  constexpr double kStep = 0.9;
+  VectorXd current = with_noise(clipped(pulls(1.0)), kNoise);
+  for (Index row = 0; row < kRows; ++row) {
+    const bool low = row % 3 == 0 && std::abs(current(row)) < 1.0;  // between two steps
+    current(row) = low ? -kStep : kStep * std::round(current(row) / kStep);
+  }
+  CHECK((current.array() == -kStep).count() > 100);
+  const auto rail = rail_of(current);
+  CHECK(rail.has_value());
+  DOUBLES_EQUAL(kLimit, rail->limit_a, 0.5 * kStep);
+  DOUBLES_EQUAL(kStep, rail->step_a, 1e-9);
+}
+
+TEST(Saturation, the_uppermost_of_coarse_steps_is_no_rail_of_its_own) {
+  constexpr double kStep = 0.5, kMiddle = 60.2;
+  const auto read = [kStep](const VectorXd& values) { return VectorXd((values / kStep).array().round() * kStep); };
+  const VectorXd limited = pulls(1.0).cwiseMin(kMiddle);
+  const auto rail = rail_of(read(with_noise(limited, 0.3)));
+  CHECK(rail.has_value());
+  DOUBLES_EQUAL(kMiddle, rail->limit_a, 0.5 * kStep);
+  for (Index row = 0; row < kRows; ++row) {
+    if (pulls(1.0)(row) > kMiddle) CHECK(rail->at[static_cast<std::size_t>(row)]);
+  }
+  CHECK_FALSE(rail_of(read(with_noise(pulls(1.0), 0.3))).has_value());
+}
+
+TEST(Saturation, readings_that_are_all_alike_say_where_it_ends_to_half_a_step) {
+  constexpr double kStep = 0.7;
+  const World model = leaf();
+  const VectorXd flowed = pulls(1.0), read = ((clipped(flowed) / kStep).array().round() * kStep).matrix();
+  Comparison c = log_of(model, flowed, read);
+  c.log.signals["current"] = read;
+  const auto found = saturation_of(model, comparison_of(model, c.log, {.hold = CurrentHold::kLinear}));
+  CHECK(found.has_value());
+  const auto limit = found_saturation(*found).parameters.front();
+  DOUBLES_EQUAL(0.5 * kStep, limit.high - limit.value, 1e-6);
+  CHECK(limit.low <= kLimit && kLimit <= limit.high);
+}
+
 TEST(Saturation, a_small_pile_above_many_large_readings_is_a_rail_when_it_is_three_times_as_dense) {
   const auto current = [](double times) {  // `times` as many in the pile's 0.7 A as in the 0.7 A below it
     constexpr Index kPile = 280;
