@@ -21,7 +21,7 @@ VectorXd true_current(const World& world, const Recording& log, const VectorXd& 
     if (!std::isfinite(out(row))) out(row) = last;
     last = out(row);
   }
-  if (world.current.delay_s != 0.0) out = undelayed(log.time_s, out, world.current.delay_s);
+  if (world.current.delay_s != 0.0) out = shifted(log.time_s, out, world.current.delay_s);
   for (Index row = 0; row < out.size(); ++row) {
     out(row) = (out(row) - world.current.offset) / (1.0 + world.current.gain);
   }
@@ -41,19 +41,6 @@ VectorXd true_temperature(const World& world, const Recording& log, const LogFac
   VectorXd out = (facts.temperature_c.array() - world.thermistor_offset_k).matrix();
   if (world.thermistor_delay_s != 0.0) out += world.thermistor_delay_s * rate_of_change(log.time_s, facts.temperature_c);
   return out;
-}
-
-/// use(row, at, fraction) for every row: time(row) + shift_s is that fraction of the way from row `at` to the next.
-template <class Use>
-void for_each_between(const VectorXd& time_s, double shift_s, const Use& use) {
-  const Index n = time_s.size();
-  Index at = 0;
-  for (Index row = 0; row < n; ++row) {
-    const double t = time_s(row) + shift_s;
-    while (at + 2 < n && time_s(at + 1) <= t) ++at;
-    while (at > 0 && time_s(at) > t) --at;
-    use(row, at, std::clamp((t - time_s(at)) / (time_s(at + 1) - time_s(at)), 0.0, 1.0));
-  }
 }
 
 /// SOC at which a log begins: what its first rest says to who knows this world, or as it is stated.
@@ -192,35 +179,15 @@ class Cell {
 
 VectorXd shifted(const VectorXd& time_s, const VectorXd& values, double shift_s) {
   VectorXd out(values.size());
-  for_each_between(time_s, shift_s, [&](Index row, Index at, double fraction) {
+  const Index n = values.size();
+  Index at = 0;
+  for (Index row = 0; row < n; ++row) {
+    const double t = time_s(row) + shift_s;
+    while (at + 2 < n && time_s(at + 1) <= t) ++at;
+    while (at > 0 && time_s(at) > t) --at;
+    const double fraction = std::clamp((t - time_s(at)) / (time_s(at + 1) - time_s(at)), 0.0, 1.0);
     out(row) = values(at) + fraction * (values(at + 1) - values(at));
-  });
-  return out;
-}
-
-VectorXd undelayed(const VectorXd& time_s, const VectorXd& readings, double delay_s) {
-  constexpr double kDrawnOut = 0.01;
-  if (delay_s == 0.0) return readings;
-  const VectorXd drawn_out = shifted(time_s, readings, delay_s);
-  if (delay_s < 0.0) return drawn_out;
-  // Every reading is between two neighbours: the normal equations have three diagonals.
-  const Index n = readings.size();
-  VectorXd on = VectorXd::Constant(n, kDrawnOut), next = VectorXd::Zero(n), out = kDrawnOut * drawn_out;
-  for_each_between(time_s, -delay_s, [&](Index row, Index at, double fraction) {
-    const double own = 1.0 - fraction;
-    on(at) += own * own;
-    on(at + 1) += fraction * fraction;
-    next(at) += own * fraction;
-    out(at) += own * readings(row);
-    out(at + 1) += fraction * readings(row);
-  });
-  for (Index row = 1; row < n; ++row) {
-    const double factor = next(row - 1) / on(row - 1);
-    on(row) -= factor * next(row - 1);
-    out(row) -= factor * out(row - 1);
   }
-  out(n - 1) /= on(n - 1);
-  for (Index row = n - 1; row-- > 0;) out(row) = (out(row) - next(row) * out(row + 1)) / on(row);
   return out;
 }
 

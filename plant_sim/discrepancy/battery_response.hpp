@@ -45,10 +45,6 @@ struct BatteryResponse {
 /// values(t + shift_s), straight between rows; the ends hold.
 [[nodiscard]] Eigen::VectorXd shifted(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double shift_s);
 
-/// x with shifted(x, -delay_s) = `readings`: what a sensor read that is late by `delay_s` (0 or more), by least squares
-/// with a hundredth of the weight on readings(t + delay_s), which alone would be what it read drawn out a second time.
-[[nodiscard]] Eigen::VectorXd undelayed(const Eigen::VectorXd& time_s, const Eigen::VectorXd& readings, double delay_s);
-
 /// What a sensor with this error reads where `values` is true.
 [[nodiscard]] Eigen::VectorXd reading(const SensorError& error, const Eigen::VectorXd& time_s,
                                       const Eigen::VectorXd& values);

@@ -279,26 +279,3 @@ TEST(Balances, what_a_member_of_a_group_does_to_the_channels_is_what_a_changed_l
     CHECK(effect[0].size() > 0);  // the voltage sees both
   }
 }
-
-TEST(Balances, a_current_that_is_read_late_is_what_it_was_before_the_sensor_drew_it_out) {
-  // Steps of a row each, which straight lines between late readings would smooth a second time.
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  const VectorXd time = VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
-  VectorXd current(kRows);
-  for (double& i : current) i = 50.0 * normal(random);
-  for (const double late : {0.0, 0.007, 0.018, 0.082, 0.1, 0.218, 0.6}) {
-    const VectorXd read = shifted(time, current, -late);
-    const Index ends = 20;
-    const auto off = [&](const VectorXd& x) {
-      return (x - current).segment(ends, kRows - 2 * ends).norm() / current.segment(ends, kRows - 2 * ends).norm();
-    };
-    CHECK(off(undelayed(time, read, late)) < 0.02);
-    const double drawn_out = off(shifted(time, read, late));
-    CHECK((late == 0.0 || late == 0.1 || late == 0.6) == (drawn_out < 0.02));
-  }
-  // Midway between two rows the fastest part is lost, and is no larger than it was read.
-  const VectorXd read = shifted(time, current, -0.05), found = undelayed(time, read, 0.05);
-  CHECK((found - current).norm() < 0.5 * (shifted(time, read, 0.05) - current).norm());
-  CHECK(found.norm() < 1.1 * current.norm());
-}
