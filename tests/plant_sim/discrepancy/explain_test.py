@@ -52,6 +52,18 @@ def test_a_weak_cell_is_named_by_its_number(tmp_path, drive):
     assert value(cause, "resistance_change") == pytest.approx(0.25, rel=0.1)
 
 
+@pytest.mark.parametrize("scale", [0.9, 0.55])
+def test_a_cell_of_much_less_capacity_bends_and_is_named_with_its_size(tmp_path, drive, scale):
+    """At half of the capacity the straight signature would say twice what is missing."""
+    cause = only_cause(explained(tmp_path, drive(f"battery.cells.7.capacity_scale={scale}", laps=12)))
+    assert cause["name"] == "weak_cell" and value(cause, "cell") == 7
+    change = cause["parameters"]["capacity_change"]
+    assert change["value"] == pytest.approx(scale - 1.0, rel=0.15)
+    assert change["ci95_low"] < scale - 1.0 < change["ci95_high"]
+    # What another physics than the model's calls this size is 5 % off; no interval is narrower.
+    assert change["ci95_high"] - change["ci95_low"] > 2 * 1.95 * 0.05 * abs(change["value"])
+
+
 def test_a_drive_that_begins_under_way_with_another_charge_than_the_model_names_its_cause(tmp_path, drive):
     answer = explained(tmp_path, drive("cell.effects.series_ohm=0.00015", "battery.initial_soc=0.96"))
     cause = only_cause(answer)
