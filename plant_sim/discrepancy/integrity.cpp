@@ -165,20 +165,6 @@ void mask_open_contactors(Recording& log, const std::string& role, VectorXd& val
   }
 }
 
-/// Smallest step that nearly all changes are multiples of; 0 when there is none.
-double step_of(const VectorXd& values) {
-  std::set<double> different;
-  for (const double v : values) {
-    if (std::isfinite(v)) different.insert(std::round(v * 1e7) / 1e7);
-    if (different.size() > 4000) return 0.0;
-  }
-  if (different.size() < 3) return 0.0;
-  std::vector<double> gaps;
-  for (auto it = std::next(different.begin()); it != different.end(); ++it) gaps.push_back(*it - *std::prev(it));
-  std::sort(gaps.begin(), gaps.end());
-  return gaps[gaps.size() / 10];
-}
-
 /// Current that a voltage of this role must show: twice its step over the resistance that the model gives it.
 double least_shown_a(const std::string& role, const Model& model, double step) {
   const CellParameters& cell = model.world.car.cell;
@@ -259,6 +245,19 @@ void judge_amount(Gated& out) {
 }
 
 }  // namespace
+
+double step_of(const VectorXd& values) {
+  std::set<double> different;
+  for (const double v : values) {
+    if (std::isfinite(v)) different.insert(std::round(v * 1e7) / 1e7);
+    if (different.size() > 4000) return 0.0;
+  }
+  if (different.size() < 3) return 0.0;
+  std::vector<double> gaps;
+  for (auto it = std::next(different.begin()); it != different.end(); ++it) gaps.push_back(*it - *std::prev(it));
+  std::sort(gaps.begin(), gaps.end());
+  return gaps[gaps.size() / 10];
+}
 
 Gated integrity_gate(const Recording& raw, const Model& model) {
   Gated out;

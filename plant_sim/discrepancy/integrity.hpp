@@ -27,6 +27,9 @@ struct Gated {
 
 [[nodiscard]] Gated integrity_gate(const Recording& log, const Model& model);
 
+/// Step of a signal's readings: nine tenths of neighbouring values are at least so far apart; 0 when there is none.
+[[nodiscard]] double step_of(const Eigen::VectorXd& values);
+
 /// Findings that the references do not have to the same degree; without references those worth telling by themselves.
 [[nodiscard]] std::vector<FoundCause> unusual_findings(const std::vector<GateFinding>& findings,
                                                        const std::vector<std::vector<GateFinding>>& references);

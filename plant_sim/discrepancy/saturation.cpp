@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "discrepancy/gain.hpp"
+#include "discrepancy/integrity.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -74,24 +75,6 @@ std::vector<double> falling(const VectorXd& current, double sign) {
     if (sign * i > 0.0) out.push_back(sign * i);
   }
   std::sort(out.begin(), out.end(), std::greater<>());
-  return out;
-}
-
-/// Finest difference of two readings; what is less than a millionth of the largest is of their digits.
-double step_of(const VectorXd& current) {
-  constexpr double kDigits = 1e-6;
-  std::vector<double> values;
-  for (const double i : current) {
-    if (std::isfinite(i)) values.push_back(i);
-  }
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  const double least = kDigits * std::max(std::abs(values.front()), std::abs(values.back()));
-  double out = values.back() - values.front();
-  for (std::size_t k = 1; k < values.size(); ++k) {
-    const double apart = values[k] - values[k - 1];
-    if (apart > least) out = std::min(out, apart);
-  }
   return out;
 }
 

@@ -16,7 +16,7 @@ namespace voltlap::plant {
 struct Rail {
   double limit_a = 0.0, noise_a = 0.0;  ///< mean and standard deviation of its readings
   double from_a = 0.0;                  ///< no reading of the limit is less
-  double step_a = 0.0;                  ///< finest difference of two readings of the log
+  double step_a = 0.0;                  ///< of the log's readings; 0: they have none
   std::vector<bool> at;                 ///< rows that read it
 };
 [[nodiscard]] std::optional<Rail> rail_of(const Eigen::VectorXd& current_a);

@@ -44,18 +44,19 @@ bool same_names(const System& system, const Members& a, const Members& b) {
   });
 }
 
+/// Does one of the set act on the voltage or the charge of all cells?
+bool is_of_all_cells(const System& system, const Members& members) {
+  return std::any_of(members.begin(), members.end(), [&](std::size_t m) {
+    const Candidate& c = system.candidates[m];
+    return c.group < 0 && (c.balance == Balance::kVoltage || c.balance == Balance::kCharge);
+  });
+}
+
 }  // namespace
 
 bool same_name(const System& system, std::size_t a, std::size_t b) {
   const Candidate &x = system.candidates[a], &y = system.candidates[b];
   return x.cause >= 0 && x.cause == y.cause && x.channel == y.channel;
-}
-
-bool is_of_all_cells(const System& system, const std::vector<std::size_t>& members) {
-  return std::any_of(members.begin(), members.end(), [&](std::size_t m) {
-    const Candidate& c = system.candidates[m];
-    return c.group < 0 && (c.balance == Balance::kVoltage || c.balance == Balance::kCharge);
-  });
 }
 
 Decision decide(const System& system, const std::vector<WeighedSet>& sets, int draws, std::uint64_t seed) {

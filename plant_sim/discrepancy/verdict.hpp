@@ -38,9 +38,6 @@ struct Decision {
 /// references tell least: 19 of the 22 alarms of 600 sound logs of the bank were there, 16 of them beyond these.
 inline constexpr double kFreedom = 20.0, kFreedomOfCells = 14.0;
 
-/// Does one of the set act on the voltage or the charge of all cells?
-[[nodiscard]] bool is_of_all_cells(const System& system, const std::vector<std::size_t>& members);
-
 /// The best of `sets`, if chance reaches its evidence in no more than kNullLevel of sound logs.
 [[nodiscard]] Decision decide(const System& system, const std::vector<WeighedSet>& sets, int draws, std::uint64_t seed);
 
