@@ -71,7 +71,7 @@ VectorXd prior_variances(const Design& design) {
   return out;
 }
 
-void append_column(Design& design, const Cause& cause, Candidate& local, std::size_t k) {
+void append_column(Design& design, const Cause& cause, const Form& form, Candidate& local, std::size_t k) {
   const auto g = static_cast<std::size_t>(local.group);
   const Group& group = design.comparison.groups[g];
   const Shape& shape = design.shapes[g][static_cast<std::size_t>(local.shapes[k])];
@@ -82,7 +82,7 @@ void append_column(Design& design, const Cause& cause, Candidate& local, std::si
   column.key = fmt::format("local/{}/{}/{}", cause.name, local.form, k);
   column.balance = cause.balance;
   column.effect = member_effect(design.model, design.comparison, design.base, group, shape.effect, local.members.size(),
-                                cause.name);
+                                form.of_sensor);
   local.rows.push_back(static_cast<Index>(design.columns.size()));
   design.columns.push_back(std::move(column));
 }
@@ -128,7 +128,7 @@ std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>
           local.members = {best};
           local.channel = group.members[static_cast<std::size_t>(best)];
         }
-        for (std::size_t k = 0; k < local.shapes.size(); ++k) append_column(design, causes[cause], local, k);
+        for (std::size_t k = 0; k < local.shapes.size(); ++k) append_column(design, causes[cause], f, local, k);
         out.push_back(std::move(local));
       }
     }

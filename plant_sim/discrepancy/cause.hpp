@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A cause of discrepancy: what it is, its parameters with what is physically possible, the forms in which it can appear
-// on a given log, and how it changes the simulated world. One file of causes/ each, one row in causes/list.hpp.
+// on a given log, and how it changes the simulated world. One file of causes/ each.
 #pragma once
 #include <functional>
 #include <span>
@@ -36,6 +36,7 @@ struct Form {
   std::vector<std::size_t> refined;           ///< parameters that the nonlinear stage estimates
   std::function<void(World&, Values)> apply;  ///< on everything; or:
   std::string stem = {};                      ///< on one member of this group, any of them:
+  bool of_sensor = false;                     ///< what it reads, not what it is: the pack's voltage does not have it
   /// effect of one unit of each linear parameter on the member's reading
   std::function<std::vector<Eigen::VectorXd>(const World&, const Comparison&, const Prediction&)> shapes = {};
   /// where that bends: whole effect of these values
@@ -52,6 +53,10 @@ struct Cause {
   /// Other numbers than the parameters themselves are reported: their descriptions, and their values from the parameters.
   std::vector<CauseParameter> reported = {};
   std::function<std::vector<double>(Values)> report = {};
+  /// What a model's cell has of the first parameter: a change takes away at most that. Else the prior's low end holds.
+  std::function<double(const CellParameters&)> present = {};
+  /// What the error of coarse current readings, of this standard deviation in ampere, seems to be of the first parameter.
+  std::function<double(const Form&, const Recording&, double deviation_a)> seeming = {};
   /// A cause in one cell (from 0): puts it into the model that is written.
   std::function<void(VehicleParameters&, std::size_t cell, Values)> extend = {};
 };

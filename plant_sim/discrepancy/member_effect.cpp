@@ -6,11 +6,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// A sensor's error stands in the sum of the readings too, against a pack voltage that does not have it.
-bool is_sensor_of_cell(std::string_view cause) {
-  return cause == "voltage_gain" || cause == "voltage_offset" || cause == "time_skew";
-}
-
 LogFacts with_mean_higher(const LogFacts& facts, Balance balance, const VectorXd& by) {
   LogFacts out = facts;
   if (balance == Balance::kHeat) {
@@ -27,7 +22,7 @@ LogFacts with_mean_higher(const LogFacts& facts, Balance balance, const VectorXd
 
 std::vector<VectorXd> member_effect(const World& model, const Comparison& on, const Prediction& base,
                                     const Group& group, const VectorXd& on_member, std::size_t members,
-                                    std::string_view cause) {
+                                    bool of_sensor) {
   constexpr double kStep = 0.1, kNothing = 1e-12;  // of the effect: the derivative is what counts
   const double share = static_cast<double>(members) / static_cast<double>(group.members.size());
   const VectorXd on_mean = share * on_member;
@@ -37,7 +32,8 @@ std::vector<VectorXd> member_effect(const World& model, const Comparison& on, co
   for (std::size_t c = 0; c < on.channels.size(); ++c) {
     VectorXd effect = (base.channels[c] - changed.channels[c]) / kStep;
     if (on.channels[c].name == mean) effect += on_mean;
-    if (on.channels[c].name == "pack_voltage" && c > 0 && is_sensor_of_cell(cause)) {
+    // A sensor's error stands in the sum of the readings too, against a pack voltage that does not have it.
+    if (of_sensor && group.balance == Balance::kVoltage && on.channels[c].name == "pack_voltage" && c > 0) {
       effect -= static_cast<double>(members) * on_member;
     }
     effect = effect.array().isFinite().select(effect, 0.0);

@@ -58,7 +58,7 @@ void add_to_members(const Judged& j, const Candidate& c, const Form& form, const
   for (VectorXd& member : out.members[g]) member -= mean;
   if (found == 0.0) return;
   const std::vector<VectorXd> shown = member_effect(j.design.model, other, base, group, effect,
-                                                    static_cast<std::size_t>(found), cause_of(j, fit.candidate).name);
+                                                    static_cast<std::size_t>(found), form.of_sensor);
   for (std::size_t n = 0; n < shown.size(); ++n) {
     if (shown[n].size() > 0) out.channels[n] += shown[n];
   }

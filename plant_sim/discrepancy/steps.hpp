@@ -8,7 +8,7 @@
 namespace voltlap::plant {
 
 /// Steps that no reference knows put `deviation_a` into the readings (integrity.hpp: coarser_by_a). They are noise i of
-/// the voltage behind them (noise.hpp), and allowed for, from log to log, where they look like a cause:
+/// the voltage behind them (noise.hpp), and allowed for, from log to log, where they look like a cause (Cause::seeming):
 ///   current_offset   i                              a reading stays on one side of its step
 ///   auxiliary_load   i U                            so does the current at standstill
 ///   time_skew        dt i^2 / mean((I_k - I_k-1)^2)   of the current: its noise stands in the signature too

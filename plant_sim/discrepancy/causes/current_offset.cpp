@@ -14,7 +14,9 @@ Cause current_offset() {
               {{"current_a", "A", -10, 10, 0.5, 1, "A"}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             return with_counted_soc(plain_form(1, [](World& w, Values v) { w.current.offset += v[0]; }), c);
-          }};
+          },
+          // A reading stays on one side of its step.
+          .seeming = [](const Form&, const Recording&, double deviation_a) { return deviation_a; }};
 }
 
 }  // namespace voltlap::plant

@@ -31,7 +31,8 @@ Cause hysteresis() {
             return out;
           },
           .reported = {{"amplitude_v", "V", -0.1, 0.1, 0.01, 1e3, "mV"}},
-          .report = [](Values v) -> std::vector<double> { return {v[0]}; }};
+          .report = [](Values v) -> std::vector<double> { return {v[0]}; },
+          .present = [](const CellParameters& cell) { return cell.effects.hysteresis_v; }};
 }
 
 }  // namespace voltlap::plant

@@ -13,6 +13,7 @@ std::vector<Cause> catalogue(const std::vector<std::string>& without) {
 #define VOLTLAP_ADD(name) all.push_back(name());
   VOLTLAP_CAUSES(VOLTLAP_ADD)
 #undef VOLTLAP_ADD
+  std::stable_sort(all.begin(), all.end(), [](const Cause& a, const Cause& b) { return a.balance < b.balance; });
   for (const std::string& name : without) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const Cause& cause) { return cause.name == name; });
     if (found == all.end()) {
@@ -32,9 +33,7 @@ void size_for(const CellParameters& cell, std::vector<Cause>& causes) {
       if (p.of_cell) p.typical *= std::max(1.0, ohm / kUsualOhm);
     }
     // Of what a cell can only have more of, a change takes away at most what the model has.
-    const std::string_view name = cause.name;
-    if (name == "hysteresis") cause.parameters[0].low = -cell.effects.hysteresis_v;
-    if (name == "slow_relaxation") cause.parameters[0].low = -cell.effects.slow_relaxation_ohm;
+    if (cause.present) cause.parameters[0].low = -cause.present(cell);
   }
 }
 

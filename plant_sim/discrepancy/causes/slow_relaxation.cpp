@@ -25,7 +25,8 @@ Cause slow_relaxation() {
               out.push_back(form);
             }
             return out;
-          }};
+          },
+          .present = [](const CellParameters& cell) { return cell.effects.slow_relaxation_ohm; }};
 }
 
 }  // namespace voltlap::plant

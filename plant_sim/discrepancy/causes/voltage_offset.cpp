@@ -23,6 +23,7 @@ Cause voltage_offset() {
             if (!c.log.numbered("cell_voltage_").empty() && c.log.numbered("cell_voltage_").size() > 1) {
               Form one;
               one.stem = "cell_voltage_";
+              one.of_sensor = true;
               one.at = {0.0};
               one.linear = one.refined = {0};
               one.shapes = [](const World&, const Comparison& on, const Prediction& p) -> std::vector<Eigen::VectorXd> {

@@ -14,7 +14,7 @@ Cause weak_cell() {
               // Spread and repeats as sound logs of the bank want them: the shape of a capacity also takes what the slope of
               // the open-circuit voltage misses, so sound cells seem to differ by more of it than they do.
               {{"resistance_change", "1", -0.6, 5, 0.1, 100, "%", 0.0024, 0.03},
-               {"capacity_change", "1", -0.6, 0.6, 0.05, 100, "%", 0.0036, 0.2}},
+               {"capacity_change", "1", -0.6, 0.25, 0.05, 100, "%", 0.0036, 0.2}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             const auto resistance = [](const World&, const Comparison&, const Prediction& p) { return Eigen::VectorXd(-p.battery.drop_v); };
             const auto capacity = [](const World& world, const Comparison& on, const Prediction& p) {

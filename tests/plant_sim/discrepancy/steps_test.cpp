@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 /// A current of 0 and 10 A in turn, ten rows a second, behind 50 V; causes with a typical size each.
 TEST_GROUP(Steps) {
-  std::vector<Cause> causes{3};
+  std::vector<Cause> causes{3};  // three of the catalogue, with a typical size of 0.5
   Design design;
   NoiseModel noise{{"voltage", {1e-3, 0.0, 10.0, 3.0}}};
 
@@ -29,7 +29,8 @@ TEST_GROUP(Steps) {
     const char* names[] = {"current_offset", "auxiliary_load", "time_skew"};
     for (int k = 0; k < 3; ++k) {
       Cause& cause = causes[static_cast<std::size_t>(k)];
-      cause.name = names[k];
+      const auto all = catalogue({});
+      cause = *std::find_if(all.begin(), all.end(), [&](const Cause& c) { return std::string_view(c.name) == names[k]; });
       cause.parameters = {{"size", "1", -1.0, 1.0, 0.5}};
       design.forms.emplace_back(k == 2 ? 2 : 1);
       for (std::size_t form = 0; form < design.forms.back().size(); ++form) {
@@ -45,11 +46,11 @@ TEST_GROUP(Steps) {
   }
 };
 
-TEST(Steps, LookLikeCausesOfTheCatalogue) {
-  const std::vector<Cause> known = catalogue({});
-  for (const Cause& cause : causes) {
-    CHECK(std::any_of(known.begin(), known.end(),
-                      [&](const Cause& k) { return std::string_view(k.name) == cause.name; }));
+TEST(Steps, LookLikeTheseThreeAlone) {
+  for (const Cause& cause : catalogue({})) {
+    const bool one = std::any_of(causes.begin(), causes.end(),
+                                 [&](const Cause& k) { return std::string_view(k.name) == cause.name; });
+    CHECK_EQUAL(one, static_cast<bool>(cause.seeming));
   }
 }
 
