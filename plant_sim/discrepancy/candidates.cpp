@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "discrepancy/discount.hpp"
 #include "discrepancy/member_effect.hpp"
 
 namespace voltlap::plant {
@@ -20,10 +21,9 @@ struct Discounted {
 };
 
 Discounted discounted(const GroupScore& group, const Usual& usual, std::size_t g) {
-  const Index m = group.gram.rows();
-  const auto lu = (MatrixXd::Identity(m, m) + group.gram * usual.group_variance[g]).partialPivLu();
+  const Discount discount(group.gram, usual.group_variance[g]);
   const double weight = 1.0 / usual.group_inflation[g];
-  return {weight * lu.solve(group.gram), weight * lu.solve(group.score - group.gram * usual.group_mean[g])};
+  return {weight * discount.information(), weight * discount.score(group.score - group.gram * usual.group_mean[g])};
 }
 
 /// Shapes of a form in a group, in the order of its linear parameters.

@@ -2,6 +2,9 @@
 #include "discrepancy/curved_member.hpp"
 
 #include <algorithm>
+#include <optional>
+
+#include "discrepancy/discount.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -22,21 +25,20 @@ class SizesOf {
     const auto count = static_cast<Index>(shapes.size());
     whitened_.resize(design.comparison.log.rows(), count);
     for (Index k = 0; k < count; ++k) whitened_.col(k) = whitener_.apply(shapes[static_cast<std::size_t>(k)].effect);
-    const MatrixXd gram = whitened_.transpose() * whitened_;
-    discount_ = (MatrixXd::Identity(count, count) + gram * usual.group_variance[g]).partialPivLu().inverse();
-    const MatrixXd information = discount_ * gram;
-    inverse_ = MatrixXd(information(own_, own_)).inverse();
+    discount_.emplace(whitened_.transpose() * whitened_, usual.group_variance[g]);
+    inverse_ = MatrixXd(discount_->information()(own_, own_)).inverse();
   }
 
   [[nodiscard]] VectorXd operator()(const VectorXd& effect) const {
-    const VectorXd score = discount_ * (whitened_.transpose() * whitener_.apply(effect));
+    const VectorXd score = discount_->score(whitened_.transpose() * whitener_.apply(effect)).col(0);
     return inverse_ * score(own_);
   }
 
  private:
   Whitener whitener_;
   std::vector<Index> own_;
-  MatrixXd whitened_, discount_, inverse_;
+  MatrixXd whitened_, inverse_;
+  std::optional<Discount> discount_;
 };
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "discrepancy/discount.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -47,20 +49,22 @@ MixedModel mixed_model(const std::vector<LogSums>& logs, const ColumnPrior& prio
   for (int round = 0;; ++round) {
     MatrixXd information = common.cwiseInverse().asDiagonal();
     VectorXd score = VectorXd::Zero(q);
-    std::vector<MatrixXd> discount;
+    std::vector<Discount> discount;
+    std::vector<MatrixXd> told;
     for (const LogSums& log : logs) {
-      discount.push_back((one + log.gram * out.between.asDiagonal()).partialPivLu().inverse());
-      information += discount.back() * log.gram;
-      score += discount.back() * log.score;
+      discount.push_back(Discount::by_variances(log.gram, out.between));
+      told.push_back(discount.back().information());
+      information += told.back();
+      score += discount.back().score(log.score);
     }
     out.mean_covariance = information.ldlt().solve(one);
     out.mean = out.mean_covariance * score;
     VectorXd second = VectorXd::Zero(q);
     out.own.clear();
     for (std::size_t k = 0; k < logs.size(); ++k) {
-      const VectorXd u = out.between.cwiseProduct(discount[k] * (logs[k].score - logs[k].gram * out.mean));
+      const VectorXd u = discount[k].amounts(logs[k].score - logs[k].gram * out.mean);
       out.own.push_back(out.mean + u);
-      const MatrixXd known = discount[k] * logs[k].gram;
+      const MatrixXd& known = told[k];
       const MatrixXd follows = out.between.asDiagonal() * known;  // -du/dm
       second += u.cwiseAbs2() +
                 (out.between - out.between.cwiseProduct(known.diagonal()).cwiseProduct(out.between)).cwiseMax(0.0) +

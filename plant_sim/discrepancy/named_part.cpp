@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "discrepancy/discount.hpp"
 #include "discrepancy/gain.hpp"
 
 namespace voltlap::plant {
@@ -119,13 +120,11 @@ BlockSum sum_over(const Judged& j, const PlainView& view, const std::vector<Inde
 System system_over(const Judged& j, const PlainView& view, const std::vector<Index>& columns, const UseRow& use) {
   const BlockSum sum = sum_over(j, view, columns, use);
   const MatrixXd variance = view.usual.variance(columns, columns);
-  const auto lu = (MatrixXd::Identity(sum.gram.rows(), sum.gram.rows()) + sum.gram * variance).partialPivLu();
+  const Discount discount(sum.gram, variance);
   const auto p = static_cast<Index>(j.design.columns.size());
   System out{j.system.candidates, MatrixXd::Zero(p, p), VectorXd::Zero(p), j.system.prior_variance, {}};
-  const MatrixXd information = lu.solve(sum.gram);
-  const VectorXd score = lu.solve(sum.score);
-  out.information(columns, columns) = information;
-  out.score(columns) = score;
+  out.information(columns, columns) = discount.information();
+  out.score(columns) = discount.score(sum.score).col(0);
   return out;
 }
 

@@ -44,12 +44,13 @@ void bound_projections(const Design& design, const std::vector<BlockSum>& log,
   for (std::size_t c = 0; c < log.size(); ++c) {
     std::vector<const BlockSum*> theirs;
     for (const std::size_t k : teachers) theirs.push_back(&said[k][c]);
-    std::vector<Index> shapes, signatures;
+    std::vector<Index> shapes, learned, signatures;
     std::vector<double> squares;
     for (std::size_t k = 0; k < design.columns.size(); ++k) {
       const Column& column = design.columns[k];
       const auto i = static_cast<Index>(k);
       if (column.effect[c].size() == 0 || column.free > 0.0 || column.key.starts_with("local/")) continue;
+      if (column.cause < 0) learned.push_back(i);
       if (column.cause < 0 && !column.of_start) shapes.push_back(i);
       if (log[c].gram(i, i) <= 0.0) continue;
       const double square = expected_square(log[c], theirs, i, design.comparison.channels[c].balance);
@@ -60,13 +61,14 @@ void bound_projections(const Design& design, const std::vector<BlockSum>& log,
     if (signatures.empty() || shapes.empty()) continue;
     const VectorXd information = log[c].gram.diagonal()(signatures);
     const MatrixXd projection = information.cwiseInverse().asDiagonal() * log[c].gram(signatures, shapes);
-    const MatrixXd own = variance(shapes, shapes), across = own * projection.transpose();
-    MatrixXd total = projection * across;
+    MatrixXd total = projection * variance(shapes, shapes) * projection.transpose();
     total.diagonal() += Eigen::Map<const VectorXd>(squares.data(), static_cast<Index>(squares.size()));
-    const auto factor = total.ldlt();
-    const VectorXd shown = projection * mean(shapes);
-    mean(shapes) -= across * factor.solve(shown);
-    variance(shapes, shapes) = own - across * factor.solve(across.transpose());
+    const Eigen::LLT<MatrixXd> factor(total);
+    // What a log's own start tells of is not bounded, but knows of the shapes that are.
+    const MatrixXd across = factor.matrixL().solve(projection * variance(shapes, learned));
+    const VectorXd shown = factor.matrixL().solve(projection * mean(shapes));
+    mean(learned) -= across.transpose() * shown;
+    variance(learned, learned) -= across.transpose() * across;
   }
 }
 

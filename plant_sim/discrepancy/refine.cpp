@@ -57,8 +57,7 @@ Refinery::Refinery(const Design& design, const std::vector<Cause>& causes, const
       if (effect.size() > 0) stacked_.col(k).segment(c * n, n) = whiteners_[at].apply(effect) * weight_[at];
     }
   }
-  const MatrixXd gram = stacked_.transpose() * stacked_;
-  spread_ = usual.variance * (MatrixXd::Identity(p, p) + gram * usual.variance).partialPivLu().inverse();
+  discount_.emplace(stacked_.transpose() * stacked_, usual.variance);
   mean_effect_ = stacked_ * usual.mean;
 }
 
@@ -79,11 +78,10 @@ Refinery::Normal Refinery::normal_of(const std::vector<std::vector<VectorXd>>& j
   const VectorXd r = stack(residual) - mean_effect_;
   MatrixXd j(r.size(), static_cast<Index>(jacobian.size()));
   for (std::size_t k = 0; k < jacobian.size(); ++k) j.col(static_cast<Index>(k)) = stack(jacobian[k]);
-  const VectorXd q = stacked_.transpose() * r;
-  const MatrixXd cross = j.transpose() * stacked_;
-  const MatrixXd discounted = cross * spread_;
-  return {j.transpose() * j - discounted * cross.transpose(), j.transpose() * r - discounted * q,
-          r.squaredNorm() - q.dot(spread_ * q)};
+  const MatrixXd of_j = discount_->whitened(stacked_.transpose() * j);
+  const VectorXd of_r = discount_->whitened(stacked_.transpose() * r).col(0);
+  return {j.transpose() * j - of_j.transpose() * of_j, j.transpose() * r - of_j.transpose() * of_r,
+          r.squaredNorm() - of_r.squaredNorm()};
 }
 
 RefinedSet Refinery::refine(const std::vector<std::size_t>& members) const {

@@ -2,8 +2,10 @@
 // A set of causes on the true nonlinear model: Gauss-Newton on all its parameters in the whitened domain, with the
 // usual discrepancy marginalised as in the linear stage, inside the priors.
 #pragma once
+#include <optional>
 #include <vector>
 
+#include "discrepancy/discount.hpp"
 #include "discrepancy/evidence.hpp"
 
 namespace voltlap::plant {
@@ -55,7 +57,7 @@ class Refinery {
   std::vector<Whitener> whiteners_;
   std::vector<double> weight_;              ///< [channel]
   Eigen::MatrixXd stacked_;                 ///< whitened columns of all channels, one under the other
-  Eigen::MatrixXd spread_;                  ///< V (I + G V)^-1
+  std::optional<Discount> discount_;        ///< by what is usual
   Eigen::VectorXd mean_effect_;             ///< stacked columns times the usual mean
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "discrepancy/anonymous_shapes.hpp"
+#include "discrepancy/discount.hpp"
 #include "discrepancy/gain.hpp"
 #include "discrepancy/projections.hpp"
 
@@ -422,15 +423,12 @@ Remaining remaining(const BlockSum& sum, const Usual& usual) {
   for (Index k = 0; k < p; ++k) {
     if (sum.gram(k, k) > 0.0) told.push_back(k);
   }
-  const auto n = static_cast<Index>(told.size());
   const MatrixXd gram = sum.gram(told, told);
   const VectorXd unusual = sum.score(told) - gram * usual.mean(told);
-  const auto lu = (MatrixXd::Identity(n, n) + gram * usual.variance(told, told)).partialPivLu();
-  const MatrixXd information = lu.solve(gram);
+  const Discount discount(gram, usual.variance(told, told));
   Remaining out{MatrixXd::Zero(p, p), VectorXd::Zero(p)};
-  out.information(told, told) = 0.5 * (information + information.transpose());
-  const VectorXd score = lu.solve(unusual);
-  out.score(told) = score;
+  out.information(told, told) = discount.information();
+  out.score(told) = discount.score(unusual).col(0);
   return out;
 }
 

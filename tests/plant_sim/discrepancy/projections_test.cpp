@@ -79,6 +79,17 @@ TEST(Projections, HoldAMeanThatGoesBeyondThem) {
   CHECK(std::abs(mean(0) + mean(1)) < 0.1);
 }
 
+TEST(Projections, WhatALogsOwnStartTellsStaysPossibleBesideThem) {
+  // The second shape is told by the log's start and goes with the first: what is learned of both must stay a variance.
+  design.columns[1].of_start = true;
+  variance(0, 1) = variance(1, 0) = 0.9;
+  projected({0.1, -0.1, 0.1});
+  CHECK(variance(0, 0) < 0.1);
+  CHECK(variance(1, 1) < 0.3);  // of 1: nine tenths of it go with the first
+  CHECK(variance(1, 1) > 0.19);
+  CHECK(variance(0, 0) * variance(1, 1) >= variance(0, 1) * variance(1, 0));
+}
+
 TEST(Projections, StayFreeInAChannelThatNoReferenceHas) {
   bound_projections(design, log, {{empty_sum(3)}}, {0}, mean, variance);
   DOUBLES_EQUAL(1.0, variance(0, 0), 0.0);
