@@ -225,8 +225,19 @@ def test_who_reads_a_log_knows_the_current_by_its_sensor_only(bench):
 def test_the_warmth_that_a_drive_begins_with_is_no_effect(bench):
     _, it = bench
     warmer = dataclasses.replace(it.now, temperature_k=it.now.temperature_k + 1.0)
-    log = hide.shown([(it.sound, warmer)])[0]
-    assert it.separations_of([log])[0] < 0.2 * np.linalg.norm(it.changes([log]))
+    drives = [(it.sound, warmer)]
+    logs = hide.shown(drives)
+    assert it.separations_of(logs, drives)[0] < 0.2 * np.linalg.norm(it.changes(logs, drives))
+
+
+def test_a_force_is_told_in_proportion_to_its_size(bench):
+    # From force to pedals a road asks as a drag does: where a pedal is released nothing more is told.
+    rng, it = bench
+    for name in () if it.sound.car is None else ("drag_area", "rolling_resistance", "grade", "wind", "mass"):
+        effect = effects.BY_NAME[name]
+        large = hide.largest(effect, it.sound)
+        whole, small = it.separations([[hide.Hidden(effect, share * large, {})] for share in (1.0, 0.05)])
+        assert 0.05 * whole == pytest.approx(small, rel=0.25), name
 
 
 def test_noise_of_the_current_hides_a_resistance_of_all_cells(bench):

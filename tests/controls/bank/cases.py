@@ -181,16 +181,17 @@ class Maker:
             return
         made = [hide.with_effects(self.sound, self.now, each) for each in hidden]
         alone = [member for each in hidden for member in each] if ask == "pair" else []
-        logs = hide.shown(made + [hide.with_effects(self.sound, self.now, [member]) for member in alone])
-        alone = logs[len(made) :]
-        separations, alone_separations = bench.separations_of(logs), bench.separations_of(alone)
+        drives = made + [hide.with_effects(self.sound, self.now, [member]) for member in alone]
+        logs = hide.shown(drives)
+        separations = bench.separations_of(logs, drives)
+        alone, alone_drives, alone_separations = (of[len(made) :] for of in (logs, drives, separations))
         for number, (members, (changed, _), log) in enumerate(zip(hidden, made, logs)):
             d_prime = float(separations[number])
             parts = alone[2 * number : 2 * number + 2]
             each = [float(d) for d in alone_separations[2 * number : 2 * number + 2]] or [d_prime]
             label = label_of(ask, self.kind, members, self.sound, d_prime, each)
             if parts:
-                label["likeness"] = round(float(bench.likeness(*parts)), 4)
+                label["likeness"] = round(float(bench.likeness(parts, alone_drives[2 * number : 2 * number + 2])), 4)
             if members[0].effect.name in GATE:
                 label["ask"] = "gate"
             again = copy.deepcopy(self.rng)

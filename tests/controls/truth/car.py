@@ -83,15 +83,19 @@ def lagged(signal, lag_s, step_s):
     return out
 
 
+def force_n(car: Car, speed, slope, pull):
+    """What moves the car or, below zero, slows it down at this speed [m/s], slope and pull [m/s2]."""
+    air = speed + car.wind_mps
+    resist = 0.5 * AIR * car.drag_area_m2 * air * np.abs(air) + car.mass_kg * GRAVITY * (car.rolling + slope + car.slope)
+    return np.where(speed > 0.05, (car.mass_kg + car.rotating_kg) * pull + resist, 0.0)
+
+
 def drive(car: Car, speed, slope, step_s, pull=None) -> Demand:
     """What the prescribed speed [m/s] asks of motor, brakes and pack; pull [m/s2]: of the speed, when not given."""
     pull = np.gradient(speed, step_s, axis=1) if pull is None else pull
     moving = speed > 0.05
-    air = speed + car.wind_mps
-    weight_n = car.mass_kg * GRAVITY
-    resist = 0.5 * AIR * car.drag_area_m2 * air * np.abs(air) + weight_n * (car.rolling + slope + car.slope)
-    force = np.where(moving, (car.mass_kg + car.rotating_kg) * pull + resist, 0.0)
-    load = 0.6 * weight_n
+    force = force_n(car, speed, slope, pull)
+    load = 0.6 * car.mass_kg * GRAVITY
     drawn = np.clip(force, 0.0, None)
     braking = np.clip(-force, 0.0, None)
     by_motor = car.regeneration * braking

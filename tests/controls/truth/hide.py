@@ -5,9 +5,12 @@ import dataclasses
 
 import numpy as np
 
+from . import car as cars
 from . import drive, effects, instruments, observer, world
 
 DETECTABLE = 3.3  # d' at which an effect can just be told from noise
+DRIVEN = {"speed": "speed_mps", "wheel_speed_1": "wheel_speed_mps", "motor_speed": "motor_rad_per_s",
+          "motor_torque": "torque_nm", "accelerator": "accelerator", "brake": "brake"}  # of car.Demand
 
 
 @dataclasses.dataclass
@@ -45,7 +48,9 @@ class Bench:
     d'^2 = D' (S + N N')^-1 D with D the change of all channels, S what noise and an unknown drive hide (observer.py),
     N one column for each thing that two sound drives differ by, a standard deviation long. D is the difference from the
     sound drive that shows the same current: who reads a log knows the current by its sensor only. A car's power against
-    what its motor takes is one more channel, in amperes.
+    what its motor takes is one more channel, in amperes. A car that needs another force is held against the sound one on
+    a road that asks for that force, and the road's slope goes through the filter: from force to pedals it is one way for
+    both, and bends (one pedal is released before the other is pressed, either can be pressed no further) tell nothing.
     """
 
     def __init__(self, sound, now):
@@ -86,40 +91,56 @@ class Bench:
             fast[-1] = slow[-1] = 1.0
             asks = observer.of_drive(world.of_today(self.sound, self.now.day)[1], self.now.speed_mps, self.now.slope,
                                      drive.STEP_S)
-            field = {"speed": "speed_mps", "wheel_speed_1": "wheel_speed_mps", "motor_speed": "motor_rad_per_s",
-                     "motor_torque": "torque_nm", "accelerator": "accelerator", "brake": "brake"}
             nothing = np.zeros((current.shape[1], 3))
             by_drive = np.stack([asks["power_w"] / self._volts()[:, None] if name == "power_a"
-                                 else asks[field[name]] if name in field else nothing for name in quiet], 1)
+                                 else asks[DRIVEN[name]] if name in DRIVEN else nothing for name in quiet], 1)
+            self.by_slope = by_drive[:, :, 2].T
         return observer.Filter(noises, np.stack(list(quiet.values())), noise["current"],
                                observer.Sensitivity(fast, slow, by_drive))
 
-    def changes(self, logs):
-        """What is different in noise-free logs, whitened: (logs, samples)."""
+    def _same_force(self, made, now):
+        """Of a drive: slope (steps,) on which the sound car needs the same force, and what is read of it there."""
+        pull = np.gradient(now.speed_mps, drive.STEP_S, axis=1)
+        car = world.of_today(self.sound, self.now.day)[1]
+        needed, usual = (cars.force_n(each, now.speed_mps, now.slope, pull)
+                         for each in (world.of_today(made, now.day)[1], car))
+        rise = (needed - usual) / (car.mass_kg * cars.GRAVITY)
+        demand = cars.drive(car, now.speed_mps, now.slope + rise, drive.STEP_S)
+        read = {name: getattr(demand, field)[0] for name, field in DRIVEN.items()}
+        more_w = (demand.power_w - self.asked[1].power_w)[0]
+        return rise[0], read | {"power_a": self.quiet["current"][0] + more_w / self._volts()}
+
+    def changes(self, logs, drives=None):
+        """What is different in noise-free logs, whitened: (logs, samples). drives: [(world, situation)] of the logs."""
         quiet = [self.quiet] * len(logs)
         other = [k for k, log in enumerate(logs) if not np.array_equal(log["current"], self.quiet["current"])]
-        drives = [(self.sound, dataclasses.replace(self.now, current_a=logs[k]["current"])) for k in other]
-        for k, log in zip(other, shown(drives) if drives else []):
+        same_current = [(self.sound, dataclasses.replace(self.now, current_a=logs[k]["current"])) for k in other]
+        for k, log in zip(other, shown(same_current) if same_current else []):
             quiet[k] = log
         out = []
-        for log, of in zip(logs, quiet):
-            seen, expected = self._channels(log), self._channels(of)
+        for k, (log, of) in enumerate(zip(logs, quiet)):
+            seen, expected, by_road = self._channels(log), self._channels(of), 0.0
             if self.asked[1] is not None:
                 expected["power_a"] = self.quiet["current"][0]
-            out.append(np.stack([seen[name] - expected[name] for name in seen]))
+            if self.asked[1] is not None and drives is not None:
+                rise, read = self._same_force(*drives[k])
+                expected |= {name: read[name] for name in read if name in seen}
+                by_road = self.by_slope * rise
+            out.append(np.stack([seen[name] - expected[name] for name in seen]) + by_road)
         return self.filter.apply(np.stack(out)) if out else np.zeros((0, 0))
 
     def separations(self, lists_of_hidden):
         """d' of each list of effects, all its effects together: (lists,)."""
-        return self.separations_of(shown([with_effects(self.sound, self.now, hidden) for hidden in lists_of_hidden]))
+        drives = [with_effects(self.sound, self.now, hidden) for hidden in lists_of_hidden]
+        return self.separations_of(shown(drives), drives)
 
-    def separations_of(self, logs):
-        """d' of noise-free logs: (logs,)."""
-        return np.sqrt(np.maximum([self._product(change, change) for change in self.changes(logs)], 0.0))
+    def separations_of(self, logs, drives):
+        """d' of noise-free logs of these drives [(world, situation)]: (logs,)."""
+        return np.sqrt(np.maximum([self._product(change, change) for change in self.changes(logs, drives)], 0.0))
 
-    def likeness(self, one, other):
+    def likeness(self, logs, drives):
         """Cosine between what two effects change in noise-free logs: 1 when nobody can tell them apart."""
-        a, b = self.changes([one, other])
+        a, b = self.changes(logs, drives)
         return self._product(a, b) / np.sqrt(max(self._product(a, a) * self._product(b, b), 1e-300))
 
     def _product(self, a, b):
