@@ -35,7 +35,8 @@ std::vector<Index> shapes_of(const Design& design, std::size_t g, int cause, std
   return out;
 }
 
-double gain_at(const Discounted& d, const std::vector<Index>& shapes, Index member) {
+/// What the shapes gain at a member; nothing with a size whose sign it cannot have.
+double gain_at(const Discounted& d, const std::vector<Index>& shapes, const std::vector<int>& signs, Index member) {
   const auto k = static_cast<Index>(shapes.size());
   MatrixXd a(k, k);
   VectorXd s(k);
@@ -46,7 +47,11 @@ double gain_at(const Discounted& d, const std::vector<Index>& shapes, Index memb
     }
     a(i, i) += 1e-9;
   }
-  return s.dot(a.ldlt().solve(s));
+  const VectorXd sizes = a.ldlt().solve(s);
+  for (Index i = 0; i < k; ++i) {
+    if (sizes(i) * signs[static_cast<std::size_t>(i)] < 0.0) return 0.0;
+  }
+  return s.dot(sizes);
 }
 
 /// Columns of one form of a cause, or shapes of one kind in one channel.
@@ -121,9 +126,11 @@ std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>
           local.members = {0, members - 1};
           local.trials = 1.0;
         } else {
+          std::vector<int> signs;
+          for (const std::size_t p : local.parameters) signs.push_back(sign_of(causes[cause].parameters[p]));
           Index best = 0;
           for (Index i = 1; i < members; ++i) {
-            if (gain_at(d, local.shapes, i) > gain_at(d, local.shapes, best)) best = i;
+            if (gain_at(d, local.shapes, signs, i) > gain_at(d, local.shapes, signs, best)) best = i;
           }
           local.members = {best};
           local.channel = group.members[static_cast<std::size_t>(best)];
@@ -186,8 +193,10 @@ System system_of(const Design& design, const std::vector<Candidate>& locals, con
     out.candidates.push_back(a);
   }
   for (Candidate& c : out.candidates) {
-    c.positive = c.cause >= 0 && c.rows.size() == 1 &&
-                 causes[static_cast<std::size_t>(c.cause)].parameters[c.parameters[0]].low == 0.0;
+    if (c.cause < 0) continue;
+    for (const std::size_t parameter : c.parameters) {
+      c.signs.push_back(sign_of(causes[static_cast<std::size_t>(c.cause)].parameters[parameter]));
+    }
   }
   return out;
 }

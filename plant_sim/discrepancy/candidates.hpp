@@ -19,7 +19,7 @@ struct Candidate {
   int group = -1;
   std::vector<Eigen::Index> members;   ///< of the group
   std::vector<Eigen::Index> shapes;    ///< of the group, one a column
-  bool positive = false;               ///< its one parameter cannot be negative
+  std::vector<int> signs;              ///< by column: 1 or -1 where it can have one sign only, else 0; or empty
   double trials = 1.0;                 ///< forms and members that were looked at to find this one
 };
 

@@ -28,6 +28,16 @@ struct CauseParameter {
   bool of_cell = false;            ///< ohms, typical for a cell of kUsualOhm: a cell with more resistance has more of it
 };
 
+/// 1 or -1 where the parameter can have one sign only, else 0.
+[[nodiscard]] inline int sign_of(const CauseParameter& p) { return p.low == 0.0 ? 1 : p.high == 0.0 ? -1 : 0; }
+
+/// Away from the ends of the prior, where the prior is what is told. From an end that is zero every size is away.
+[[nodiscard]] inline bool is_inside_prior(const CauseParameter& p, double value) {
+  const double margin = 0.02 * (p.high - p.low);
+  return (p.low == 0.0 ? value > 0.0 : value >= p.low + margin) &&
+         (p.high == 0.0 ? value < 0.0 : value <= p.high - margin);
+}
+
 /// One way in which a cause can act on this log.
 struct Form {
   std::string channel;                        ///< the channel that is wrong, or empty

@@ -84,10 +84,7 @@ CurvedValues curved_values(const Design& design, const NoiseModel& noise, const 
     out.values = next;
     if (most < kEnough) break;
   }
-  for (Index k = 0; k < n; ++k) {
-    const double margin = 0.02 * (parameter(k).high - parameter(k).low);
-    if (out.values(k) > parameter(k).high - margin || out.values(k) < parameter(k).low + margin) out.inside_prior = false;
-  }
+  for (Index k = 0; k < n; ++k) out.inside_prior = out.inside_prior && is_inside_prior(parameter(k), out.values(k));
   return out;
 }
 

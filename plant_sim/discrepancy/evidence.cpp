@@ -23,7 +23,7 @@ using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
 /// What of a set's evidence does not depend on the score.
 struct SetForm {
   std::vector<Index> rows;
-  std::vector<bool> positive;
+  std::vector<int> signs;
   Small inverse;
   double constant = 0.0;
 };
@@ -36,12 +36,13 @@ double log_prior(const Candidate& c) {
 
 bool form_of(const System& system, const std::size_t* members, std::size_t count, SetForm& out) {
   out.rows.clear();
-  out.positive.clear();
+  out.signs.clear();
   out.constant = 0.0;
   for (std::size_t k = 0; k < count; ++k) {
     const Candidate& c = system.candidates[members[k]];
     out.rows.insert(out.rows.end(), c.rows.begin(), c.rows.end());
-    out.positive.insert(out.positive.end(), c.rows.size(), c.positive);
+    out.signs.insert(out.signs.end(), c.signs.begin(), c.signs.end());
+    out.signs.resize(out.rows.size(), 0);
     out.constant += log_prior(c);
   }
   const auto n = static_cast<Index>(out.rows.size());
@@ -69,7 +70,7 @@ double evidence_of(const SetForm& form, const VectorXd& score) {
   for (Index i = 0; i < n; ++i) {
     double row = 0.0;
     for (Index j = 0; j < n; ++j) row += form.inverse(i, j) * score(form.rows[static_cast<std::size_t>(j)]);
-    if (row < 0.0 && form.positive[static_cast<std::size_t>(i)]) return kImpossible;
+    if (row * form.signs[static_cast<std::size_t>(i)] < 0.0) return kImpossible;
     sum += row * score(form.rows[static_cast<std::size_t>(i)]);
   }
   return 0.5 * sum + form.constant;
@@ -112,6 +113,16 @@ void for_each_set(const System& system, std::size_t largest, const Use& use) {
       }
     }
   }
+}
+
+/// Chance of `count` or fewer events where this many are expected (Poisson).
+double at_most(int count, double expected) {
+  double term = std::exp(-expected), sum = 0.0;
+  for (int k = 0; k <= count; ++k) {
+    sum += term;
+    term *= expected / (k + 1);
+  }
+  return sum;
 }
 
 MatrixXd block(const MatrixXd& from, const std::vector<Index>& rows, const std::vector<Index>& columns) {
@@ -214,7 +225,9 @@ VectorXd sizes_of_all(const System& system, const std::vector<std::size_t>& memb
 }
 
 double null_probability(const System& system, double evidence, double freedom, int draws, std::uint64_t seed,
-                        double enough) {
+                        double level) {
+  constexpr double kUnsure = 0.005;
+  constexpr int kLookEvery = 20;
   std::vector<SetForm> forms;
   for_each_set(system, 2, [&](const std::size_t* set, std::size_t count) {
     SetForm form;
@@ -225,17 +238,20 @@ double null_probability(const System& system, double evidence, double freedom, i
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::chi_squared_distribution<double> spread(freedom);
-  int reached = 0;
-  for (int draw = 0; draw < draws; ++draw) {
+  int reached = 0, drawn = 0;
+  while (drawn < draws) {
     VectorXd z(system.score.size());
     for (double& v : z) v = normal(random);
     const VectorXd score = root * z * std::sqrt(freedom / spread(random));
     const bool any = std::any_of(forms.begin(), forms.end(),
                                  [&](const SetForm& form) { return evidence_of(form, score) >= evidence; });
     reached += any ? 1 : 0;
-    if (1.0 + reached > enough * (1.0 + draws)) break;
+    ++drawn;
+    if (level <= 0.0 || drawn % kLookEvery != 0) continue;
+    const double expected = level * drawn;
+    if (at_most(reached, expected) < kUnsure || 1.0 - at_most(reached - 1, expected) < kUnsure) break;
   }
-  return (1.0 + reached) / (1.0 + draws);
+  return (1.0 + reached) / (1.0 + drawn);
 }
 
 double overlap(const System& system, const std::vector<std::size_t>& of, const VectorXd& coefficients,

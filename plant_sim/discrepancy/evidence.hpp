@@ -51,11 +51,11 @@ struct SetFit {
 [[nodiscard]] Eigen::VectorXd sizes_of_all(const System& system, const std::vector<std::size_t>& members,
                                            const Eigen::VectorXd& coefficients);
 
-/// Chance that the best evidence of sets of up to two candidates reaches `evidence` when nothing is wrong, by
-/// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees). Stops where the chance is above
-/// `enough` whatever the rest would say; it is that much then, or more.
+/// Chance that the best evidence of sets of up to two candidates reaches `evidence` when nothing is wrong, by up to
+/// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees). Where a `level` is given draws end as
+/// soon as it is sure, at 1 in 200, on which side of the level the chance lies.
 [[nodiscard]] double null_probability(const System& system, double evidence, double freedom, int draws,
-                                      std::uint64_t seed, double enough = 1.0);
+                                      std::uint64_t seed, double level = 0.0);
 
 /// Share of what `of` explains that `by` could explain as well, 0..1.
 [[nodiscard]] double overlap(const System& system, const std::vector<std::size_t>& of, const Eigen::VectorXd& coefficients,

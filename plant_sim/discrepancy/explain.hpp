@@ -22,7 +22,7 @@ struct ExplainOptions {
   std::vector<std::string> without;       ///< causes that are left out of the catalogue
   std::string fit_blocks = "all";         ///< of 60 s: all, even or odd
   std::uint64_t seed = 1;
-  int draws = 1000;
+  int draws = 8000;                       ///< of the null at most; most answers are sure after some hundred
   std::function<void(const std::string&, double)> progress;  ///< what, fraction; may be empty
 };
 

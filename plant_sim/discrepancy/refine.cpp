@@ -22,7 +22,7 @@ constexpr double kPriorVariance = 9.0;
 struct Free {
   std::size_t cause, parameter;  ///< of the set, of the cause
   bool logarithmic;              ///< a time constant
-  double typical, low, high;
+  const CauseParameter* prior;
 };
 
 World world_of(const World& model, const Design& design, const System& system, const RefinedSet& set) {
@@ -123,7 +123,7 @@ RefinedSet Refinery::refine(const std::vector<std::size_t>& members) const {
       if (form.apply) {
         for (const std::size_t parameter : form.refined) {
           const CauseParameter& p = cause.parameters[parameter];
-          free.push_back({m, parameter, std::string_view(p.name) == "tau_s", p.typical, p.low, p.high});
+          free.push_back({m, parameter, std::string_view(p.name) == "tau_s", &p});
         }
       }
     }
@@ -148,10 +148,10 @@ RefinedSet Refinery::refine(const std::vector<std::size_t>& members) const {
     std::vector<std::vector<VectorXd>> jacobian;
     for (const Free& f : free) {
       RefinedSet moved = set;
-      const double step = f.logarithmic ? 0.05 : kStep * f.typical;
+      const double step = f.logarithmic ? 0.05 : kStep * f.prior->typical;
       value(moved, f) = f.logarithmic ? value(set, f) * std::exp(step) : value(set, f) + step;
       std::vector<VectorXd> column = whitened(residual_at(moved));
-      const double scale = f.logarithmic ? 1.0 / step : f.typical / step;
+      const double scale = f.logarithmic ? 1.0 / step : f.prior->typical / step;
       for (std::size_t c = 0; c < column.size(); ++c) column[c] = (residual[c] - column[c]) * scale;
       jacobian.push_back(std::move(column));
     }
@@ -166,7 +166,7 @@ RefinedSet Refinery::refine(const std::vector<std::size_t>& members) const {
       const auto i = static_cast<Index>(k);
       const double prior = free[k].logarithmic ? 1.0 : kPriorVariance;
       normal.information(i, i) += 1.0 / prior;
-      if (!free[k].logarithmic) normal.score(i) -= value(set, free[k]) / free[k].typical / prior;
+      if (!free[k].logarithmic) normal.score(i) -= value(set, free[k]) / free[k].prior->typical / prior;
     }
     const auto factor = normal.information.ldlt();
     const VectorXd step = factor.solve(normal.score);
@@ -175,22 +175,19 @@ RefinedSet Refinery::refine(const std::vector<std::size_t>& members) const {
       for (std::size_t k = 0; k < free.size(); ++k) {
         const double sigma = std::sqrt(covariance(static_cast<Index>(k), static_cast<Index>(k)));
         best.causes[free[k].cause].sigma[free[k].parameter] =
-            free[k].logarithmic ? sigma * value(best, free[k]) : sigma * free[k].typical;
+            free[k].logarithmic ? sigma * value(best, free[k]) : sigma * free[k].prior->typical;
       }
     }
     if (round > 0 && before - normal.energy < 0.05) break;
     for (std::size_t k = 0; k < free.size(); ++k) {
       const double by = step(static_cast<Index>(k));
       double& v = value(set, free[k]);
-      v = free[k].logarithmic ? v * std::exp(std::clamp(by, -0.7, 0.7)) : v + by * free[k].typical;
-      v = std::clamp(v, free[k].low, free[k].high);
+      v = free[k].logarithmic ? v * std::exp(std::clamp(by, -0.7, 0.7)) : v + by * free[k].prior->typical;
+      v = std::clamp(v, free[k].prior->low, free[k].prior->high);
     }
   }
   for (const Free& f : free) {
-    const double v = value(best, f), margin = 0.02 * (f.high - f.low);
-    const bool one_sided = f.low == 0.0;
-    if (v > f.high - margin || (v < f.low + margin && !one_sided)) best.causes[f.cause].inside_prior = false;
-    if (one_sided && v <= 0.0) best.causes[f.cause].inside_prior = false;
+    if (!is_inside_prior(*f.prior, value(best, f))) best.causes[f.cause].inside_prior = false;
   }
   best.world = world_of(design_.model, design_, system_, best);
   return best;

@@ -33,3 +33,19 @@ TEST(Causes, WhatAModelHasCanBeTakenAway) {
   DOUBLES_EQUAL(-0.02, lowest("hysteresis"), 0.0);
   DOUBLES_EQUAL(-3e-4, lowest("slow_relaxation"), 0.0);
 }
+
+TEST(Causes, APriorIsLeftAtItsEndsButNotAtZero) {
+  const CauseParameter both{"change", "1", -0.5, 0.5, 0.1}, more{"delay_s", "s", 0.0, 1.0, 0.1},
+      less{"capacity_change", "1", -1.0, 0.0, 0.1};
+  LONGS_EQUAL(0, sign_of(both));
+  LONGS_EQUAL(1, sign_of(more));
+  LONGS_EQUAL(-1, sign_of(less));
+  CHECK(is_inside_prior(both, 0.0) && is_inside_prior(both, 0.47) && is_inside_prior(both, -0.47));
+  CHECK_FALSE(is_inside_prior(both, 0.49));
+  CHECK_FALSE(is_inside_prior(both, -0.49));
+  CHECK(is_inside_prior(more, 1e-6) && is_inside_prior(less, -1e-6));
+  CHECK_FALSE(is_inside_prior(more, 0.0));
+  CHECK_FALSE(is_inside_prior(more, 0.99));
+  CHECK_FALSE(is_inside_prior(less, 0.0));
+  CHECK_FALSE(is_inside_prior(less, -0.99));
+}

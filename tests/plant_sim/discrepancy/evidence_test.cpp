@@ -35,6 +35,17 @@ TEST(Evidence, AnEffectThatTheResidualHasNoRoomForIsNoExplanation) {
   LONGS_EQUAL(0, weigh_sets(system, 10).size());
 }
 
+TEST(Evidence, OfASizeThatHasTheWrongSignThereIsNone) {
+  System system = of_one_cause();
+  system.candidates[0].signs = {1};
+  CHECK(best_evidence(system) > 1e5);
+  system.candidates[0].signs = {-1};
+  DOUBLES_EQUAL(0.0, best_evidence(system), 0.0);
+  LONGS_EQUAL(0, weigh_sets(system, 10).size());
+  system.score(0) *= -1.0;
+  CHECK(best_evidence(system) > 1e5);
+}
+
 TEST(Evidence, OfAnEffectThatIsToldSmallIsNotLessForBeingSmall) {
   const auto at_six_errors = [](double information) {
     System system = of_one_cause();
