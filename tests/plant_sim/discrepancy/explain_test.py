@@ -64,6 +64,11 @@ def test_a_cell_of_much_less_capacity_bends_and_is_named_with_its_size(tmp_path,
     assert change["ci95_high"] - change["ci95_low"] > 2 * 1.95 * 0.05 * abs(change["value"])
 
 
+def test_a_cell_that_holds_more_than_the_others_is_not_called_weak(tmp_path, drive):
+    answer = explained(tmp_path, drive("battery.cells.3.capacity_scale=1.25", laps=12))
+    assert answer["verdict"] == "unknown" and answer["unknown_in"] == "voltage" and answer["causes"] == []
+
+
 def test_a_drive_that_begins_under_way_with_another_charge_than_the_model_names_its_cause(tmp_path, drive):
     answer = explained(tmp_path, drive("cell.effects.series_ohm=0.00015", "battery.initial_soc=0.96"))
     cause = only_cause(answer)
