@@ -23,7 +23,7 @@ class Discount {
   [[nodiscard]] Eigen::MatrixXd score(const Eigen::MatrixXd& scores) const;
   /// The mean of u by every column of scores: V (I + G V)^-1 s.
   [[nodiscard]] Eigen::MatrixXd amounts(const Eigen::MatrixXd& scores) const;
-  /// w: w'w is the part of s'(G^-1)s that u takes, s' V (I + G V)^-1 s.
+  /// w of every column of scores: w'w = s' V (I + G V)^-1 s, what u takes of the squares of y.
   [[nodiscard]] Eigen::MatrixXd whitened(const Eigen::MatrixXd& scores) const;
 
  private:

@@ -52,8 +52,9 @@ struct SetFit {
                                            const Eigen::VectorXd& coefficients);
 
 /// Chance that the best evidence of sets of up to two candidates reaches `evidence` when nothing is wrong, by up to
-/// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees). Where a `level` is given draws end as
-/// soon as it is sure, at 1 in 200, on which side of the level the chance lies.
+/// `draws` of the null (score N(0, A), its scale uncertain with `freedom` degrees). Where a `level` is given draws end at
+/// the first look, one every 20, that is sure at 1 in 200 on which side of the level the chance lies: with 8000 draws
+/// chances of 0.5 and 1.5 levels are decided wrongly in 0.2 % of 1500 trials, of 1.2 levels in 12 %.
 [[nodiscard]] double null_probability(const System& system, double evidence, double freedom, int draws,
                                       std::uint64_t seed, double level = 0.0);
 
