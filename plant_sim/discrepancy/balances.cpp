@@ -7,6 +7,7 @@
 
 #include "battery/cell_tables.hpp"
 #include "discrepancy/car_balances.hpp"
+#include "discrepancy/integrity.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -83,9 +84,9 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-/// What the sensor reads while nothing is drawn, and how far its noise goes from there.
+/// What the sensor reads while nothing is drawn, and how far its noise and its steps go from there.
 std::pair<double, double> rest_level(const VectorXd& current) {
-  constexpr double kSigmas = 5.0, kLeast = 1e-3;
+  constexpr double kSigmas = 5.0, kSteps = 1.5, kLeast = 1e-3;
   const double most = largest(current);
   std::vector<double> quiet, steps;
   for (Index row = 1; row < current.size(); ++row) {
@@ -94,7 +95,7 @@ std::pair<double, double> rest_level(const VectorXd& current) {
     steps.push_back(std::abs(current(row) - current(row - 1)));
   }
   const double sigma = 1.4826 * median_of(steps) / std::sqrt(2.0);
-  return {median_of(quiet), std::max(kSigmas * sigma, kLeast * most)};
+  return {median_of(quiet), std::max({kSigmas * sigma, kSteps * step_of(current), kLeast * most})};
 }
 
 /// Averages the current where nothing is drawn for a while: there the noise of its sensor is all that changes, and would
@@ -147,7 +148,8 @@ void settle_start(const World& model, const MainVoltage& voltage, bool soc_state
   std::vector<double> volts;
   double current_sum = 0.0, count = 0.0;
   for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kFirstRest; ++row) {
-    if (!(std::abs(current(row)) <= quiet)) break;
+    const bool rests = out.facts.at_rest[static_cast<std::size_t>(row)] || std::abs(current(row)) <= quiet;
+    if (!rests) break;
     if (!std::isfinite(voltage.measured(row))) continue;
     volts.push_back(voltage.measured(row) / voltage.cells);
     current_sum += current(row);

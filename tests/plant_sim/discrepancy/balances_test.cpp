@@ -67,6 +67,24 @@ TEST(Balances, the_noise_of_the_current_is_averaged_at_rest_and_its_offset_stays
   DOUBLES_EQUAL((*c.log.find("current"))(1000), c.facts.current_a(1000), 0.0);
 }
 
+TEST(Balances, a_rest_whose_readings_flicker_by_a_coarse_step_is_one_rest) {
+  constexpr double kStep = 0.5;  // A; more than 2 % of the largest current, and most neighbours are equal
+  const World model = leaf();
+  const Recording fine = log_of(model, 0.0);
+  for (const Index first : {0, 1, 100}) {  // row that reads one step more
+    Recording log = fine;
+    VectorXd& current = log.signals["current"];
+    for (double& amps : current) amps = kStep * std::round((amps - kOffset) / kStep);
+    current(first) = kStep;
+    const Comparison c = comparison_of(model, log, {.judge_soc = true});
+    CHECK(c.find("soc") != nullptr);
+    CHECK(c.facts.starts_at_rest);
+    for (Index row = 0; row < kRest; ++row) CHECK(c.facts.at_rest[static_cast<std::size_t>(row)]);
+    DOUBLES_EQUAL(log.find("current")->head(kRest).mean(), c.facts.rest_current_a, 1e-9);
+    CHECK(c.facts.current_a.head(kRest).maxCoeff() < 0.5 * kStep);
+  }
+}
+
 TEST(Balances, how_the_current_is_held_is_as_told_where_the_logger_is_known) {
   const World model = leaf();
   const Recording log = log_of(model, 0.0);
