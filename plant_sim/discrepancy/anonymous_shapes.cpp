@@ -179,10 +179,15 @@ void terminal_shapes(const Design& design, Shapes& shapes) {
 }
 
 void soc_shapes(const Design& design, Shapes& shapes) {
-  constexpr Kin kLevel{0, 1.0, 0.3}, kDrawn{1, 3.0, 6e-3};
+  constexpr Kin kLevel{0, 0.2, 0.05}, kDrawn{1, 3.0, 6e-3}, kRest{2, 3.0, 0.4};
   const VectorXd& soc = design.base.battery.soc;
   const VectorXd drawn = (soc(0) - soc.array()).matrix();
-  shapes.add(kLevel, "1", VectorXd::Ones(soc.size()));
+  const VectorXd ones = VectorXd::Ones(soc.size());
+  shapes.add(kLevel, "1", ones);
+  // The first rest is read from the open-circuit voltage: where that is steep, its error of millivolts is little charge.
+  shapes.add(kRest, "1 at rest", ones * (soc_per_millivolt(design.base.battery) / shapes.size()));
+  // A BMS counts from full, by another capacity; or from the rest.
+  shapes.add(kDrawn, "missing", ones - soc);
   shapes.add(kDrawn, "drawn", drawn);
   shapes.add(kDrawn, "drawn^2", drawn.cwiseAbs2());
   shapes.add(kDrawn, "time", (shapes.time().array() - shapes.time()(0)).matrix() / 600.0);

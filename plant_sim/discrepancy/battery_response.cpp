@@ -177,6 +177,11 @@ class Cell {
 
 }  // namespace
 
+double soc_per_millivolt(const BatteryResponse& battery) {
+  constexpr double kFlattest = 0.02;  // V; a flatter curve than that of any cell with a plateau tells nothing
+  return 1e-3 / std::max(kFlattest, battery.ocv_slope_v(0));
+}
+
 VectorXd shifted(const VectorXd& time_s, const VectorXd& values, double shift_s) {
   VectorXd out(values.size());
   const Index n = values.size();

@@ -42,6 +42,9 @@ struct BatteryResponse {
 
 [[nodiscard]] BatteryResponse battery_response(const World& world, const Recording& log, const LogFacts& facts);
 
+/// SOC by which a first rest is off that reads the open-circuit voltage off by 1 mV.
+[[nodiscard]] double soc_per_millivolt(const BatteryResponse& battery);
+
 /// values(t + shift_s), straight between rows; the ends hold.
 [[nodiscard]] Eigen::VectorXd shifted(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double shift_s);
 

@@ -99,16 +99,16 @@ void add_member_shapes(Design& out) {
   }
 }
 
-/// The first rest tells the charge to about 0.2 %.
+/// The first rest tells the open-circuit voltage to about 0.7 mV: the charge by how steep that is there.
 void add_start(Design& out) {
-  constexpr double kTypical = 0.01, kKnown = 0.2, kStepOfSoc = 0.002;
+  constexpr double kTypical = 0.01, kKnownMv = 0.7, kStepOfSoc = 0.002;
   World world = out.model;
   world.initial_soc_change += kStepOfSoc;
   const Prediction prediction = predict(world, out.comparison);
   Column column;
   column.key = "start/soc";
   column.balance = Balance::kCharge;
-  column.free = kKnown;
+  column.free = kKnownMv * soc_per_millivolt(out.base.battery) / kTypical;
   for (std::size_t c = 0; c < prediction.channels.size(); ++c) {
     column.effect.push_back(without_noise((prediction.channels[c] - out.base.channels[c]) * (kTypical / kStepOfSoc)));
   }

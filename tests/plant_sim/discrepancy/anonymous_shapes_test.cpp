@@ -52,3 +52,29 @@ TEST(AnonymousShapes, AStartInTheAirsTemperatureOrACellWithoutALagHasNone) {
   CHECK(rise(columns(0.0, kLag)) == nullptr);
   CHECK(rise(columns(4.0, 0.0)) == nullptr);
 }
+
+TEST(AnonymousShapes, WhatARestSaysOfTheChargeIsAsSureAsTheVoltageIsSteepThere) {
+  const World model = load_model(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", {}).world;
+  double slopes[2];
+  std::size_t which = 0;
+  for (const double volts : {3.7, 4.05}) {
+    Recording log;
+    log.time_s = VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
+    log.signals["current"] = VectorXd::Zero(kRows);
+    log.signals["current"].tail(kRows / 2).setConstant(20.0);
+    log.signals["voltage"] = VectorXd::Constant(kRows, volts);
+    log.signals["soc"] = VectorXd::Constant(kRows, 0.5);
+    const Design design = design_of(model, comparison_of(model, log, {.judge_soc = true}), catalogue({}));
+    const double slope = slopes[which++] = design.base.battery.ocv_slope_v(0);
+    const Column *level = nullptr, *start = nullptr;
+    for (const Column& column : design.columns) {
+      if (column.key == "anonymous/soc/1 at rest") level = &column;
+      if (column.key == "start/soc") start = &column;
+    }
+    CHECK(level != nullptr && start != nullptr);
+    DOUBLES_EQUAL(1e-3, slope * level->effect[1](0), 1e-9);  // 1 mV
+    // 0.7 mV, in the hundredths of the charge that the column is of
+    DOUBLES_EQUAL(0.7e-3, slope * start->free * 0.01, 1e-9);
+  }
+  CHECK(slopes[0] < 0.8 * slopes[1] || slopes[1] < 0.8 * slopes[0]);
+}
