@@ -2,6 +2,7 @@
 // A cause of discrepancy: what it is, its parameters with what is physically possible, the forms in which it can appear
 // on a given log, and how it changes the simulated world. One file of causes/ each.
 #pragma once
+#include <cmath>
 #include <functional>
 #include <span>
 #include <string>
@@ -31,9 +32,15 @@ struct CauseParameter {
 /// 1 or -1 where the parameter can have one sign only, else 0.
 [[nodiscard]] inline int sign_of(const CauseParameter& p) { return p.low == 0.0 ? 1 : p.high == 0.0 ? -1 : 0; }
 
-/// Away from the ends of the prior, where the prior is what is told. From an end that is zero every size is away.
+/// Away from the ends of the prior, where the prior is what is told. From an end that is zero every size is away; what is
+/// always positive, as a time constant, is measured in logarithms.
 [[nodiscard]] inline bool is_inside_prior(const CauseParameter& p, double value) {
-  const double margin = 0.02 * (p.high - p.low);
+  constexpr double kMargin = 0.02;  // of the prior's width
+  if (p.low > 0.0) {
+    const double place = std::log(value / p.low) / std::log(p.high / p.low);
+    return place >= kMargin && place <= 1.0 - kMargin;
+  }
+  const double margin = kMargin * (p.high - p.low);
   return (p.low == 0.0 ? value > 0.0 : value >= p.low + margin) &&
          (p.high == 0.0 ? value < 0.0 : value <= p.high - margin);
 }

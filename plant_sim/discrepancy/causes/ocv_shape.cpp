@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The open-circuit voltage over SOC differs in shape; a polygon of seven points, its ends included.
+// The open-circuit voltage over SOC differs in shape: a polygon of three to seven points over the SOC that was driven, level
+// beyond its ends, of which the log tells nothing.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +10,30 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr double kRepeats = 1e-3;  // V: what sound logs of the bank's cars show of it, where references were fuller
+constexpr double kRepeats = 2e-4;  // V
+constexpr double kApart = 0.15;    // SOC between points
+constexpr double kLeast = 0.02;    // SOC that has to be driven
+constexpr std::size_t kFewest = 3, kMost = 7;
+constexpr std::size_t kStored = 201;  // values in the model, from SOC 0 to 1
+
+/// Straight between values at equal steps from `first` to `last`, level beyond.
+double polygon(Values values, double first, double last, double soc) {
+  const auto steps = static_cast<double>(values.size() - 1);
+  const double place = std::clamp((soc - first) / (last - first), 0.0, 1.0) * steps;
+  const auto k = std::min(static_cast<std::size_t>(place), values.size() - 2);
+  return values[k] + (place - static_cast<double>(k)) * (values[k + 1] - values[k]);
+}
+
+/// Adds a polygon between these SOC to the change that the cell has.
+void add_polygon(CellEffects& effects, Values values, double first, double last) {
+  std::vector<double>& stored = effects.ocv_change_v;
+  const std::vector<double> before = stored;
+  stored.resize(kStored);
+  for (std::size_t i = 0; i < kStored; ++i) {
+    const double soc = static_cast<double>(i) / static_cast<double>(kStored - 1);
+    stored[i] = (before.empty() ? 0.0 : polygon(before, 0.0, 1.0, soc)) + polygon(values, first, last, soc);
+  }
+}
 
 }  // namespace
 
@@ -27,19 +51,23 @@ Cause ocv_shape() {
                {"node_6_v", "V", -0.3, 0.3, 5e-3, 1e3, "mV", kRepeats},
                {"node_7_v", "V", -0.3, 0.3, 5e-3, 1e3, "mV", kRepeats}},
           .forms = [](const World& model, const Comparison& c) -> std::vector<Form> {
-            Form form = plain_form(7, [](World& w, Values v) {
-              std::vector<double>& nodes = w.car.cell.effects.ocv_change_v;
-              if (nodes.empty()) nodes.assign(v.size(), 0.0);
-              for (std::size_t k = 0; k < v.size(); ++k) nodes[k] += v[k];
-            });
             const Eigen::VectorXd soc = predict(model, c).battery.soc;
-            form.linear.clear();
-            for (std::size_t k = 0; k < 7; ++k) {
-              const double node = static_cast<double>(k) / 6.0;
-              if (node > soc.minCoeff() - 0.16 && node < soc.maxCoeff() + 0.16) form.linear.push_back(k);
+            double first = soc.minCoeff(), last = soc.maxCoeff();
+            if (const Eigen::VectorXd* said = c.log.find("soc")) {  // with the true curve the rest tells another SOC
+              for (const double value : *said) {
+                if (!std::isfinite(value)) continue;
+                first = std::min(first, value);
+                last = std::max(last, value);
+              }
             }
+            if (!(last - first > kLeast)) return {};
+            const auto points =
+                std::clamp(static_cast<std::size_t>(std::ceil((last - first) / kApart)) + 2, kFewest, kMost);
+            Form form = plain_form(kMost, [=](World& w, Values v) {
+              add_polygon(w.car.cell.effects, v.first(points), first, last);
+            });
+            form.linear.resize(points);
             form.refined = form.linear;
-            if (form.linear.size() < 3) return {};
             return {form};
           },
           .reported = {{"rms_v", "V", 1e-4, 0.3, 5e-3, 1e3, "mV"}},
