@@ -76,6 +76,15 @@ VectorXd prior_variances(const Design& design) {
   return out;
 }
 
+/// What acts between two sensors, as a contact, needs no model of the cells.
+bool acts_on_all_cells(const Design& design, const Column& column) {
+  if (column.balance != Balance::kVoltage && column.balance != Balance::kCharge) return false;
+  for (std::size_t c = 0; c < column.effect.size(); ++c) {
+    if ((c == 0 || design.comparison.channels[c].name == "soc") && column.effect[c].size() > 0) return true;
+  }
+  return false;
+}
+
 void append_column(Design& design, const Cause& cause, const Form& form, Candidate& local, std::size_t k) {
   const auto g = static_cast<std::size_t>(local.group);
   const Group& group = design.comparison.groups[g];
@@ -163,6 +172,7 @@ System system_of(const Design& design, const std::vector<Candidate>& locals, con
       }
       out.candidates.push_back(std::move(made));
     }
+    out.candidates.back().of_all_cells = out.candidates.back().of_all_cells || acts_on_all_cells(design, column);
     out.candidates.back().parameters.push_back(column.parameter);
     out.candidates.back().rows.push_back(static_cast<Index>(k));
   }

@@ -20,6 +20,7 @@ struct Candidate {
   std::vector<Eigen::Index> members;   ///< of the group
   std::vector<Eigen::Index> shapes;    ///< of the group, one a column
   std::vector<int> signs;              ///< by column: 1 or -1 where it can have one sign only, else 0; or empty
+  bool of_all_cells = false;           ///< acts on the voltage or the charge that all cells share
   double trials = 1.0;                 ///< forms and members that were looked at to find this one
 };
 

@@ -44,12 +44,8 @@ bool same_names(const System& system, const Members& a, const Members& b) {
   });
 }
 
-/// Does one of the set act on the voltage or the charge of all cells?
 bool is_of_all_cells(const System& system, const Members& members) {
-  return std::any_of(members.begin(), members.end(), [&](std::size_t m) {
-    const Candidate& c = system.candidates[m];
-    return c.group < 0 && (c.balance == Balance::kVoltage || c.balance == Balance::kCharge);
-  });
+  return std::any_of(members.begin(), members.end(), [&](std::size_t m) { return system.candidates[m].of_all_cells; });
 }
 
 }  // namespace
