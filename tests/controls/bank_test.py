@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from bank import cases, models, packer, real, score, seal, table, tool
 from bank.statistics import Share, median, share
-from truth import effects, world
+from truth import effects, hide, world
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -188,6 +188,17 @@ def test_gain_is_measured_against_the_same_drive_without_the_effect():
     assert it.gain_share() == pytest.approx(75.0 / 96.0)
     it.answer.sound_rms = {}
     assert it.gain_share() is None
+
+
+def test_a_bent_curve_is_as_large_as_it_is_where_it_was_driven():
+    fixed = {"first": np.array([0.0]), "second": np.array([0.0]), "third": np.array([-2.0])}
+    hidden = hide.Hidden(effects.BY_NAME["ocv_shape"], np.array([0.02]), fixed)
+    whole, shallow = {"soc": np.array([[1.0, 0.0]])}, {"soc": np.array([[1.0, 0.95]])}
+    assert cases.bend_driven(hidden, whole) == pytest.approx(0.02, rel=0.01)
+    charge = np.linspace(0.95, 1.0, 1000)
+    there = 0.02 * np.sqrt(2.0) * np.sqrt(np.mean(np.sin(3.0 * np.pi * charge) ** 2))
+    assert cases.bend_driven(hidden, shallow) == pytest.approx(there, rel=0.01)
+    assert there < 0.01
 
 
 def test_the_drive_without_the_effect_has_the_same_noise():

@@ -44,8 +44,19 @@ def row_of(log, row=0):
     return {role: values[row] for role, values in log.items()}
 
 
-def parameters_of(hidden, sound):
-    """What a report should give, {name: value}, of the first case; the numbers that are scored come first."""
+def bend_driven(hidden, log):
+    """RMS [V] of a bent open-circuit voltage over the charges that the log went through: of others it tells nothing."""
+    charge = np.linspace(log["soc"][0].min(), log["soc"][0].max(), 101)
+    waves = np.array([hidden.fixed[name][0] for name in ("first", "second", "third")])
+    curve = np.sin(np.pi * charge[:, None] * np.arange(1, 4)) @ waves
+    return float(hidden.value[0] * np.sqrt(np.mean(curve**2) / (0.5 * np.sum(waves**2))))
+
+
+def parameters_of(hidden, sound, log):
+    """What a report should give, {name: value}, of the first case; the numbers that are scored come first.
+
+    `log` is the noise-free one with the effect in it, {role: (cases, steps)}.
+    """
     effect, value = hidden.effect, float(hidden.value[0])
     fixed = {name: hidden.fixed[name][0] for name in hidden.fixed}
     out = {effect.main: value}
@@ -56,6 +67,8 @@ def parameters_of(hidden, sound):
         )
     if effect.name == "current_saturation":
         out = {"limit_a": (1.0 - value) * 5.0 * float(sound.cells.capacity_ah.mean())}
+    if effect.name == "ocv_shape":
+        out = {effect.main: bend_driven(hidden, log)}
     if effect.name == "self_discharge":
         out["cell"] = int(fixed["cell"])
     if "channel" in fixed:
@@ -65,13 +78,13 @@ def parameters_of(hidden, sound):
     return out
 
 
-def label_of(ask, kind, hidden, sound, d_prime, each):
+def label_of(ask, kind, hidden, sound, log, d_prime, each):
     return {
         "ask": ask,
         "kind": kind,
         "d_prime": round(float(d_prime), 4),
         "effects": [
-            {"name": h.effect.name, "parameters": parameters_of(h, sound), "d_prime": round(float(d), 4)}
+            {"name": h.effect.name, "parameters": parameters_of(h, sound, log), "d_prime": round(float(d), 4)}
             for h, d in zip(hidden, each)
         ],
     }
@@ -189,7 +202,7 @@ class Maker:
             d_prime = float(separations[number])
             parts = alone[2 * number : 2 * number + 2]
             each = [float(d) for d in alone_separations[2 * number : 2 * number + 2]] or [d_prime]
-            label = label_of(ask, self.kind, members, self.sound, d_prime, each)
+            label = label_of(ask, self.kind, members, self.sound, log, d_prime, each)
             if parts:
                 label["likeness"] = round(float(bench.likeness(parts, alone_drives[2 * number : 2 * number + 2])), 4)
             if members[0].effect.name in GATE:
