@@ -25,6 +25,7 @@ import guard
 import link
 
 KERNEL = "linux.uml"
+WIDE = "amx_tile"  # flag of a processor with more registers than the kernel keeps
 PACKAGES = ("user-mode-linux", "iproute2")
 BOOT_LIMIT_S = 60.0
 END_LIMIT_S = 10.0
@@ -89,6 +90,26 @@ def guest_python():
     return "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else os.path.realpath(sys.executable)
 
 
+def needs_wide_registers(cpuinfo):
+    """Does the text of /proc/cpuinfo tell of registers beyond AVX-512?"""
+    return any(line.startswith("flags") and WIDE in line.split() for line in cpuinfo.splitlines())
+
+
+def wide_registers(folder):
+    """The library that lets the kernel run on such a processor, built into the folder."""
+    path = os.environ.get("PATH", "") + ":/usr/bin"
+    compiler = shutil.which("cc", path=path) or shutil.which("gcc", path=path)
+    if compiler is None:
+        raise CannotRun("this processor has AMX, whose registers the user-mode kernel does not know; what teaches it takes a C "
+                        "compiler. This line does it:\n  sudo apt-get install -y --no-install-recommends gcc libc6-dev", 4)
+    library = folder / "wide_registers.so"
+    built = subprocess.run([compiler, "-O2", "-shared", "-fPIC", "-o", library, HERE / "wide_registers.c"],
+                           capture_output=True, text=True, check=False)
+    if built.returncode != 0:
+        raise CannotRun(f"{HERE / 'wide_registers.c'}: {compiler} cannot build it:\n{built.stderr.strip()}", 3)
+    return library
+
+
 class Guest:
     """The machine: started, and surely ended."""
 
@@ -99,6 +120,13 @@ class Guest:
         for name in ("guest.py", "link.py"):
             shutil.copy(HERE / name, self.folder / name)
         (self.folder / "order.json").write_text(json.dumps(order), encoding="ascii")
+        environment = {"TMPDIR": memory, "PATH": os.environ.get("PATH", os.defpath)}
+        if needs_wide_registers(Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")):
+            try:
+                environment["LD_PRELOAD"] = str(wide_registers(self.folder))
+            except BaseException:
+                shutil.rmtree(self.folder, ignore_errors=True)
+                raise
         self.line, far_end = socket.socketpair()
         self._console = tempfile.TemporaryFile()
         words = [kernel, "rootfstype=hostfs", "rootflags=/", "rw", f"mem={megabytes}M", f"uml_dir={self.folder}/",
@@ -107,8 +135,7 @@ class Guest:
         with far_end:
             self.process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=self._console,
                                             stderr=subprocess.STDOUT, pass_fds=[far_end.fileno()],
-                                            env={"TMPDIR": memory, "PATH": os.environ.get("PATH", os.defpath)},
-                                            cwd="/", start_new_session=True)
+                                            env=environment, cwd="/", start_new_session=True)
         self.guard = guard.Guard(self.process.pid, self.folder)
 
     def last_words(self):

@@ -309,6 +309,41 @@ def test_missing_kernel_is_told_with_the_line_that_installs_it(tmp_path):
     assert "user-mode-linux" in done.stderr
 
 
+def changed_runner(tmp_path, *changes):
+    """Command line of a copy whose uml.py has each of these pairs replaced."""
+    copy = tmp_path / "vcan"
+    shutil.copytree(RUNNER.parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    text = (copy / "uml.py").read_text()
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after)
+    (copy / "uml.py").write_text(text)
+    return [PYTHON, str(copy / "with_vcan.py"), "--force", "uml"]
+
+
+def test_processor_with_more_registers_than_the_kernel_keeps_is_told_by_its_flags():
+    sys.path.insert(0, str(RUNNER.parent))
+    import uml
+    assert uml.needs_wide_registers("model name\t: amx_tile\nflags\t\t: fpu avx512f amx_bf16 amx_tile amx_int8\n")
+    assert not uml.needs_wide_registers("model name\t: amx_tile\nflags\t\t: fpu sse2 avx512f\n")
+    assert not uml.needs_wide_registers("")
+
+
+@pytest.mark.skipif(os.uname().machine != "x86_64", reason="registers of another processor")
+def test_guest_whose_registers_are_passed_on_computes_as_the_host_does(tmp_path):
+    sums = [sys.executable, "-c", "print(sum(k ** 0.5 for k in range(100000)), 'x' * 70 + str(hash(0.1)))"]
+    told = run(*sums, uml=changed_runner(tmp_path, ('"amx_tile"', '"fpu"')), text=True)
+    assert told.returncode == 0, told.stderr
+    assert told.stdout == subprocess.run(sums, capture_output=True, text=True, check=True).stdout
+
+
+def test_missing_compiler_is_told_where_one_is_needed(tmp_path):
+    without = changed_runner(tmp_path, ('"amx_tile"', '"fpu"'), ('which("cc"', 'which("no-cc"'), ('which("gcc"', 'which("no-gcc"'))
+    told = run("true", uml=without, text=True)
+    assert told.returncode == 4
+    assert "AMX" in told.stderr and "apt-get install" in told.stderr and "gcc" in told.stderr
+
+
 @pytest.mark.parametrize("options, word", [(["--memory", "lots"], '"lots"'), (["--memory", "1M"], '"1M"'),
                                            (["--interfaces", "a b"], '"a b"'), (["--nope"], "--nope")])
 def test_wrong_flags_are_usage_errors(options, word):
