@@ -10,7 +10,7 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr double kRepeats = 2e-4;  // V
+constexpr double kRepeats = 2e-4;  // V; judgement: 1 mV hid wrong starts of the charge in the bank's development worlds
 constexpr double kApart = 0.15;    // SOC between points
 constexpr double kLeast = 0.02;    // SOC that has to be driven
 constexpr std::size_t kFewest = 3, kMost = 7;
