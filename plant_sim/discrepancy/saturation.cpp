@@ -21,9 +21,28 @@ using Rows = std::vector<bool>;
 
 constexpr double kBeyondStep = 1.01;  // of readings that are a step apart, but for their digits
 
-/// Number of readings in the pile at the upper end of `values`, which fall by `step` or more; 0: there is none.
-std::size_t pile_of(const std::vector<double>& values, double step, Index rows) {
+/// Standard deviation of readings at rest; 0 where there are few.
+double noise_at_rest(const VectorXd& current, double largest) {
+  constexpr double kRest = 0.05, kOfNormal = 1.4826;  // of the largest reading
+  constexpr std::size_t kLeast = 50;
+  std::vector<double> rest;
+  for (const double i : current) {
+    if (std::abs(i) < kRest * largest) rest.push_back(i);
+  }
+  if (rest.size() < kLeast) return 0.0;
+  const auto half = rest.begin() + static_cast<std::ptrdiff_t>(rest.size() / 2);
+  std::nth_element(rest.begin(), half, rest.end());
+  const double middle = *half;
+  for (double& i : rest) i = std::abs(i - middle);
+  std::nth_element(rest.begin(), half, rest.end());
+  return kOfNormal * *half;
+}
+
+/// Number of readings in the pile at the upper end of `values`, which fall by `step` or more; 0: there is none. `noise`:
+/// of the sensor at rest.
+std::size_t pile_of(const std::vector<double>& values, double step, double noise, Index rows) {
   constexpr double kNarrowest = 1e-4, kWidest = 0.03;    // of the largest reading: the noise of its sensor
+  constexpr double kSigmas = 6.0;                        // or as wide as that is at rest
   constexpr double kSteps = 3.0;                         // as far as noise blurs coarse steps
   constexpr double kWider = 1.25;
   constexpr double kLeast = 20.0, kLeastShare = 0.005;   // readings; of all rows
@@ -35,14 +54,14 @@ std::size_t pile_of(const std::vector<double>& values, double step, Index rows) 
     return static_cast<double>(end - values.begin());
   };
   // Within less than a step there is one value, and below it nothing: that is not steep.
-  const double widest = std::max(kWidest * most, kSteps * kBeyondStep * step);
-  for (double width = std::max(kNarrowest * most, kBeyondStep * step); width <= widest; width *= kWider) {
+  const double widest = std::max({kWidest * most, kSteps * kBeyondStep * step, kSigmas * noise});
+  for (double width = std::max(kNarrowest * most, kBeyondStep * step);; width = std::min(widest, width * kWider)) {
     const double in = within(width), below = within(2.0 * width) - in;
     if (in >= kLeast && in >= kLeastShare * static_cast<double>(rows) && in >= kSteep * below) {
       return static_cast<std::size_t>(in);
     }
+    if (width >= widest) return 0;
   }
-  return 0;
 }
 
 /// Mean and spread of the readings around the middle of the pile; what passes through on its way stays out.
@@ -163,10 +182,11 @@ std::optional<Rail> rail_of(const VectorXd& current) {
   constexpr double kLeast = 0.05;  // of the largest reading: a rest that reads a step below zero is a pile too
   double largest = 0.0;
   for (const double i : current) largest = std::abs(i) > largest ? std::abs(i) : largest;
+  const double noise = noise_at_rest(current, largest);
   double most = 0.0, sign = 1.0;   // readings times limit
   for (const double s : {1.0, -1.0}) {
     std::vector<double> pile = falling(current, s);
-    const std::size_t n = pile_of(pile, out.step_a, current.size());
+    const std::size_t n = pile_of(pile, out.step_a, noise, current.size());
     const double weight = n == 0 || pile.front() < kLeast * largest ? 0.0 : static_cast<double>(n) * pile.front();
     if (weight <= most) continue;
     most = weight;

@@ -74,6 +74,14 @@ TEST(Saturation, a_pile_of_noisy_readings_at_the_end_is_a_rail_and_the_peak_of_a
   CHECK_FALSE(rail_of(with_noise(pulls(1.0), kNoise)).has_value());
 }
 
+TEST(Saturation, a_pile_is_as_wide_as_the_noise_that_the_sensor_has_at_rest) {
+  constexpr double kWide = 0.7;  // A: what lies within three of it is 7 % of the limit
+  const auto rail = rail_of(with_noise(clipped(pulls(1.0)), kWide));
+  CHECK(rail.has_value());
+  DOUBLES_EQUAL(kLimit, rail->limit_a, kWide);
+  CHECK_FALSE(rail_of(with_noise(pulls(1.0), kWide)).has_value());
+}
+
 TEST(Saturation, a_rest_that_reads_a_step_below_zero_is_no_rail_beside_a_limit) {
   constexpr double kStep = 0.9;
   VectorXd current = with_noise(clipped(pulls(1.0)), kNoise);
