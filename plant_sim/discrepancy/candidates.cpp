@@ -154,7 +154,15 @@ std::vector<Candidate> local_candidates(Design& design, const std::vector<Cause>
 
 System system_of(const Design& design, const std::vector<Candidate>& locals, const Score& score, const Usual& usual,
                  const std::vector<Cause>& causes, const std::vector<bool>& use) {
-  const Remaining rest = remaining(score.sum(usual.inflation, use), usual);
+  // What a member differs by from day to day it differs by in the mean of its group too.
+  Usual with_members = usual;
+  for (const Candidate& local : locals) {
+    const MatrixXd& theirs = usual.group_variance[static_cast<std::size_t>(local.group)];
+    for (std::size_t i = 0; i < local.rows.size(); ++i) {
+      with_members.variance(local.rows[i], local.rows[i]) += theirs(local.shapes[i], local.shapes[i]);
+    }
+  }
+  const Remaining rest = remaining(score.sum(usual.inflation, use), with_members);
   System out{{}, rest.information, rest.score, prior_variances(design), {}};
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];

@@ -27,6 +27,7 @@ struct CauseParameter {
   double repeats = 0.0;            ///< standard deviation from day to day of a sound one; judgement, said in the file
   double spread = 0.0;             ///< and among the sound members of a group
   bool of_cell = false;            ///< ohms, typical for a cell of kUsualOhm: a cell with more resistance has more of it
+  double repeats_of_member = 0.0;  ///< from day to day, of one member of a group where that is more
 };
 
 /// 1 or -1 where the parameter can have one sign only, else 0.

@@ -60,7 +60,7 @@ void add_shapes(Design& out, int index, const Cause& cause, std::size_t number, 
       // Another form of the cause may have the same shape: sound members differ by it once.
       const bool again = std::any_of(out.shapes[g].begin(), out.shapes[g].end(), [&](const Shape& s) { return s.key == key; });
       out.shapes[g].push_back({index, number, parameter, key, again ? 0.0 : p.spread / p.typical,
-                               again ? 0.0 : p.repeats / p.typical, effects[k] * p.typical});
+                               again ? 0.0 : std::max(p.repeats, p.repeats_of_member) / p.typical, effects[k] * p.typical});
     }
   }
 }

@@ -58,6 +58,7 @@ struct Case {
   Score score;
   System system;
   double usual_evidence = 0.0;  ///< best evidence of a reference against the others
+  double usual_of_others = 0.0; ///< the same, but for what acts on the voltage or the charge that all cells share
   std::vector<bool> use;        ///< blocks
 };
 
@@ -98,6 +99,20 @@ void analyse(Case& c, const std::string& fit_blocks) {
   c.system = system_of(c.design, c.locals, c.score, c.usual, c.causes, c.use);
   c.system.bounds = bounds_of(said, knowledge);
   c.usual_evidence = evidence_of_references(problem, c.usual, inflation);
+  c.usual_of_others = evidence_of_references(problem, c.usual, inflation, -1, Asked::kNotOfAllCells);
+}
+
+/// Sets by their evidence in `weighed`, which is tempered by what sound logs show of such sets.
+std::vector<WeighedSet> weigh(const Case& c, double signature_error, System& weighed) {
+  weighed = tempered(c.system, c.usual_evidence, signature_error);
+  std::vector<WeighedSet> sets = weigh_sets(weighed, kSetsKept);
+  // What references show of the cells' voltage says nothing of a contact, a thermistor or one cell.
+  if (sets.empty() || is_of_all_cells(c.system, sets[0].members) || !(c.usual_of_others < c.usual_evidence)) return sets;
+  System others = tempered(c.system, c.usual_of_others, signature_error);
+  std::vector<WeighedSet> again = weigh_sets(others, kSetsKept);
+  if (again.empty() || is_of_all_cells(c.system, again[0].members)) return sets;
+  weighed = std::move(others);
+  return again;
 }
 
 /// Nonlinear fits of the best sets may change their order, or leave the log.
@@ -176,8 +191,8 @@ Explanation explain(const Model& model, const Recording& raw, const ExplainOptio
   // references the floor is wide, and 2 % do.
   constexpr double kSignatureError = 0.01, kAlone = 0.003;
   const double signature_error = c.references.empty() ? kAlone : kSignatureError;
-  const System weighed = tempered(c.system, c.usual_evidence, signature_error);
-  std::vector<WeighedSet> sets = weigh_sets(weighed, kSetsKept);
+  System weighed;
+  std::vector<WeighedSet> sets = weigh(c, signature_error, weighed);
   const Refinery refinery(c.design, c.causes, c.system, c.noise, c.usual, rows_of_blocks(c.design, c.use));
   progress("refining", 0.7);
   refine_best(c, sets, refinery, weighed.score.norm() / c.system.score.norm());

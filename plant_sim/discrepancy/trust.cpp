@@ -71,7 +71,7 @@ bool has_room(const Design& design, const std::vector<Reference>& references, co
 }
 
 double evidence_of_references(const TrustProblem& problem, const Usual& usual, const std::vector<double>& inflation,
-                              int channel) {
+                              int channel, Asked asked) {
   double most = 0.0;
   for (std::size_t k = 0; k < problem.knowledge.said.size(); ++k) {
     const Remaining sound = reference_by_the_others(problem.design, problem.knowledge, k, inflation, channel);
@@ -86,6 +86,7 @@ double evidence_of_references(const TrustProblem& problem, const Usual& usual, c
                   problem.system.prior_variance,
                   bounds_of(problem.knowledge.said[k], problem.knowledge, static_cast<int>(k))};
     std::erase_if(system.candidates, [&](const Candidate& candidate) {
+      if (asked == Asked::kNotOfAllCells && candidate.of_all_cells) return true;
       return std::all_of(candidate.rows.begin(), candidate.rows.end(),
                          [&](Index row) { return system.information(row, row) <= 0.0; });
     });

@@ -34,9 +34,13 @@ struct TrustProblem {
 [[nodiscard]] bool has_room(const Design& design, const std::vector<Reference>& references, const NoiseModel& noise,
                             const World& refined);
 
+/// What references are asked about.
+enum class Asked { kAll, kNotOfAllCells };
+
 /// Best evidence that a reference has when the others judge it, in one channel or (-1) in all.
 [[nodiscard]] double evidence_of_references(const TrustProblem& problem, const Usual& usual,
-                                            const std::vector<double>& inflation, int channel = -1);
+                                            const std::vector<double>& inflation, int channel = -1,
+                                            Asked asked = Asked::kAll);
 
 /// Of the noise, by channel: a channel in which sound logs show evidence counts less, until they show none.
 [[nodiscard]] std::vector<double> inflation_by_references(const TrustProblem& problem, const Usual& usual);

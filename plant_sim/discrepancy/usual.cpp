@@ -287,7 +287,7 @@ void learn_groups(const Design& design, const Score& score, const std::vector<Re
 
 /// What sound logs show of each cause, each judged by the others, is what differs from log to log: its variance.
 VectorXd seen_of_causes(const Design& design, const std::vector<Remaining>& sound) {
-  constexpr double kLeast = 2e-3, kWeight = 1.0, kStart = 50.0;  // typical sizes; logs; of the least
+  constexpr double kLeast = 2e-3, kBetweenSensors = 5e-4, kWeight = 1.0, kStart = 50.0;  // typical sizes; logs; of the least
   std::vector<Index> columns;
   for (std::size_t k = 0; k < design.columns.size(); ++k) {
     const Column& column = design.columns[k];
@@ -296,7 +296,11 @@ VectorXd seen_of_causes(const Design& design, const std::vector<Remaining>& soun
   ColumnPrior prior = prior_of(design, columns);
   for (std::size_t k = 0; k < columns.size(); ++k) prior.kin[k] = k;
   prior.usual.setConstant(1e-6);
-  prior.repeats.setConstant(kLeast);
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const Column& column = design.columns[static_cast<std::size_t>(columns[k])];
+    const bool of_sensors = column.balance == Balance::kVoltage && column.effect[0].size() == 0;
+    prior.repeats(static_cast<Index>(k)) = of_sensors ? kBetweenSensors : kLeast;
+  }
   prior.columns = kWeight;
   prior.start = kStart;
   std::vector<LogSums> logs;

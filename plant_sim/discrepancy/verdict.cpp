@@ -44,11 +44,11 @@ bool same_names(const System& system, const Members& a, const Members& b) {
   });
 }
 
+}  // namespace
+
 bool is_of_all_cells(const System& system, const Members& members) {
   return std::any_of(members.begin(), members.end(), [&](std::size_t m) { return system.candidates[m].of_all_cells; });
 }
-
-}  // namespace
 
 bool same_name(const System& system, std::size_t a, std::size_t b) {
   const Candidate &x = system.candidates[a], &y = system.candidates[b];

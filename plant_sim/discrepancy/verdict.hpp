@@ -34,6 +34,9 @@ struct Decision {
 /// The same cause in the same place, in this form or another.
 [[nodiscard]] bool same_name(const System& system, std::size_t a, std::size_t b);
 
+/// Does one of them act on the voltage or the charge that all cells share?
+[[nodiscard]] bool is_of_all_cells(const System& system, const std::vector<std::size_t>& members);
+
 /// Degrees of freedom of the scale of a sound log's scores. In the voltage and the charge that all cells share
 /// references tell least: 19 of the 22 alarms of 600 sound logs of the bank were there, 16 of them beyond these.
 inline constexpr double kFreedom = 20.0, kFreedomOfCells = 14.0;

@@ -53,7 +53,8 @@ Cause ocv_shape() {
           .forms = [](const World& model, const Comparison& c) -> std::vector<Form> {
             const Eigen::VectorXd soc = predict(model, c).battery.soc;
             double first = soc.minCoeff(), last = soc.maxCoeff();
-            if (const Eigen::VectorXd* said = c.log.find("soc")) {  // with the true curve the rest tells another SOC
+            // With the true curve the rest tells another SOC; a column that is not judged may be anything.
+            if (const Eigen::VectorXd* said = c.log.find("soc"); said != nullptr && c.find("soc") != nullptr) {
               for (const double value : *said) {
                 if (!std::isfinite(value)) continue;
                 first = std::min(first, value);

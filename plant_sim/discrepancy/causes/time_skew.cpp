@@ -30,7 +30,8 @@ Cause time_skew() {
           .says = "{channel} is {} late",
           .test = "sharp steps of the current, logged at the highest rate",
           .parameters =
-              {{"delay_s", "s", 0, 2, 0.05, 1e3, "ms", 5e-5, 1e-3}},
+              // A cell beside its pack seems later or earlier by a part of a millisecond on another day.
+              {{"delay_s", "s", 0, 2, 0.05, 1e3, "ms", 5e-5, 1e-3, false, 3e-4}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             std::vector<Form> out;
             Form current = plain_form(1, [](World& w, Values v) { w.current.delay_s += v[0]; });

@@ -17,8 +17,16 @@ using Eigen::VectorXd;
 TEST_GROUP(Candidates) {
   static constexpr Index kRows = 3000;  // 10 Hz
 
-  /// By the name of the cause, of a pack of two cells whose terminals and charge are logged too.
-  static std::map<std::string, bool> of_all_cells() {
+  struct Log {
+    Design design;
+    Usual usual;
+    Score score;
+    std::vector<Candidate> locals;
+    std::vector<Cause> causes;
+  };
+
+  /// A pack of two cells whose terminals and charge are logged too.
+  static Log two_cells() {
     World model = load_model(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", {}).world;
     model.car.battery.cells_in_series = 2;
     Recording log;
@@ -30,11 +38,8 @@ TEST_GROUP(Candidates) {
     log.signals["pack_voltage"] = VectorXd::Constant(kRows, 7.8);
     log.signals["soc"] = VectorXd::Constant(kRows, 0.5);
     const std::vector<Cause> causes = catalogue({});
-    const Design design = design_of(model, comparison_of(model, log, {.judge_soc = true}), causes);
-    const auto columns = static_cast<Index>(design.columns.size());
+    Design design = design_of(model, comparison_of(model, log, {.judge_soc = true}), causes);
     Usual usual;
-    usual.mean = VectorXd::Zero(columns);
-    usual.variance = MatrixXd::Zero(columns, columns);
     usual.inflation.assign(design.comparison.channels.size(), 1.0);
     for (const auto& shapes : design.shapes) {
       const auto n = static_cast<Index>(shapes.size());
@@ -42,7 +47,19 @@ TEST_GROUP(Candidates) {
       usual.group_variance.push_back(MatrixXd::Zero(n, n));
       usual.group_inflation.push_back(1.0);
     }
-    const System system = system_of(design, {}, score_of(design, noise_of({&design})), usual, causes);
+    const NoiseModel noise = noise_of({&design});
+    std::vector<Candidate> locals = local_candidates(design, causes, group_scores(design, noise), usual);
+    const auto columns = static_cast<Index>(design.columns.size());
+    usual.mean = VectorXd::Zero(columns);
+    usual.variance = MatrixXd::Zero(columns, columns);
+    Score score = score_of(design, noise);
+    return {std::move(design), usual, std::move(score), std::move(locals), causes};
+  }
+
+  /// By the name of the cause.
+  static std::map<std::string, bool> of_all_cells() {
+    const auto [design, usual, score, locals, causes] = two_cells();
+    const System system = system_of(design, {}, score, usual, causes);
     std::map<std::string, bool> out;
     for (const Candidate& c : system.candidates) {
       const std::string name = c.cause < 0 ? "" : causes[static_cast<std::size_t>(c.cause)].name;
@@ -51,6 +68,25 @@ TEST_GROUP(Candidates) {
     return out;
   }
 };
+
+TEST(Candidates, WhatACellDiffersByFromDayToDayItDiffersByInTheMeanToo) {
+  const auto [design, usual, score, locals, causes] = two_cells();
+  Score means_alone = score;
+  for (GroupScore& group : means_alone.groups) group.gram.setZero();
+  Usual differs = usual;
+  for (MatrixXd& variance : differs.group_variance) variance.diagonal().setOnes();
+  const VectorXd known = system_of(design, locals, means_alone, usual, causes).information.diagonal();
+  const VectorXd left = system_of(design, locals, means_alone, differs, causes).information.diagonal();
+  int clear = 0;
+  for (const Candidate& local : locals) {
+    for (const Index row : local.rows) {
+      if (!(known(row) > 1.0)) continue;
+      CHECK(left(row) <= known(row) / (1.0 + known(row)) * (1.0 + 1e-6));
+      ++clear;
+    }
+  }
+  CHECK(clear > 0);
+}
 
 TEST(Candidates, WhatActsBetweenTwoSensorsIsNotOfAllCells) {
   const auto found = of_all_cells();

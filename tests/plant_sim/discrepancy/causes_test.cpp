@@ -3,8 +3,11 @@
 // what was driven.
 #include "discrepancy/causes/list.hpp"
 
+#include <optional>
+
 #include <CppUTest/TestHarness.h>
 
+#include "discrepancy/design.hpp"
 #include "discrepancy/model.hpp"
 
 using namespace voltlap::plant;
@@ -58,19 +61,37 @@ TEST(Causes, APriorOfATimeConstantIsMeasuredInLogarithms) {
   CHECK_FALSE(is_inside_prior(tau, 2900.0));
 }
 
+TEST(Causes, ACellSeemsLateByMoreFromDayToDayThanTheCurrentOrThePackDoes) {
+  for (const Cause& cause : catalogue({})) {
+    if (std::string(cause.name) != "time_skew") continue;
+    World model = load_model(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", {}).world;
+    model.car.battery.cells_in_series = 2;
+    Recording log;
+    log.time_s = Eigen::VectorXd::LinSpaced(1000, 0.0, 99.9);
+    log.signals["current"] = 30.0 * (0.7 * log.time_s.array()).sin().matrix();
+    log.signals["current"].head(100).setZero();
+    log.signals["cell_voltage_1"] = log.signals["cell_voltage_2"] = Eigen::VectorXd::Constant(1000, 3.9);
+    const Design design = design_of(model, comparison_of(model, log, {}), {cause});
+    const double typical = cause.parameters[0].typical;
+    DOUBLES_EQUAL(3e-4 / typical, design.shapes[0][0].repeats, 1e-12);
+    DOUBLES_EQUAL(5e-5 / typical, design.columns[0].repeats, 1e-12);
+  }
+}
+
 TEST_GROUP(OcvShape) {
   static constexpr Eigen::Index kRows = 3000;  // 10 Hz
 
   const World model = load_model(DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", {}).world;
 
-  /// Of a log that begins full, at the voltage of no other charge, and draws this share of it.
-  Comparison drawing(double share) const {
+  /// Of a log that begins full, at the voltage of no other charge, and draws this share of it; and whose SOC reads this.
+  Comparison drawing(double share, std::optional<double> soc = {}) const {
     Recording log;
     log.time_s = Eigen::VectorXd::LinSpaced(kRows, 0.0, 0.1 * (kRows - 1));
     const double coulombs = 3600.0 * model.car.cell.capacity_ah * model.car.battery.cells_in_parallel;
     log.signals["current"] = Eigen::VectorXd::Constant(kRows, share * coulombs / log.time_s(kRows - 1));
     log.signals["current"].head(600).setZero();
     log.signals["voltage"] = Eigen::VectorXd::Constant(kRows, 4.15);
+    if (soc) log.signals["soc"] = Eigen::VectorXd::Constant(kRows, *soc);
     return comparison_of(model, log, {});
   }
 
@@ -103,6 +124,10 @@ TEST(OcvShape, AShallowDriveFromFullShowsALevelASlopeAndABend) {
   // A second one adds to it.
   shallow[0].apply(bent, std::vector<double>{-0.01, 0.0, -0.02, 0.0, 0.0, 0.0, 0.0});
   for (const double left : bent.car.cell.effects.ocv_change_v) DOUBLES_EQUAL(0.0, left, 1e-12);
+}
+
+TEST(OcvShape, ASocThatIsNotJudgedStretchesNothing) {
+  LONGS_EQUAL(3, forms(drawing(0.1, 0.1))[0].linear.size());
 }
 
 TEST(OcvShape, ADeepDriveShowsMoreOfItAndOneThatDrawsNothingNothing) {

@@ -92,6 +92,14 @@ TEST(Trust, AReferenceThatSeemsToShowACauseInflatesTheNoiseUntilItShowsNone) {
   CHECK(evidence_of_references(asked, usual, inflation) < 0.3 * evidence_of_references(asked, usual, {1.0}));
 }
 
+TEST(Trust, WhatReferencesShowOfAllCellsIsNotShownOfOthers) {
+  const TrustProblem asked = problem({{0.01, 0.01, 0.3}, {-0.01, 0.0, 0.0}, {0.0, -0.01, 0.0}});
+  system.candidates[1].of_all_cells = true;
+  const Usual usual = nothing_seen();
+  CHECK(evidence_of_references(asked, usual, {1.0}) > 10.0);
+  DOUBLES_EQUAL(0.0, evidence_of_references(asked, usual, {1.0}, -1, Asked::kNotOfAllCells), 0.0);
+}
+
 TEST(Trust, ACauseThatNoShapeHasKeepsItsWeight) {
   problem({{0.2, 0.01, 0.0}, {-0.2, 0.0, 0.0}, {0.15, -0.01, 0.0}});
   const VectorXd left = remaining(log[0], usual_shapes(design, log, knowledge, {1.0})).information.diagonal();
