@@ -12,8 +12,8 @@
 #include "apps/flag_checks.hpp"
 #include "apps/progress_line.hpp"
 #include "apps/run_recorder.hpp"
-#include "bench/plan_file.hpp"
 #include "core/errors.hpp"
+#include "learn/bench/plan_file.hpp"
 
 namespace voltlap::plant {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_report.hpp"
 #include "core/parameter_file.hpp"
+#include "learn/bench/bench_report.hpp"
 
 namespace voltlap::plant {
 

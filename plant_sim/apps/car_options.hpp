@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/parameter_file.hpp"
-#include "track/lap_solver.hpp"
-#include "track/track.hpp"
+#include "race/track/lap_solver.hpp"
+#include "race/track/track.hpp"
 
 namespace voltlap::plant {
 

@@ -16,8 +16,8 @@
 #include "apps/supervisor.hpp"
 #include "can_dbc/tables.hpp"
 #include "core/errors.hpp"
-#include "report/bus_load_table.hpp"
-#include "report/summary_table.hpp"
+#include "io/bus/bus_load_table.hpp"
+#include "race/report/summary_table.hpp"
 
 namespace voltlap::plant {
 namespace {

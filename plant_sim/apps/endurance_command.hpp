@@ -6,8 +6,8 @@
 
 #include "apps/bus_options.hpp"
 #include "apps/car_options.hpp"
-#include "bus/socket_bus.hpp"
-#include "report/run_result.hpp"
+#include "io/bus/socket_bus.hpp"
+#include "race/report/run_result.hpp"
 
 namespace voltlap::plant {
 

@@ -17,7 +17,7 @@
 #include "discrepancy/explanation_json.hpp"
 #include "discrepancy/explanation_report.hpp"
 #include "discrepancy/extended_model.hpp"
-#include "report/atomic_file.hpp"
+#include "io/atomic_file.hpp"
 
 namespace voltlap::plant {
 namespace {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/interpolate.hpp"
-#include "battery/cell_tables.hpp"
+#include "car/battery/cell_tables.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {

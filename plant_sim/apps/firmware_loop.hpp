@@ -3,7 +3,7 @@
 #pragma once
 #include "app/bms_node.hpp"
 #include "app/master_node.hpp"
-#include "study/endurance.hpp"
+#include "race/endurance.hpp"
 
 namespace voltlap::plant {
 

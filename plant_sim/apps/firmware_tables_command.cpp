@@ -11,7 +11,7 @@
 #include "apps/firmware_header.hpp"
 #include "apps/flag_checks.hpp"
 #include "core/errors.hpp"
-#include "report/atomic_file.hpp"
+#include "io/atomic_file.hpp"
 
 namespace voltlap::plant {
 

@@ -12,7 +12,7 @@
 
 #include "core/errors.hpp"
 #include "core/parameter_table.hpp"
-#include "report/atomic_file.hpp"
+#include "io/atomic_file.hpp"
 
 namespace voltlap::plant {
 namespace {

@@ -14,13 +14,13 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
-#include "battery/cell_tables.hpp"
+#include "car/battery/cell_tables.hpp"
 #include "core/errors.hpp"
-#include "identify/cell_file.hpp"
-#include "identify/cell_report.hpp"
-#include "identify/identify_text.hpp"
-#include "identify/rests_and_steps.hpp"
-#include "report/atomic_file.hpp"
+#include "io/atomic_file.hpp"
+#include "learn/identify/cell_file.hpp"
+#include "learn/identify/cell_report.hpp"
+#include "learn/identify/identify_text.hpp"
+#include "learn/identify/rests_and_steps.hpp"
 
 namespace voltlap::plant {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
-#include "identify/method_comparison.hpp"
-#include "identify/several_cells.hpp"
+#include "learn/identify/several_cells.hpp"
+#include "learn/methods/method_comparison.hpp"
 
 namespace voltlap::plant {
 

@@ -8,7 +8,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
-#include "report/atomic_file.hpp"
+#include "io/atomic_file.hpp"
 
 namespace voltlap::plant {
 

@@ -10,11 +10,11 @@
 #include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
+#include "io/atomic_file.hpp"
+#include "io/bus/candump_file.hpp"
 #include "port/host/lockstep_member.hpp"
 #include "port/host/pacer.hpp"
 #include "port/host/silence.hpp"
-#include "report/atomic_file.hpp"
-#include "report/candump_file.hpp"
 
 namespace voltlap::plant {
 namespace {

@@ -4,8 +4,8 @@
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
-#include "bus/lockstep_bus.hpp"
-#include "bus/realtime_bus.hpp"
+#include "io/bus/lockstep_bus.hpp"
+#include "io/bus/realtime_bus.hpp"
 #include "port/host/lockstep_member.hpp"
 
 namespace voltlap::plant {

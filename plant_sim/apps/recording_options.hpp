@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "logs/cell_log.hpp"
+#include "io/logs/cell_log.hpp"
 
 namespace voltlap::plant {
 

@@ -5,12 +5,12 @@
 #include <optional>
 #include <string>
 
-#include "bus/bus_load.hpp"
-#include "report/candump_file.hpp"
-#include "report/html_report.hpp"
-#include "report/time_series_file.hpp"
-#include "report/trace_hash.hpp"
-#include "study/endurance.hpp"
+#include "io/bus/bus_load.hpp"
+#include "io/bus/candump_file.hpp"
+#include "io/bus/trace_hash.hpp"
+#include "race/endurance.hpp"
+#include "race/report/endurance_report.hpp"
+#include "race/report/time_series_file.hpp"
 
 namespace voltlap::plant {
 

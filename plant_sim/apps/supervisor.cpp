@@ -14,10 +14,10 @@
 
 #include "apps/child_process.hpp"
 #include "apps/exit_code.hpp"
-#include "bus/company.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/lockstep.hpp"
 #include "can_dbc/tables.hpp"
+#include "io/bus/company.hpp"
 #include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
 

@@ -9,10 +9,10 @@
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
 #include "core/errors.hpp"
-#include "report/atomic_file.hpp"
-#include "validate/validation_json.hpp"
-#include "validate/validation_report.hpp"
-#include "validate/validation_text.hpp"
+#include "io/atomic_file.hpp"
+#include "learn/validate/validation_json.hpp"
+#include "learn/validate/validation_report.hpp"
+#include "learn/validate/validation_text.hpp"
 
 namespace voltlap::plant {
 namespace {

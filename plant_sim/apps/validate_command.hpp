@@ -7,7 +7,7 @@
 #include "apps/progress_line.hpp"
 #include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
-#include "validate/validation_study.hpp"
+#include "learn/validate/validation_study.hpp"
 
 namespace voltlap::plant {
 

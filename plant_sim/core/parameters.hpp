@@ -17,7 +17,7 @@ struct CellParameterMap {
   std::vector<double> table;       ///< [soc][temperature][current], last index fastest; empty: use `value`
 };
 
-/// What a cell does beyond two branches and its tables: battery/cell_effects.hpp has the equations. Each is off at 0.
+/// What a cell does beyond two branches and its tables: car/battery/cell_effects.hpp has the equations. Each is off at 0.
 struct CellEffects {
   double series_ohm = 0.0;               ///< [ohm] -1..1 effects.series_ohm, added to R0
   double activation_energy_j_per_mol = 0.0;  ///< [J/mol] -60000..60000, of R0, R1 and R2, beyond what the tables say

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "battery/cell_tables.hpp"
+#include "car/battery/cell_tables.hpp"
 #include "discrepancy/car_balances.hpp"
 #include "discrepancy/integrity.hpp"
 

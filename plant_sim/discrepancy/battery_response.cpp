@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery/cell_effects.hpp"
-#include "battery/cell_tables.hpp"
+#include "car/battery/cell_effects.hpp"
+#include "car/battery/cell_tables.hpp"
 
 namespace voltlap::plant {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plant's cell through the recorded current: voltage, SOC, what the resistances take, heat and temperature of the
-// cell that stands for all. Circuit and heat as in battery/pack.hpp and battery/cell_effects.hpp.
+// cell that stands for all. Circuit and heat as in car/battery/pack.hpp and car/battery/cell_effects.hpp.
 #pragma once
 #include <Eigen/Dense>
 
 #include "discrepancy/recording.hpp"
 #include "discrepancy/world.hpp"
-#include "logs/cell_log.hpp"
+#include "io/logs/cell_log.hpp"
 
 namespace voltlap::plant {
 

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <limits>
 
-#include "powertrain/driveline.hpp"
-#include "powertrain/inverter.hpp"
-#include "powertrain/motor.hpp"
-#include "vehicle/aero.hpp"
-#include "vehicle/brakes.hpp"
-#include "vehicle/chassis.hpp"
-#include "vehicle/rolling_resistance.hpp"
-#include "vehicle/tyre.hpp"
+#include "car/powertrain/driveline.hpp"
+#include "car/powertrain/inverter.hpp"
+#include "car/powertrain/motor.hpp"
+#include "car/vehicle/aero.hpp"
+#include "car/vehicle/brakes.hpp"
+#include "car/vehicle/chassis.hpp"
+#include "car/vehicle/rolling_resistance.hpp"
+#include "car/vehicle/tyre.hpp"
 
 namespace voltlap::plant {
 namespace {

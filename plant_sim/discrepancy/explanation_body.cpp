@@ -12,8 +12,8 @@
 #include "discrepancy/race_rows.hpp"
 #include "discrepancy/residual_map.hpp"
 #include "discrepancy/shown_channel.hpp"
-#include "report/html_page.hpp"
-#include "report/html_parts.hpp"
+#include "io/page/html_page.hpp"
+#include "io/page/html_parts.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -211,7 +211,7 @@ std::pair<const char*, const char*> status_of(Verdict verdict) {
 }
 
 std::string section(const char* asset, const std::string& rows) {
-  return rows.empty() ? "" : fill_template(html_asset(asset), {{"rows", rows}});
+  return rows.empty() ? "" : fill_template(html_asset(asset, explanation_page_files), {{"rows", rows}});
 }
 
 }  // namespace
@@ -219,7 +219,7 @@ std::string section(const char* asset, const std::string& rows) {
 std::string explanation_body(const ReportedExplanation& reported) {
   const Explanation& e = reported.explanation;
   const auto [status_class, status] = status_of(e.verdict);
-  return fill_template(html_asset("explain.html"), {{"status_class", status_class},
+  return fill_template(html_asset("explain.html", explanation_page_files), {{"status_class", status_class},
                                                     {"status", status},
                                                     {"headline", html_text(e.sentence)},
                                                     {"tiles", tiles(reported)},

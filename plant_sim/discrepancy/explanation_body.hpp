@@ -10,4 +10,7 @@ namespace voltlap::plant {
 
 [[nodiscard]] std::string explanation_body(const ReportedExplanation& reported);
 
+/// The files of html/ beside this one.
+[[nodiscard]] std::string_view explanation_page_files(std::string_view name);
+
 }  // namespace voltlap::plant

@@ -7,7 +7,7 @@
 
 #include "discrepancy/gain.hpp"
 #include "discrepancy/shown_channel.hpp"
-#include "report/html_buckets.hpp"
+#include "io/page/html_buckets.hpp"
 
 namespace voltlap::plant {
 namespace {

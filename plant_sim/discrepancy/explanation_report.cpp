@@ -5,7 +5,7 @@
 
 #include "discrepancy/explanation_body.hpp"
 #include "discrepancy/explanation_charts.hpp"
-#include "report/html_page.hpp"
+#include "io/page/html_page.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -21,7 +21,8 @@ std::string explanation_report(const ReportedExplanation& reported) {
                     .description = e.sentence,
                     .body = explanation_body(reported),
                     .scripts = {kScripts.begin(), kScripts.end()},
-                    .data = explanation_charts(e)});
+                    .data = explanation_charts(e),
+                    .own = explanation_page_files});
 }
 
 }  // namespace voltlap::plant

@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "battery/cell_tables.hpp"
+#include "car/battery/cell_tables.hpp"
 #include "discrepancy/found_cause.hpp"
 #include "discrepancy/slow_scan.hpp"
 

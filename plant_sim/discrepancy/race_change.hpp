@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "discrepancy/extended_model.hpp"
-#include "study/endurance.hpp"
+#include "race/endurance.hpp"
 
 namespace voltlap::plant {
 

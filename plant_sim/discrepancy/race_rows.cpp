@@ -7,8 +7,9 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "report/html_page.hpp"
-#include "report/html_parts.hpp"
+#include "discrepancy/explanation_body.hpp"
+#include "io/page/html_page.hpp"
+#include "io/page/html_parts.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -97,7 +98,7 @@ std::string race_section(const RaceChange* race) {
   } else {
     rows = html_row({"no prediction", "", "", "this pack cannot drive the car: " + race->impossible});
   }
-  return fill_template(html_asset("explain_race.html"),
+  return fill_template(html_asset("explain_race.html", explanation_page_files),
                        {{"rows", rows}, {"what", html_text(what)}, {"left_out", html_text(left_out)}});
 }
 

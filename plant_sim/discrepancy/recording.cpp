@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "core/errors.hpp"
-#include "logs/drive_log.hpp"
+#include "io/logs/drive_log.hpp"
 
 namespace voltlap::plant {
 namespace {

@@ -10,7 +10,7 @@
 #include "discrepancy/found_cause.hpp"
 #include "discrepancy/gain.hpp"
 #include "discrepancy/shown_channel.hpp"
-#include "report/html_page.hpp"
+#include "io/page/html_page.hpp"
 
 namespace voltlap::plant {
 namespace {

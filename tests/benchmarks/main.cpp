@@ -10,9 +10,9 @@
 #include "apps/flag_checks.hpp"
 #include "apps/guarded_main.hpp"
 #include "comparison.hpp"
+#include "io/atomic_file.hpp"
 #include "measure.hpp"
 #include "quantities.hpp"
-#include "report/atomic_file.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A planted twofold slowdown, for the test of the comparison: the linker (--wrap) puts this between the workloads and
 // solve_lap, and every lap is then solved twice. Only voltlap-benchmark-slowed has it.
-#include "track/lap_solver.hpp"
+#include "race/track/lap_solver.hpp"
 
 using voltlap::plant::LapStart;
 using voltlap::plant::SpeedProfile;

@@ -7,15 +7,15 @@
 #include <memory>
 
 #include "apps/firmware_loop.hpp"
-#include "battery/pack.hpp"
 #include "can_dbc/tables.hpp"
+#include "car/battery/pack.hpp"
+#include "car/car.hpp"
 #include "core/errors.hpp"
 #include "core/parameter_file.hpp"
-#include "report/trace_hash.hpp"
-#include "study/car.hpp"
-#include "study/endurance.hpp"
-#include "track/lap_solver.hpp"
-#include "track/track.hpp"
+#include "io/bus/trace_hash.hpp"
+#include "race/endurance.hpp"
+#include "race/track/lap_solver.hpp"
+#include "race/track/track.hpp"
 
 namespace voltlap::benchmarks {
 namespace {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Car, bus and firmware in lockstep under a given pedal, without a driver and without anybody who ends the run.
 #pragma once
-#include "bus/in_process_loop.hpp"
+#include "car/car.hpp"
+#include "io/bus/in_process_loop.hpp"
 #include "loop.hpp"
-#include "sensors/sensor_frames.hpp"
-#include "study/car.hpp"
+#include "race/actuators/command_receiver.hpp"
+#include "race/sensors/sensor_frames.hpp"
 
 namespace voltlap::plant::test {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "apps/firmware_loop.hpp"
-#include "report/trace_hash.hpp"
-#include "study/endurance.hpp"
+#include "io/bus/trace_hash.hpp"
+#include "race/endurance.hpp"
 
 namespace voltlap::plant::test {
 

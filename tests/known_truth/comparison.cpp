@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "battery/cell_tables.hpp"
-#include "bench/plan_file.hpp"
+#include "car/battery/cell_tables.hpp"
 #include "core/parameter_file.hpp"
+#include "learn/bench/plan_file.hpp"
 
 namespace voltlap::known_truth {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/campaign.hpp"
-#include "identify/cell_tests.hpp"
+#include "learn/bench/campaign.hpp"
+#include "learn/identify/cell_tests.hpp"
 
 namespace voltlap::known_truth {
 

@@ -10,12 +10,12 @@
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/guarded_main.hpp"
-#include "bench/plan_file.hpp"
 #include "comparison.hpp"
 #include "core/parameter_file.hpp"
-#include "identify/full_fit.hpp"
-#include "identify/preparation.hpp"
-#include "report/atomic_file.hpp"
+#include "io/atomic_file.hpp"
+#include "learn/bench/plan_file.hpp"
+#include "learn/identify/full_fit.hpp"
+#include "learn/identify/preparation.hpp"
 
 namespace {
 

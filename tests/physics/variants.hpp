@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "car/car.hpp"
 #include "core/parameters.hpp"
-#include "study/car.hpp"
 
 namespace voltlap::plant::test {
 

@@ -5,7 +5,7 @@
 
 #include "core/errors.hpp"
 #include "core/parameters.hpp"
-#include "track/track.hpp"
+#include "race/track/track.hpp"
 
 namespace voltlap::plant::test {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "battery/cell_tables.hpp"
+#include "car/battery/cell_tables.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {

@@ -7,7 +7,7 @@
 #include "core/parameter_file.hpp"
 #include "pack_config.hpp"
 #include "plant_sim/core/scratch.hpp"
-#include "study/endurance.hpp"
+#include "race/endurance.hpp"
 
 #include <CppUTest/TestHarness.h>
 

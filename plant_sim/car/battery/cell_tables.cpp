@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "car/battery/cell_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "car/battery/cell_effects.hpp"
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kLeastResistance = 1e-9;  // ohm; effects may take away, never turn a resistance round
+
+std::string place(const CellParameters& cell, const std::string& field) {
+  return fmt::format("cell {}, {}", cell.name, field);
+}
+
+void require_increasing(const CellParameters& cell, const char* key, const std::vector<double>& values) {
+  if (values.empty()) {
+    throw InputError(place(cell, key), "an empty list", "at least one breakpoint",
+                     "Add the value at which the tables hold");
+  }
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (!(values[i] > values[i - 1])) {
+      throw InputError(place(cell, key), fmt::format("{} after {}", values[i], values[i - 1]),
+                       "each breakpoint greater than the one before", "Put the points in order");
+    }
+  }
+}
+
+/// One parameter as a full table [soc][temperature][current].
+std::vector<double> expand(const CellParameters& cell, const char* key, const CellParameterMap& map) {
+  const auto& soc = cell.soc_breakpoints;
+  const auto& temperature = cell.temperature_breakpoints_c;
+  const auto& current = cell.current_breakpoints_a;
+  const std::size_t nodes = soc.size() * temperature.size() * current.size();
+  std::vector<double> table = map.table;
+  if (table.empty()) {
+    if (map.value.size() != soc.size()) {
+      throw InputError(place(cell, fmt::format("{}.value", key)), fmt::format("{} values", map.value.size()),
+                       fmt::format("{}, one for each point of breakpoints.soc", soc.size()),
+                       "Give one value for every point");
+    }
+    table.reserve(nodes);
+    for (const double value : map.value) {
+      for (const double t : temperature) {
+        const double by_temperature = 1.0 + map.per_kelvin * (t - cell.reference_temperature_c);
+        for (const double i : current) {
+          table.push_back(value * by_temperature * (1.0 + map.per_ampere * (i - cell.reference_current_a)));
+        }
+      }
+    }
+  }
+  if (table.size() != nodes) {
+    throw InputError(place(cell, fmt::format("{}.table", key)), fmt::format("{} values", table.size()),
+                     fmt::format("{}: {} SOC points times {} temperatures times {} currents", nodes, soc.size(),
+                                 temperature.size(), current.size()),
+                     "Give one value for every point");
+  }
+  for (std::size_t n = 0; n < nodes; ++n) {
+    if (!(table[n] > 0.0) || !std::isfinite(table[n])) {
+      const std::size_t per_soc = temperature.size() * current.size();
+      throw InputError(place(cell, key),
+                       fmt::format("{:g} at SOC {:g}, {:g} degC and {:g} A", table[n], soc[n / per_soc],
+                                   temperature[n / current.size() % temperature.size()], current[n % current.size()]),
+                       "more than 0 at every point of the table",
+                       "Check the values, per_kelvin, per_ampere and the breakpoints");
+    }
+  }
+  return table;
+}
+
+double polynomial(const std::vector<double>& coefficients, double x) {
+  double sum = 0.0;
+  for (std::size_t i = coefficients.size(); i-- > 0;) sum = sum * x + coefficients[i];
+  return sum;
+}
+
+double piecewise(const std::vector<double>& x, const std::vector<double>& y, double at) {
+  const auto above = std::upper_bound(x.begin() + 1, x.end() - 1, at);
+  const auto i = static_cast<std::size_t>(above - x.begin());
+  return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
+}
+
+}  // namespace
+
+CellTables::Axis::Place CellTables::Axis::find(double x) const {
+  if (at.size() == 1 || x <= at.front()) return {0, 0.0};
+  if (x >= at.back()) return {at.size() - 2, 1.0};
+  std::size_t i = 0;
+  while (x >= at[i + 1]) ++i;  // a handful of breakpoints: a walk beats a bisection
+  return {i, (x - at[i]) / (at[i + 1] - at[i])};
+}
+
+CellTables::CellTables(const CellParameters& cell)
+    : effects_(cell.effects), reference_temperature_c_(cell.reference_temperature_c) {
+  require_increasing(cell, "breakpoints.soc", cell.soc_breakpoints);
+  require_increasing(cell, "breakpoints.temperature_c", cell.temperature_breakpoints_c);
+  require_increasing(cell, "breakpoints.current_a", cell.current_breakpoints_a);
+  soc_.at = cell.soc_breakpoints;
+  temperature_.at = cell.temperature_breakpoints_c;
+  current_.at = cell.current_breakpoints_a;
+
+  const std::array<std::vector<double>, kParameters> tables = {
+      expand(cell, "r0", cell.r0_ohm), expand(cell, "r1", cell.r1_ohm), expand(cell, "r2", cell.r2_ohm),
+      expand(cell, "tau1", cell.tau1_s), expand(cell, "tau2", cell.tau2_s)};
+  nodes_.resize(tables[0].size());
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    for (std::size_t p = 0; p < kParameters; ++p) nodes_[n][p] = tables[p][n];
+  }
+
+  if (cell.kinetic_law || effects_.exchange_current_change != 0.0) {
+    for (std::size_t t = 0; t < temperature_.at.size(); ++t) log_exchange_.push_back(std::log(exchange_current(t)));
+  }
+  if (cell.kinetic_law) {
+    refine_over_temperature();
+    refine_over_current();
+  }
+  if (effects_.exchange_current_change == 0.0) log_exchange_.clear();
+  const bool tabulated = !cell.ocv_soc.empty();
+  if (tabulated) require_increasing(cell, "ocv.soc", cell.ocv_soc);
+  if (tabulated && (cell.ocv_soc.size() < 2 || cell.ocv_v.size() != cell.ocv_soc.size())) {
+    throw InputError(place(cell, "ocv"),
+                     fmt::format("{} values of soc and {} of voltage_v", cell.ocv_soc.size(), cell.ocv_v.size()),
+                     "two or more of each, as many", "Complete the curve");
+  }
+  if (!tabulated && cell.ocv_polynomial_v.empty()) {
+    throw InputError(place(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
+                     "Add one of the two");
+  }
+  const std::vector<double>& change = cell.effects.ocv_change_v;
+  std::vector<double> change_soc;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    change_soc.push_back(static_cast<double>(i) / static_cast<double>(change.size() - 1));
+  }
+  if (change.size() == 1) {
+    throw InputError(place(cell, "effects.ocv_change_v"), "one value", "two or more, from SOC 0 to 1",
+                     "Add values, or leave the key out");
+  }
+  ocv_.resize(kOcvIntervals + 1);
+  for (std::size_t i = 0; i <= kOcvIntervals; ++i) {
+    const double soc = static_cast<double>(i) / kOcvIntervals;
+    ocv_[i] = tabulated ? piecewise(cell.ocv_soc, cell.ocv_v, soc) : polynomial(cell.ocv_polynomial_v, soc);
+    constexpr double kRounding = 1e-9;  // V; a level curve may lose a last bit between two equal points
+    if (!change.empty()) {
+      ocv_[i] += piecewise(change_soc, change, soc);
+      if (i > 0) ocv_[i] = std::max(ocv_[i], ocv_[i - 1]);  // a change levels the curve, it never turns it down
+    }
+    if (i > 0 && ocv_[i] < ocv_[i - 1] - kRounding) {
+      throw InputError(
+          place(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
+          fmt::format("a voltage that falls from {:.4f} to {:.4f} V at SOC {:.3f}", ocv_[i - 1], ocv_[i], soc),
+          "one that does not fall as SOC rises", "Correct the curve");
+    }
+  }
+}
+
+double CellTables::exchange_current(std::size_t temperature) const {
+  const std::size_t nc = current_.at.size(), nt = temperature_.at.size(), ns = soc_.at.size();
+  const double at_c = temperature_.at[temperature];
+  std::vector<double> r0(nc, 0.0);
+  double r1 = 0.0;
+  for (std::size_t s = 0; s < ns; ++s) {
+    for (std::size_t c = 0; c < nc; ++c) {
+      const auto& node = nodes_[(s * nt + temperature) * nc + c];
+      r0[c] += node[0] / static_cast<double>(ns);
+      r1 += node[1] / static_cast<double>(ns * nc);
+    }
+  }
+  if (nc == 1) return 2.0 * kGasConstant * (at_c + kZeroCelsius) / (kFaraday * r1);
+  // R0(I) = ohms + v_ct(I) / I: the ohms are the mean of what is left, the exchange current is looked for.
+  constexpr int kTried = 120;
+  constexpr double kLeast = 0.02, kMost = 5.0;  // of the largest current
+  double best = 1e300, out = 0.0;
+  for (int k = 0; k <= kTried; ++k) {
+    const double tried = current_.at.back() * kLeast * std::pow(kMost / kLeast, static_cast<double>(k) / kTried);
+    std::vector<double> rest(nc);
+    double ohms = 0.0, square = 0.0;
+    for (std::size_t c = 0; c < nc; ++c) {
+      rest[c] = r0[c] - charge_transfer_v(tried, current_.at[c], at_c) / current_.at[c];
+      ohms += rest[c] / static_cast<double>(nc);
+    }
+    for (const double r : rest) square += std::pow(r - std::max(0.0, ohms), 2);
+    if (square >= best) continue;
+    best = square;
+    out = tried;
+  }
+  return out;
+}
+
+namespace {
+
+/// A parameter at a share of the way from one temperature to the next on the scale of 1/T. One that changes by more
+/// than kinetics do is straight between them, and held beyond.
+double by_arrhenius(double low, double high, double fraction) {
+  constexpr double kMost = 5.0;  // between neighbours; 60 kJ/mol over 15 K is 3.2
+  const double ratio = high / low;
+  if (ratio > kMost || ratio < 1.0 / kMost) return low + (high - low) * std::clamp(fraction, 0.0, 1.0);
+  return low * std::pow(ratio, fraction);
+}
+
+}  // namespace
+
+void CellTables::refine_over_temperature() {
+  constexpr double kStep = 2.0, kBeyond = 10.0;  // K; over 2 K a straight line is within 0.1 % of Arrhenius
+  const std::vector<double> known = temperature_.at;
+  if (known.size() < 2) return;
+  const std::size_t nc = current_.at.size(), ns = soc_.at.size();
+  const auto parts = static_cast<std::size_t>(std::ceil((known.back() - known.front() + 2.0 * kBeyond) / kStep));
+  std::vector<double> at;
+  for (std::size_t k = 0; k <= parts; ++k) {
+    at.push_back(known.front() - kBeyond + (known.back() - known.front() + 2.0 * kBeyond) * static_cast<double>(k) /
+                                               static_cast<double>(parts));
+  }
+  at.insert(at.end(), known.begin(), known.end());
+  std::sort(at.begin(), at.end());
+  at.erase(std::unique(at.begin(), at.end(), [](double a, double b) { return b - a < 1e-6; }), at.end());
+  // Which known points a temperature lies between, and where between them on the scale of 1/T.
+  std::vector<Axis::Place> places;
+  for (const double c : at) {
+    const auto above = std::upper_bound(known.begin() + 1, known.end() - 1, c);
+    const auto high = static_cast<std::size_t>(above - known.begin());
+    const auto inverse = [](double celsius) { return 1.0 / (celsius + kZeroCelsius); };
+    const double from = inverse(known[high - 1]);
+    places.push_back({high - 1, (inverse(c) - from) / (inverse(known[high]) - from)});
+  }
+  std::vector<std::array<double, kParameters>> fine(ns * at.size() * nc);
+  for (std::size_t s = 0; s < ns; ++s) {
+    for (std::size_t t = 0; t < at.size(); ++t) {
+      for (std::size_t c = 0; c < nc; ++c) {
+        const auto& low = nodes_[(s * known.size() + places[t].index) * nc + c];
+        const auto& high = nodes_[(s * known.size() + places[t].index + 1) * nc + c];
+        auto& out = fine[(s * at.size() + t) * nc + c];
+        const double fraction = places[t].fraction;
+        for (const std::size_t p : {std::size_t{0}, std::size_t{3}, std::size_t{4}}) {
+          out[p] = by_arrhenius(low[p], high[p], fraction);
+        }
+        // How a lag is divided among two branches follows no kinetics; their sum does.
+        const double sum = by_arrhenius(low[1] + low[2], high[1] + high[2], fraction);
+        const double share_low = low[1] / (low[1] + low[2]), share_high = high[1] / (high[1] + high[2]);
+        const double share = share_low + (share_high - share_low) * std::clamp(fraction, 0.0, 1.0);
+        out[1] = std::max(share * sum, kLeastResistance);
+        out[2] = std::max((1.0 - share) * sum, kLeastResistance);
+      }
+    }
+  }
+  std::vector<double> exchange;
+  for (const Axis::Place& place : places) {
+    exchange.push_back(log_exchange_[place.index] +
+                       place.fraction * (log_exchange_[place.index + 1] - log_exchange_[place.index]));
+  }
+  nodes_ = std::move(fine);
+  log_exchange_ = std::move(exchange);
+  temperature_.at = std::move(at);
+}
+
+void CellTables::refine_over_current() {
+  constexpr std::size_t kParts = 6, kBelow = 2, kAbove = 3;
+  constexpr double kBeyond = 1.5;  // of the largest current
+  constexpr double kLeast = 0.2;   // of R0 at the nearest breakpoint
+  const std::vector<double> known = current_.at;
+  if (known.size() < 2 || !(known.front() > 0.0)) return;
+  std::vector<double> at;
+  const auto between = [&](double low, double high, std::size_t parts) {
+    for (std::size_t k = 0; k < parts; ++k) {
+      at.push_back(low + (high - low) * static_cast<double>(k) / static_cast<double>(parts));
+    }
+  };
+  between(0.0, known.front(), kBelow);
+  for (std::size_t c = 1; c < known.size(); ++c) between(known[c - 1], known[c], kParts);
+  between(known.back(), kBeyond * known.back(), kAbove);
+  at.push_back(kBeyond * known.back());
+  const std::size_t nt = temperature_.at.size(), ns = soc_.at.size();
+  Axis coarse{known};
+  std::vector<std::array<double, kParameters>> fine(ns * nt * at.size());
+  for (std::size_t t = 0; t < nt; ++t) {
+    const auto bend = [&](double current) {
+      const double least = std::max(current, 1e-3 * known.front());
+      return charge_transfer_v(std::exp(log_exchange_[t]), least, temperature_.at[t]) / least;
+    };
+    for (std::size_t s = 0; s < ns; ++s) {
+      for (std::size_t c = 0; c < at.size(); ++c) {
+        const Axis::Place place = coarse.find(at[c]);
+        const auto* node = &nodes_[(s * nt + t) * known.size() + place.index];
+        auto& out = fine[(s * nt + t) * at.size() + c];
+        const auto straight = [&](std::size_t p) { return node[0][p] + place.fraction * (node[1][p] - node[0][p]); };
+        for (std::size_t p = 0; p < kParameters; ++p) out[p] = straight(p);
+        const double low = bend(known[place.index]), high = bend(known[place.index + 1]);
+        const double added = bend(at[c]) - (low + place.fraction * (high - low));
+        out[0] = std::max(out[0] + added, kLeast * out[0]);
+      }
+    }
+  }
+  nodes_ = std::move(fine);
+  current_.at = std::move(at);
+}
+
+CircuitParameters CellTables::circuit(double soc, double temperature_c, double current_a) const {
+  const auto s = soc_.find(soc);
+  const auto t = temperature_.find(temperature_c);
+  const auto c = current_.find(current_a);
+  const std::size_t nc = current_.at.size();
+  const std::size_t nt = temperature_.at.size();
+  const std::size_t step_s = soc_.at.size() > 1 ? nt * nc : 0;
+  const std::size_t step_t = nt > 1 ? nc : 0;
+  const std::size_t step_c = nc > 1 ? 1 : 0;
+  const std::size_t base = (s.index * nt + t.index) * nc + c.index;
+  std::array<double, kParameters> sum{};
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const bool up_s = (corner & 4U) != 0;
+    const bool up_t = (corner & 2U) != 0;
+    const bool up_c = (corner & 1U) != 0;
+    const double weight = (up_s ? s.fraction : 1.0 - s.fraction) * (up_t ? t.fraction : 1.0 - t.fraction) *
+                          (up_c ? c.fraction : 1.0 - c.fraction);
+    const auto& node = nodes_[base + (up_s ? step_s : 0) + (up_t ? step_t : 0) + (up_c ? step_c : 0)];
+    for (std::size_t p = 0; p < kParameters; ++p) sum[p] += weight * node[p];
+  }
+  const double factor = resistance_factor(effects_, soc, temperature_c, reference_temperature_c_);
+  double exchange = 0.0;
+  if (!log_exchange_.empty()) {
+    const double up = nt > 1 ? log_exchange_[t.index + 1] : log_exchange_[t.index];
+    exchange = std::exp(log_exchange_[t.index] + t.fraction * (up - log_exchange_[t.index]));
+  }
+  const double r0 = sum[0] * factor + effects_.series_ohm +
+                    (log_exchange_.empty() ? 0.0
+                                           : charge_transfer_change(effects_, exchange, current_a, temperature_c));
+  return {std::max(r0, kLeastResistance), sum[1] * factor, sum[2] * factor, sum[3], sum[4]};
+}
+
+OcvPoint CellTables::ocv(double soc) const {
+  const double place = soc * kOcvIntervals;
+  const auto i = static_cast<std::size_t>(std::clamp(place, 0.0, kOcvIntervals - 1.0));
+  const double rise = ocv_[i + 1] - ocv_[i];
+  return {ocv_[i] + rise * (place - static_cast<double>(i)), rise * kOcvIntervals};
+}
+
+double CellTables::ocv_v(double soc, double temperature_c) const {
+  return ocv(soc).voltage_v + reversible_voltage(effects_, temperature_c, reference_temperature_c_);
+}
+
+double CellTables::soc_of_ocv(double voltage_v, double temperature_c) const {
+  voltage_v -= reversible_voltage(effects_, temperature_c, reference_temperature_c_);
+  if (voltage_v <= ocv_.front()) return 0.0;
+  if (voltage_v >= ocv_.back()) return 1.0;
+  const auto above = std::upper_bound(ocv_.begin(), ocv_.end(), voltage_v);
+  const auto i = static_cast<std::size_t>(above - ocv_.begin());
+  const double fraction = (voltage_v - ocv_[i - 1]) / (ocv_[i] - ocv_[i - 1]);
+  return (static_cast<double>(i - 1) + fraction) / kOcvIntervals;
+}
+
+}  // namespace voltlap::plant

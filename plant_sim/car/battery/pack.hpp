@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The battery pack: cells in series, each a 2-RC circuit with its own SOC and temperature.
+//
+//   V = OCV(SOC) - v1 - v2 - R0 I            (discharge current I positive); of a step its mean
+//   pack V = sum of V - R_contact I
+//   dv/dt = (I - v/R) / C,  tau = R C        exact over a step of constant I: v' = a v + (1 - a) R I, a = exp(-dt/tau)
+//   dSOC/dt = -I / (3600 Ah)
+//   m cp dT/dt = I^2 R0 + v1^2/R1 + v2^2/R2 - h A (T - T_ambient)
+// Source: reference study, 2016, Eq. 4.18-4.24, 7.6, 7.7; signs after Thevenin. Lookup tables and temperatures are
+// renewed once per control period (10 ms): SOC moves less than 1e-4 of a breakpoint interval in that time.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "car/battery/cell_effects.hpp"
+#include "car/battery/cell_tables.hpp"
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+/// What one step turned into what, in joules, summed over the pack. chemical = heats + stored + terminal energy.
+struct PackEnergy {
+  double chemical_j = 0.0;  ///< I OCV dt
+  double r0_heat_j = 0.0;   ///< I^2 (R0 + R_contact) dt
+  double rc_heat_j = 0.0;   ///< v^2/R dt, both branches
+  double rc_stored_j = 0.0; ///< v C dv, both branches
+};
+
+/// The pack as its load sees it over the coming step: V = voltage_v - resistance_ohm I, V and I mean values of the step.
+struct PackThevenin {
+  double voltage_v = 0.0;
+  double resistance_ohm = 0.0;
+};
+
+class Pack {
+ public:
+  /// `representative`: one cell is integrated and stands for all of them; cells must then be equal (InputError if not).
+  Pack(const VehicleParameters& car, bool representative, double step_s);
+
+  /// Renews tables and temperatures after `elapsed_s`, during which the heat of the steps was collected.
+  void renew(double elapsed_s, double ambient_c);
+  /// Renews tables alone, for one coming step whose current is known: at that current and in the middle of the charge
+  /// it draws. With long steps (1/8 s, 200 A: 1.3e-4 of SOC) the begin of a step is not good enough.
+  void renew_for(double pack_current_a);
+
+  [[nodiscard]] PackThevenin thevenin() const { return thevenin_; }
+  /// One step at constant pack current.
+  PackEnergy advance(double pack_current_a);
+  /// A planted fault: resistances of a cell times `factor` from the next renewal on. A representative cell stands for all.
+  void scale_resistance(std::size_t cell, double factor) { resistance_fault_[index(cell)] = factor; }
+
+  [[nodiscard]] std::size_t cells() const { return series_; }
+  [[nodiscard]] double cell_voltage(std::size_t cell) const { return voltage_[index(cell)]; }
+  [[nodiscard]] double cell_soc(std::size_t cell) const { return soc_[index(cell)]; }
+  [[nodiscard]] double cell_temperature_c(std::size_t cell) const { return temperature_[index(cell)]; }
+  /// Where a thermistor sits: behind the cell by `cell.surface_lag_s`.
+  [[nodiscard]] double surface_temperature_c(std::size_t cell) const { return surface_[index(cell)]; }
+  [[nodiscard]] double voltage() const { return pack_voltage_; }
+  [[nodiscard]] double soc_mean() const;
+  [[nodiscard]] double temperature_max_c() const;
+  /// Lowest cell voltage of the last step.
+  [[nodiscard]] double cell_voltage_min() const { return cell_voltage_min_; }
+  [[nodiscard]] std::size_t weakest_cell() const;
+  /// Charge taken out of one cell-file cell so far [Ah], from the current alone.
+  [[nodiscard]] double charge_out_ah() const { return charge_out_as_ / 3600.0; }
+  [[nodiscard]] double capacity_ah(std::size_t cell) const;
+  [[nodiscard]] const CellTables& tables() const { return tables_; }
+  [[nodiscard]] double lookup_current_a() const { return lookup_current_; }
+
+ private:
+  [[nodiscard]] std::size_t index(std::size_t cell) const { return representative_ ? 0 : cell; }
+  void look_up(std::size_t i, double soc, double current_a);
+  void sum_thevenin();
+  /// Dynamic effects, leaks and the reversible heat of a step; `current_a` of one cell-file cell.
+  void advance_effects(double current_a);
+
+  CellTables tables_;
+  std::size_t series_, count_;
+  bool representative_;
+  double parallel_, multiplicity_, step_s_;
+  CellEffects effects_;
+  double heat_capacity_j_per_k_, cooling_w_per_k_, surface_lag_s_, lookup_floor_a_, contact_ohm_;
+  double lookup_current_ = 0.0;
+  double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;
+  PackThevenin thevenin_;
+  // One array a quantity, so that the loop over cells runs in vector registers.
+  std::vector<double> soc_, v1_, v2_, ocv_, voltage_, temperature_, surface_, heat_j_;  // state
+  std::vector<CellEffectState> effect_;                                                 // state; empty: none is on
+  std::vector<double> leak_a_;                                                          // fixed; empty: none
+  std::vector<double> soc_per_amp_, resistance_scale_;                                  // fixed
+  std::vector<double> resistance_fault_;                                                // planted, 1 none
+  std::vector<double> r0_, g1_, g2_, c1_, c2_, ocv_per_amp_, decay1_, decay2_,          // per renewal
+      gain1_, gain2_, mean_decay1_, mean_decay2_, mean_gain1_, mean_gain2_, r_step_;
+};
+
+}  // namespace voltlap::plant

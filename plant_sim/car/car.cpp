@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "car/car.hpp"
+
+#include "car/powertrain/driveline.hpp"
+
+namespace voltlap::plant {
+
+Car::Car(const VehicleParameters& parameters, bool representative_cell, double step_s)
+    : contactors(parameters.contactors),
+      inverter(parameters.inverter),
+      parameters_(parameters),
+      step_s_(step_s),
+      pack_(parameters_, representative_cell, step_s),
+      vehicle_(parameters_),
+      motor_thermal_(parameters.motor, parameters.environment.ambient_c),
+      rotors_(parameters.brakes, parameters.environment.ambient_c),
+      dc_link_(parameters.contactors) {}
+
+void Car::step(double brake_pedal) {
+  const double dc_voltage = dc_link_.voltage();
+  const bool electric = parameters_.powertrain.kind == "electric";
+  const double current = electric ? inverter.current(dc_voltage) : 0.0;
+
+  // Mechanics first: the torque follows the current, and the power is then known at the mean speed of the step.
+  const double omega = motor_omega_rad_s();
+  const bool driving = current * omega >= 0.0;
+  const double shaft_torque = motor_torque(parameters_.motor, current, omega);
+  const double torque = wheel_torque(parameters_.powertrain, shaft_torque, driving);
+  const VehicleEnergy v = vehicle_.advance(torque, brake_pedal, step_s_);
+
+  const double omega_mean = vehicle_.rear_omega_mean() * parameters_.powertrain.final_drive;
+  const double motor_w = motor_power(parameters_.motor, current, omega_mean);
+  const double inverter_w = inverter.dc_power(motor_w);
+  // The DC/DC converter starts behind the main contactors: the precharge resistor could not feed it.
+  const bool low_voltage_on = contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
+  const double low_voltage_w = low_voltage_on ? parameters_.low_voltage.power_w : 0.0;
+  const PackThevenin source = pack_.thevenin();
+  const DcLinkStep link = dc_link_.advance(source.voltage_v, source.resistance_ohm, contactors.conductance(),
+                                           inverter_w + low_voltage_w, step_s_);
+  const PackEnergy pack = pack_.advance(link.pack_current_a);
+
+  const double motor_heat = motor_loss(parameters_.motor, current, omega_mean, driving) * step_s_;
+  ledger_.add(EnergyTerm::kBatteryChemical, pack.chemical_j);
+  ledger_.add(EnergyTerm::kBatteryR0Heat, pack.r0_heat_j);
+  ledger_.add(EnergyTerm::kBatteryRcHeat, pack.rc_heat_j);
+  ledger_.add(EnergyTerm::kBatteryRcStored, pack.rc_stored_j);
+  ledger_.add(EnergyTerm::kContactorHeat, link.path_j);
+  ledger_.add(EnergyTerm::kBleedHeat, link.bleed_j);
+  ledger_.add(EnergyTerm::kDcLinkStored, link.stored_j);
+  ledger_.add(EnergyTerm::kLowVoltage, low_voltage_w * step_s_);
+  ledger_.add(EnergyTerm::kInverterHeat, inverter.loss(motor_w) * step_s_);
+  ledger_.add(EnergyTerm::kMotorHeat, motor_heat);
+  ledger_.add(EnergyTerm::kDrivelineHeat,
+              driveline_loss(parameters_.powertrain, shaft_torque * omega_mean, driving) * step_s_);
+  ledger_.add(EnergyTerm::kKinetic, v.kinetic_j);
+  ledger_.add(EnergyTerm::kAero, v.aero_j);
+  ledger_.add(EnergyTerm::kRolling, v.rolling_j);
+  ledger_.add(EnergyTerm::kTyreSlip, v.slip_j);
+  ledger_.add(EnergyTerm::kBrakeFront, v.front_brake_j);
+  ledger_.add(EnergyTerm::kBrakeRear, v.rear_brake_j);
+
+  pack_current_ = link.pack_current_a;
+  phase_current_ = current;
+  energy_out_j_ += pack_.voltage() * link.pack_current_a * step_s_;
+  motor_heat_j_ += motor_heat;
+  front_brake_j_ += v.front_brake_j;
+  rear_brake_j_ += v.rear_brake_j;
+  collapsed_ = collapsed_ || link.collapsed;
+}
+
+void Car::renew(double elapsed_s) {
+  const double ambient = parameters_.environment.ambient_c;
+  contactors.advance(elapsed_s);
+  inverter.advance(elapsed_s);
+  pack_.renew(elapsed_s, ambient);
+  motor_thermal_.advance(motor_heat_j_, elapsed_s, ambient);
+  rotors_.advance(front_brake_j_, rear_brake_j_, elapsed_s, ambient);
+  motor_heat_j_ = front_brake_j_ = rear_brake_j_ = 0.0;
+}
+
+}  // namespace voltlap::plant

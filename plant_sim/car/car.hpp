@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole physical car, from cells to tyres, without driver, bus or firmware: what acts on it are contactor and
+// inverter commands and a brake pedal.
+#pragma once
+#include "car/battery/pack.hpp"
+#include "car/energy_ledger.hpp"
+#include "car/powertrain/contactors.hpp"
+#include "car/powertrain/dc_link.hpp"
+#include "car/powertrain/inverter.hpp"
+#include "car/powertrain/motor.hpp"
+#include "car/vehicle/brakes.hpp"
+#include "car/vehicle/longitudinal.hpp"
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+class Car {
+ public:
+  Car(const VehicleParameters& parameters, bool representative_cell, double step_s);
+  Car(const Car&) = delete;  // parts hold references to its parameters
+  Car& operator=(const Car&) = delete;
+
+  /// One integration step of everything electrical and mechanical.
+  void step(double brake_pedal);
+  /// One control period of everything slow: contactor travel, command silence, temperatures, lookup tables.
+  void renew(double elapsed_s);
+
+  ContactorBox contactors;
+  Inverter inverter;
+
+  [[nodiscard]] const VehicleParameters& parameters() const { return parameters_; }
+  [[nodiscard]] const Pack& pack() const { return pack_; }
+  [[nodiscard]] Pack& pack() { return pack_; }
+  [[nodiscard]] const LongitudinalVehicle& vehicle() const { return vehicle_; }
+  [[nodiscard]] LongitudinalVehicle& vehicle() { return vehicle_; }
+  [[nodiscard]] const MotorThermal& motor_thermal() const { return motor_thermal_; }
+  [[nodiscard]] const BrakeRotors& rotors() const { return rotors_; }
+  [[nodiscard]] const EnergyLedger& ledger() const { return ledger_; }
+  [[nodiscard]] double dc_link_voltage() const { return dc_link_.voltage(); }
+  [[nodiscard]] double pack_current_a() const { return pack_current_; }
+  [[nodiscard]] double phase_current_a() const { return phase_current_; }
+  [[nodiscard]] double motor_omega_rad_s() const { return vehicle_.rear_omega() * parameters_.powertrain.final_drive; }
+  /// Energy that left the pack's terminals since the start [J].
+  [[nodiscard]] double energy_out_j() const { return energy_out_j_; }
+  /// True once the pack could not deliver the power that the load asked.
+  [[nodiscard]] bool voltage_collapsed() const { return collapsed_; }
+
+ private:
+  VehicleParameters parameters_;
+  double step_s_;
+  Pack pack_;
+  LongitudinalVehicle vehicle_;
+  MotorThermal motor_thermal_;
+  BrakeRotors rotors_;
+  DcLink dc_link_;
+  EnergyLedger ledger_;
+  double pack_current_ = 0.0, phase_current_ = 0.0, energy_out_j_ = 0.0;
+  double motor_heat_j_ = 0.0, front_brake_j_ = 0.0, rear_brake_j_ = 0.0;
+  bool collapsed_ = false;
+};
+
+}  // namespace voltlap::plant

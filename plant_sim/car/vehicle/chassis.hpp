@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mass and load transfer: what each axle carries (reference study, 2016, Eq. 3.8, 3.11-3.14 and 4.11).
+#pragma once
+#include <algorithm>
+
+#include "car/vehicle/aero.hpp"
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+[[nodiscard]] inline double total_mass(const VehicleParameters& car) {
+  return car.vehicle.mass_kg + car.vehicle.driver_mass_kg;
+}
+
+struct AxleLoads {
+  double front_n;  ///< both front tyres
+  double rear_n;   ///< both rear tyres
+};
+
+/// Normal forces under longitudinal acceleration (positive: speeding up loads the rear). A lifted axle carries 0.
+[[nodiscard]] inline AxleLoads axle_loads(const VehicleParameters& car, double acceleration_mps2, double speed_mps) {
+  const double weight = total_mass(car) * car.environment.gravity_mps2;
+  const double transfer = total_mass(car) * acceleration_mps2 * car.vehicle.cg_height_m / car.vehicle.wheelbase_m;
+  const double half_downforce = 0.5 * downforce(car, speed_mps);
+  return {std::max(0.0, weight * (1.0 - car.vehicle.cg_rear_fraction) - transfer + half_downforce),
+          std::max(0.0, weight * car.vehicle.cg_rear_fraction + transfer + half_downforce)};
+}
+
+}  // namespace voltlap::plant

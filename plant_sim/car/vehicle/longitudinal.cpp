@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "car/vehicle/longitudinal.hpp"
+
+#include "car/vehicle/aero.hpp"
+#include "car/vehicle/rolling_resistance.hpp"
+
+namespace voltlap::plant {
+
+VehicleEnergy LongitudinalVehicle::advance(double drive_torque_nm, double brake_pedal, double step_s) {
+  const AxleLoads loads = axle_loads(car_, acceleration_, speed_);
+  const BrakeTorques brakes = brake_torques(car_.brakes, brake_pedal);
+  const double front_inertia = car_.vehicle.front_axle_inertia_kg_m2;
+  const double rear_inertia = car_.powertrain.driveline_inertia_kg_m2;
+  const AxleStep front = axle_step(car_.tyres, {speed_, loads.front_n, 0.0, brakes.front_nm, front_inertia},
+                                   front_omega_, step_s);
+  const AxleStep rear = axle_step(car_.tyres, {speed_, loads.rear_n, drive_torque_nm, brakes.rear_nm, rear_inertia},
+                                  rear_omega_, step_s);
+
+  const double drag = drag_force(car_, speed_);
+  const double rolling = rolling_force(car_, speed_);
+  const double mass = total_mass(car_);
+  acceleration_ = (front.force_n + rear.force_n - drag - rolling) / mass;
+  const double next_speed = speed_ + acceleration_ * step_s;
+  const double mean_speed = 0.5 * (speed_ + next_speed);
+  const double way = mean_speed * step_s;
+
+  VehicleEnergy e;
+  e.driveline_in_j = drive_torque_nm * rear.omega_mean_rad_s * step_s;
+  e.kinetic_j = 0.5 * mass * (next_speed * next_speed - speed_ * speed_) +
+                0.5 * front_inertia * (front.omega_rad_s * front.omega_rad_s - front_omega_ * front_omega_) +
+                0.5 * rear_inertia * (rear.omega_rad_s * rear.omega_rad_s - rear_omega_ * rear_omega_);
+  e.aero_j = drag * way;
+  e.rolling_j = rolling * way;
+  e.slip_j = (front.force_n * front.omega_mean_rad_s + rear.force_n * rear.omega_mean_rad_s) * car_.tyres.radius_m *
+                 step_s - (front.force_n + rear.force_n) * way;
+  e.front_brake_j = front.brake_torque_nm * front.omega_mean_rad_s * step_s;
+  e.rear_brake_j = rear.brake_torque_nm * rear.omega_mean_rad_s * step_s;
+
+  speed_ = next_speed;
+  distance_ += way;
+  front_omega_ = front.omega_rad_s;
+  rear_omega_ = rear.omega_rad_s;
+  rear_omega_mean_ = rear.omega_mean_rad_s;
+  return e;
+}
+
+void LongitudinalVehicle::set_speed(double speed_mps) {
+  speed_ = speed_mps;
+  front_omega_ = rear_omega_ = rear_omega_mean_ = speed_mps / car_.tyres.radius_m;
+}
+
+}  // namespace voltlap::plant

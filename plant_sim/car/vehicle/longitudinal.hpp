@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The car along its path: two axles on slipping tyres push a mass against drag and rolling resistance.
+#pragma once
+#include "car/vehicle/brakes.hpp"
+#include "car/vehicle/chassis.hpp"
+#include "car/vehicle/tyre.hpp"
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+/// Work done in one step, joules, each from its own force and the mean speed of the step.
+struct VehicleEnergy {
+  double driveline_in_j = 0.0;   ///< torque at the rear wheels times their speed
+  double kinetic_j = 0.0;        ///< change of translation and rotation
+  double aero_j = 0.0, rolling_j = 0.0, slip_j = 0.0;
+  double front_brake_j = 0.0, rear_brake_j = 0.0;
+};
+
+class LongitudinalVehicle {
+ public:
+  explicit LongitudinalVehicle(const VehicleParameters& car) : car_(car) {}
+
+  /// One step under the drive torque at the rear wheels and the brake pedal (0..1).
+  VehicleEnergy advance(double drive_torque_nm, double brake_pedal, double step_s);
+
+  [[nodiscard]] double speed_mps() const { return speed_; }
+  [[nodiscard]] double distance_m() const { return distance_; }
+  [[nodiscard]] double acceleration_mps2() const { return acceleration_; }
+  [[nodiscard]] double front_omega() const { return front_omega_; }
+  [[nodiscard]] double rear_omega() const { return rear_omega_; }
+  [[nodiscard]] double rear_omega_mean() const { return rear_omega_mean_; }
+  /// Sets the car rolling without slip.
+  void set_speed(double speed_mps);
+
+ private:
+  const VehicleParameters& car_;
+  double speed_ = 0.0, distance_ = 0.0, acceleration_ = 0.0;
+  double front_omega_ = 0.0, rear_omega_ = 0.0, rear_omega_mean_ = 0.0;
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/atomic_file.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace voltlap::plant {
+namespace {
+
+constexpr std::size_t kBufferBytes = 1U << 18;
+constexpr const char* kFastGzip = "wb4";
+
+}  // namespace
+
+AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
+  buffer_.reserve(kBufferBytes);
+  if (path_ == kStandardOutput) {
+    path_ = "standard output";
+    direct_ = true;
+    file_ = ::fdopen(::dup(STDOUT_FILENO), "wb");
+    if (file_ == nullptr) fail("open");
+    return;
+  }
+  std::error_code ignored;
+  const std::filesystem::path target(path_);
+  if (std::filesystem::is_directory(target, ignored)) {
+    errno = EISDIR;
+    fail("open");
+  }
+  direct_ = std::filesystem::exists(target, ignored) && !std::filesystem::is_regular_file(target, ignored);
+  written_path_ = direct_ ? path_ : fmt::format("{}.part-{}", path_, ::getpid());
+  errno = 0;
+  if (path_.ends_with(".gz")) {
+    gzip_ = gzopen(written_path_.c_str(), kFastGzip);
+  } else {
+    file_ = std::fopen(written_path_.c_str(), "wb");
+  }
+  if (gzip_ == nullptr && file_ == nullptr) fail("open");
+}
+
+AtomicFile::~AtomicFile() { close(); }
+
+void AtomicFile::close() {
+  if (gzip_ != nullptr) gzclose(std::exchange(gzip_, nullptr));
+  if (file_ != nullptr) std::fclose(std::exchange(file_, nullptr));
+  if (!direct_ && !written_path_.empty()) ::unlink(written_path_.c_str());
+  written_path_.clear();
+}
+
+void AtomicFile::fail(const std::string& action) {
+  const std::string cause = errno != 0 ? std::strerror(errno) : "the compression failed";
+  close();
+  throw OutputError(
+      fmt::format("{}: cannot {} this file for the result, found \"{}\"; expected a path in an existing folder that "
+                  "you may write to, on a disk with room. Choose another path or make room; nothing was "
+                  "left half-written.",
+                  path_, action, cause));
+}
+
+void AtomicFile::write(std::string_view text) {
+  buffer_.append(text);
+  if (buffer_.size() >= kBufferBytes) flush();
+}
+
+void AtomicFile::flush() {
+  if (buffer_.empty()) return;
+  errno = 0;
+  const bool whole = gzip_ != nullptr
+                         ? gzwrite(gzip_, buffer_.data(), static_cast<unsigned>(buffer_.size())) > 0
+                         : std::fwrite(buffer_.data(), 1, buffer_.size(), file_) == buffer_.size();
+  if (!whole) fail("write to");
+  buffer_.clear();
+}
+
+void AtomicFile::complete() {
+  if (gzip_ == nullptr && file_ == nullptr) return;
+  flush();
+  errno = 0;
+  const bool closed = gzip_ != nullptr ? gzclose(std::exchange(gzip_, nullptr)) == Z_OK
+                                       : std::fclose(std::exchange(file_, nullptr)) == 0;
+  if (!closed) fail("finish");
+}
+
+void AtomicFile::commit() {
+  complete();
+  errno = 0;
+  if (!direct_ && std::rename(written_path_.c_str(), path_.c_str()) != 0) fail("put in place");
+  written_path_.clear();
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+// Roles from the signals of CAN frames.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <unordered_map>
+
+#include "core/errors.hpp"
+#include "io/logs/can_recording.hpp"
+#include "io/logs/channel_builder.hpp"
+#include "io/logs/dbc_file.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr long kMostNumbers = 1000;
+
+std::string text_of(std::uint32_t id) {
+  return fmt::format("0x{:0{}X}", id & ~Frame::kExtendedFlag, (id & Frame::kExtendedFlag) != 0 ? 8 : 3);
+}
+
+/// Rolling counter of one sender's frames.
+struct CounterWatch {
+  const DbcSignal* signal;
+  bool known = false;
+  std::uint64_t last = 0;
+  double last_s = 0.0;
+};
+
+/// One signal, or one signal and its index, for the channels it feeds.
+class SignalTap {
+ public:
+  SignalTap(DriveLog& log, const std::string& role, const RoleSource& source, const DbcMessage& message,
+            const DbcSignal& signal, const DbcSignal* index)
+      : log_(log), role_(role), source_(source), message_(message), signal_(signal), index_(index) {
+    if (index_ == nullptr) make(0);
+  }
+
+  void take(double time_s, const Frame& frame, bool has_length) {
+    const auto raw = raw_value(message_, signal_, frame);
+    if (!raw) {
+      const bool is_short = has_length && signal_.bytes() > frame.dlc;
+      if (is_short && index_ == nullptr) builders_.at(0).mask(time_s, "frame too short for the signal");
+      return;
+    }
+    ChannelBuilder* builder = builder_for(frame);
+    if (builder == nullptr) return;
+    const double value = signal_.value(*raw);
+    if (signal_.is_invalid_code(*raw)) return builder->mask(time_s, "invalid code");
+    builder->add(time_s, value);
+  }
+  void mask(double time_s, const Frame& frame, const char* reason) {
+    if (!raw_value(message_, signal_, frame)) return;
+    // An index in a frame that cannot be trusted tells nothing.
+    if (index_ == nullptr) builders_.at(0).mask(time_s, reason);
+  }
+  void lost(double from_s, double to_s, std::size_t frames) {
+    if (index_ == nullptr) builders_.at(0).lost(from_s, to_s, frames);
+  }
+  void finish() {
+    for (auto& [n, builder] : builders_) builder.finish();
+  }
+
+ private:
+  ChannelBuilder* builder_for(const Frame& frame) {
+    if (index_ == nullptr) return &builders_.at(0);
+    const auto raw = raw_value(message_, *index_, frame);
+    if (!raw) return nullptr;
+    const long n = static_cast<long>(index_->value(*raw)) - source_.first.value_or(0) + 1;
+    if (n < 1 || n > kMostNumbers) return nullptr;
+    const auto at = builders_.find(n);
+    return at != builders_.end() ? &at->second : &make(n);
+  }
+  ChannelBuilder& make(long n) {
+    const std::string described = fmt::format("{} {}", text_of(message_.id), signal_.name);
+    return builders_.try_emplace(n, log_, n > 0 ? with_number(role_, n) : role_, source_, described).first->second;
+  }
+
+  DriveLog& log_;
+  std::string role_;
+  const RoleSource& source_;
+  const DbcMessage& message_;
+  const DbcSignal& signal_;
+  const DbcSignal* index_;
+  std::map<long, ChannelBuilder> builders_;
+};
+
+/// Everything that is taken from the frames of one identifier.
+struct FrameTap {
+  FrameChecksum checksum = FrameChecksum::kNone;
+  std::vector<CounterWatch> counters;
+  std::vector<SignalTap> signals;
+  std::size_t frames = 0, rejected = 0;
+  double first_rejected_s = 0.0;
+};
+
+/// Byte 7 is the sum of the others, with identifier and length in Orion's own rule.
+bool checksum_holds(FrameChecksum rule, const Frame& frame) {
+  if (rule == FrameChecksum::kNone) return true;
+  if (frame.dlc < Frame::kMaxBytes) return false;
+  unsigned sum = rule == FrameChecksum::kOrion ? (frame.id & ~Frame::kExtendedFlag) + frame.dlc : 0;
+  for (std::size_t k = 0; k + 1 < Frame::kMaxBytes; ++k) sum += frame.data[k];
+  return (sum & 0xFFU) == frame.data[Frame::kMaxBytes - 1];
+}
+
+const DbcSignal& signal_in(const DbcFile& dbc, const DbcMessage& message, const std::string& name,
+                           const std::string& place) {
+  if (const DbcSignal* signal = message.find(name)) return *signal;
+  std::string known;
+  for (const DbcSignal& signal : message.signals) known += (known.empty() ? "" : ", ") + signal.name;
+  throw InputError(place, fmt::format("no signal \"{}\" in frame {} of {}", name, text_of(message.id), dbc.path()),
+                   "one of " + known, "Correct the map");
+}
+
+const DbcMessage& message_in(const DbcFile& dbc, std::uint32_t id, const std::string& place) {
+  if (const DbcMessage* message = dbc.find(id)) return *message;
+  throw InputError(place, fmt::format("no frame {} in {}", text_of(id), dbc.path()), "a frame of that file",
+                   "Correct the identifier (extended = true for a small one of 29 bits) or the file");
+}
+
+/// Signals VoltageCell01, VoltageCell02, ... for VoltageCell<n>.
+std::map<long, const DbcSignal*> numbered_signals(const DbcMessage& message, const RoleSource& source) {
+  std::map<long, const DbcSignal*> out;
+  for (const DbcSignal& signal : message.signals) {
+    if (const auto n = number_in(source.signal, signal.name)) out[*n] = &signal;
+  }
+  return out;
+}
+
+class CanTaps {
+ public:
+  CanTaps(DriveLog& log, const RoleMap& map) : log_(log), map_(map) {}
+
+  void add(const std::string& role, const RoleSource& source) {
+    const std::string place = fmt::format("{}: roles.{}", map_.source, role);
+    const DbcFile& dbc = dbc_of(source.dbc);
+    const DbcMessage& message = message_in(dbc, *source.frame, place);
+    FrameTap& tap = taps_[*source.frame];
+    if (source.checksum != FrameChecksum::kNone) tap.checksum = source.checksum;
+    if (!source.counter.empty()) watch(tap, signal_in(dbc, message, source.counter, place));
+    if (!source.index.empty()) {
+      tap.signals.emplace_back(log_, role, source, message, signal_in(dbc, message, source.signal, place),
+                               &signal_in(dbc, message, source.index, place));
+      return;
+    }
+    const auto numbered = numbered_signals(message, source);
+    for (const auto& [n, signal] : numbered) {
+      const long number = n - source.first.value_or(1) + 1;
+      tap.signals.emplace_back(log_, with_number(role, number), source, message, *signal, nullptr);
+    }
+    if (numbered.empty()) {
+      tap.signals.emplace_back(log_, role, source, message, signal_in(dbc, message, source.signal, place), nullptr);
+    }
+  }
+
+  void take(double time_s, const TimedFrame& timed) {
+    const auto at = taps_.find(timed.frame.id);
+    if (at == taps_.end()) return;
+    FrameTap& tap = at->second;
+    ++tap.frames;
+    if (!checksum_holds(tap.checksum, timed.frame)) {
+      if (tap.rejected++ == 0) tap.first_rejected_s = time_s;
+      for (SignalTap& signal : tap.signals) signal.mask(time_s, timed.frame, "checksum does not hold");
+      return;
+    }
+    for (CounterWatch& counter : tap.counters) count(tap, counter, time_s, timed.frame);
+    for (SignalTap& signal : tap.signals) signal.take(time_s, timed.frame, timed.has_length);
+  }
+
+  void finish() {
+    for (auto& [id, tap] : taps_) {
+      if (tap.frames == 0) {
+        log_.defects.push_back(
+            {"frame never seen", "", 0, 0.0, fmt::format("frame {} is not in the recording", text_of(id))});
+        continue;
+      }
+      if (tap.rejected > 0) {
+        log_.defects.push_back({"checksum does not hold", "", tap.rejected, tap.first_rejected_s,
+                                fmt::format("{}: {} of {} frames discarded by their checksum, first at {:.3f} s",
+                                            text_of(id), tap.rejected, tap.frames, tap.first_rejected_s)});
+      }
+      for (SignalTap& signal : tap.signals) signal.finish();
+    }
+  }
+
+ private:
+  const DbcFile& dbc_of(const std::string& text) {
+    const std::string path = path_in_map(map_, text);
+    auto& dbc = files_[path];
+    if (!dbc) dbc = std::make_unique<DbcFile>(path);
+    return *dbc;
+  }
+  static void watch(FrameTap& tap, const DbcSignal& signal) {
+    const bool known = std::any_of(tap.counters.begin(), tap.counters.end(),
+                                   [&](const CounterWatch& counter) { return counter.signal == &signal; });
+    if (!known) tap.counters.push_back({&signal});
+  }
+  static void count(FrameTap& tap, CounterWatch& counter, double time_s, const Frame& frame) {
+    const std::uint64_t now = counter.signal->raw(frame), turn = (std::uint64_t{1} << counter.signal->length) - 1;
+    if (counter.known && now != counter.last) {
+      const std::uint64_t missing = (now - counter.last - 1) & turn;
+      for (SignalTap& signal : tap.signals) {
+        if (missing > 0) signal.lost(counter.last_s, time_s, missing);
+      }
+    }
+    counter.known = true;
+    counter.last = now;
+    counter.last_s = time_s;
+  }
+
+  DriveLog& log_;
+  const RoleMap& map_;
+  std::map<std::string, std::unique_ptr<DbcFile>> files_;
+  std::unordered_map<std::uint32_t, FrameTap> taps_;
+};
+
+}  // namespace
+
+void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path,
+                      const std::map<std::string, RoleSource>& roles, bool main) {
+  CanTaps taps(log, map);
+  for (const auto& [role, source] : roles) taps.add(role, source);
+  const double shift_s = roles.begin()->second.shift_s;
+  CanRecording recording(path);
+  TimedFrame frame;
+  bool first = true, absolute = false;
+  while (recording.next(frame)) {
+    if (first) {
+      absolute = is_absolute(frame.time_s);
+      if (main && absolute) log.origin_s = frame.time_s;
+      first = false;
+    }
+    taps.take(frame.time_s - (absolute ? log.origin_s : 0.0) + shift_s, frame);
+  }
+  for (const CanDefect& defect : recording.summary().defects) {
+    log.defects.push_back(
+        {defect.kind, "", defect.count, defect.first_s - (absolute ? log.origin_s : 0.0),
+         fmt::format("{}: {} x {}, first in line {}", path, defect.count, defect.kind, defect.first_line)});
+  }
+  taps.finish();
+}
+
+}  // namespace voltlap::plant

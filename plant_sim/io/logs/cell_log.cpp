@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/cell_log.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kSecondsPerHour = 3600.0;
+constexpr double kCellVoltageMin = 0.5, kCellVoltageMax = 5.5;  // beyond any chemistry that a car carries
+
+std::vector<double> column(const MeasuredTable& table, const RoleMap& map, const std::string& role, bool needed) {
+  const RoleSource* from = map.find(role);
+  if (from == nullptr) {
+    if (!needed) return {};
+    throw InputError(map.source, "no role \"" + role + "\"", "roles time, current and voltage (or pack_voltage)",
+                     "Add the role to the map");
+  }
+  const int index = table.find(from->column);
+  if (index < 0) {
+    throw InputError(table.path, fmt::format("no column \"{}\"", from->column),
+                     fmt::format("that column for the role {} ({})", role, map.source),
+                     "Correct the map or the file");
+  }
+  std::vector<double> out = table.values[static_cast<std::size_t>(index)];
+  for (double& value : out) value = value * from->scale + from->offset;
+  return out;
+}
+
+double median_of(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Rows in time order: holes in time or current and repeated times are left out; a clock that starts again is
+/// joined on.
+std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vector<double>& current, CellLog& log,
+                                       std::vector<bool>& joined) {
+  std::vector<std::size_t> keep;
+  std::size_t holes = 0, repeated = 0, backward = 0, restarts = 0;
+  constexpr double kJoin = 60.0;  // assumed pause between two parts; the state after it is left free
+  double shift = 0.0;
+  bool restarted = false;
+  for (std::size_t row = 0; row < time.size(); ++row) {
+    if (!std::isfinite(time[row]) || !std::isfinite(current[row])) {
+      ++holes;
+      continue;
+    }
+    double t = time[row] + shift;
+    if (!keep.empty() && t <= time[keep.back()]) {
+      const double back = time[keep.back()] - t;
+      const bool goes_on = row + 1 < time.size() && time[row + 1] + shift > time[keep.back()];
+      if (back == 0.0) {
+        ++repeated;
+        continue;
+      }
+      if (goes_on || back < 1.0) {
+        ++backward;
+        continue;
+      }
+      ++restarts;
+      shift += back + kJoin;
+      t = time[row] + shift;
+      restarted = true;
+    }
+    time[row] = t;
+    keep.push_back(row);
+    joined.push_back(restarted);
+    restarted = false;
+  }
+  const auto note = [&](std::size_t count, const char* what) {
+    if (count > 0) log.repairs.push_back(fmt::format("{} {}", count, what));
+  };
+  note(holes, "rows without a time or current left out");
+  note(repeated, "rows that repeat a time left out");
+  note(backward, "rows with a time that goes back left out");
+  note(restarts, "restarts of the clock: parts joined with 60 s between them, state after each left free");
+  return keep;
+}
+
+std::vector<double> picked(const std::vector<double>& values, const std::vector<std::size_t>& rows) {
+  std::vector<double> out;
+  if (values.empty()) return out;
+  out.reserve(rows.size());
+  for (const std::size_t row : rows) out.push_back(values[row]);
+  return out;
+}
+
+std::vector<std::size_t> rows_in_window(const std::vector<double>& time, const LogOptions& options) {
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < time.size(); ++row) {
+    const bool outside = time[row] < options.window_begin_s || time[row] > options.window_end_s;
+    if (!outside) rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Volts of one cell: unit from the size of the numbers when it is not what the map says.
+void bring_to_one_cell(CellLog& log, int series) {
+  double typical = median_of(log.voltage_v) / series;
+  double scale = 1.0 / series;
+  if (typical > 1e3 * kCellVoltageMin && typical < 1e3 * kCellVoltageMax) {
+    log.repairs.push_back(fmt::format("voltage is in mV (median {:.0f}): divided by 1000", typical * series));
+    scale /= 1000.0;
+    typical /= 1000.0;
+  }
+  if (!(typical > kCellVoltageMin && typical < kCellVoltageMax)) {
+    throw InputError(log.path,
+                     fmt::format("a median voltage of {:.4g} V for {} cells in series", typical * series, series),
+                     fmt::format("{} to {} V for each cell", kCellVoltageMin, kCellVoltageMax),
+                     "Correct the unit in the role map, or give --cells-in-series");
+  }
+  std::size_t impossible = 0;
+  for (double& v : log.voltage_v) {
+    v *= scale;
+    if (std::isfinite(v) && (v < kCellVoltageMin || v > kCellVoltageMax)) {
+      v = std::nan("");
+      ++impossible;
+    }
+  }
+  if (impossible > 0)
+    log.repairs.push_back(fmt::format("{} rows with a voltage of no cell are not used", impossible));
+}
+
+/// Sum of dI dV over the steps of the current, each part of a step's own size: negative when discharge is positive.
+double sign_evidence(const CellLog& log) {
+  double with = 0.0, size = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double di = log.current_a[row] - log.current_a[row - 1], dv = log.voltage_v[row] - log.voltage_v[row - 1];
+    if (!std::isfinite(dv) || log.gap[row]) continue;
+    with += di * dv;
+    size += std::abs(di * dv);
+  }
+  return size > 0.0 ? with / size : 0.0;
+}
+
+/// Without steps: the mean current against the way the voltage went.
+double drift_evidence(const CellLog& log) {
+  const double charge = std::accumulate(log.current_a.begin(), log.current_a.end(), 0.0);
+  return charge * (log.voltage_v.back() - log.voltage_v.front()) > 0.0 ? 1.0 : -1.0;
+}
+
+void settle_sign(CellLog& log, DischargeSign declared) {
+  double evidence = sign_evidence(log);
+  constexpr double kClear = 0.2;
+  if (std::abs(evidence) < kClear && std::isfinite(log.voltage_v.front()) && std::isfinite(log.voltage_v.back())) {
+    evidence = declared == DischargeSign::kAuto ? drift_evidence(log) : 0.0;
+  }
+  if (declared == DischargeSign::kNegative) evidence = -evidence;
+  if (declared != DischargeSign::kAuto && evidence > kClear) {
+    throw InputError(
+        log.path, "a voltage that rises when the current rises",
+        fmt::format("discharge {} as declared in {}", declared == DischargeSign::kPositive ? "\"+\"" : "\"-\"",
+                    log.map),
+        "The recording charges where discharge was declared: change the sign there, or set discharge = \"auto\"");
+  }
+  const bool flip = declared == DischargeSign::kNegative || (declared == DischargeSign::kAuto && evidence > 0.0);
+  if (!flip) return;
+  for (double& i : log.current_a) i = -i;
+  if (declared == DischargeSign::kAuto) log.repairs.push_back("sign of the current turned: charge was positive");
+}
+
+/// A counter may count either way; it is turned to agree with the current.
+void settle_counter(CellLog& log) {
+  if (log.charge_ah.empty()) return;
+  double with = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double step = log.charge_ah[row] - log.charge_ah[row - 1];
+    if (!log.gap[row] && std::isfinite(step)) with += step * (log.current_a[row] + log.current_a[row - 1]);
+  }
+  if (with < 0.0) {
+    for (double& q : log.charge_ah) q = -q;
+    log.repairs.push_back("charge counter turned to count discharge");
+  }
+}
+
+/// Ninth of ten intervals is at most this long.
+double usual_interval(const std::vector<double>& time_s) {
+  std::vector<double> step;
+  for (std::size_t row = 1; row < time_s.size(); ++row) step.push_back(time_s[row] - time_s[row - 1]);
+  const auto at = step.begin() + static_cast<std::ptrdiff_t>(step.size() * 9 / 10);
+  std::nth_element(step.begin(), at, step.end());
+  return *at;
+}
+
+/// The counter moved by what neither hold of the current explains.
+bool counter_disagrees(const CellLog& log, std::size_t row, double tolerance_ah) {
+  constexpr double kShort = 5.0;  // s; within it a counter's step says little
+  const double seconds = log.time_s[row] - log.time_s[row - 1];
+  if (log.charge_ah.empty() || seconds < kShort) return false;
+  const double counted = log.charge_ah[row] - log.charge_ah[row - 1], hours = seconds / kSecondsPerHour;
+  const double before = log.current_a[row - 1] * hours, after = log.current_a[row] * hours;
+  for (const double charge : {before, after, 0.5 * (before + after)}) {
+    if (std::abs(counted - charge) <= tolerance_ah || std::abs(counted + charge) <= tolerance_ah) return false;
+  }
+  return true;
+}
+
+/// Gaps: an interval far longer than the recorder's habit, or one in which the counter saw what the rows did not.
+void find_gaps(CellLog& log, const std::vector<bool>& joined) {
+  constexpr double kLeast = 600.0, kTimes = 10.0, kUnseen = 0.001;
+  const double long_interval = std::max(kLeast, kTimes * usual_interval(log.time_s));
+  const auto [low, high] = std::minmax_element(log.charge_ah.begin(), log.charge_ah.end());
+  const double unseen_ah = log.charge_ah.empty() ? 0.0 : kUnseen * (*high - *low);
+  log.gap.assign(log.rows(), false);
+  std::size_t gaps = 0;
+  double longest = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double seconds = log.time_s[row] - log.time_s[row - 1];
+    if (!joined[row] && seconds <= long_interval && !counter_disagrees(log, row, unseen_ah)) continue;
+    log.gap[row] = true;
+    ++gaps;
+    longest = std::max(longest, seconds);
+  }
+  if (gaps > 0) {
+    log.repairs.push_back(
+        fmt::format("{} gaps (longest {:.0f} s): {}, state after each left free", gaps, longest,
+                    log.charge_ah.empty() ? "no charge assumed in them" : "charge from the counter"));
+  }
+}
+
+/// A recorder that polls faster than its source repeats rows. Where the current is held on purpose that says
+/// nothing.
+void note_held_rows(CellLog& log) {
+  std::size_t repeated = 0, held = 0, moving = 0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    if (std::abs(log.current_a[row]) < 1e-6) continue;
+    const bool same = log.current_a[row] == log.current_a[row - 1];
+    ++moving;
+    held += same ? 1U : 0U;
+    repeated += same && log.voltage_v[row] == log.voltage_v[row - 1] ? 1U : 0U;
+  }
+  if (held * 2 > moving || repeated * 20 < moving || moving == 0) return;
+  log.repairs.push_back(fmt::format("{:.0f} % of the rows under current repeat the row before: used as they are",
+                                    100.0 * static_cast<double>(repeated) / static_cast<double>(moving)));
+}
+
+}  // namespace
+
+const char* name_of(CurrentHold hold) {
+  switch (hold) {
+    case CurrentHold::kPrevious:
+      return "of each row held until the next";
+    case CurrentHold::kNext:
+      return "of each row held since the one before";
+    default:
+      return "straight between rows";
+  }
+}
+
+namespace {
+
+CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
+  CellLog log;
+  log.path = table.path;
+  log.map = map.source;
+  log.repairs = table.repairs;
+  std::vector<double> time = column(table, map, "time", true);
+  std::vector<double> current = column(table, map, "current", true);
+  const bool pack = map.find("voltage") == nullptr;
+  const std::vector<double> voltage = column(table, map, pack ? "pack_voltage" : "voltage", true);
+  const std::vector<std::size_t> inside = rows_in_window(time, options);
+  if (inside.size() < time.size())
+    log.repairs.push_back(fmt::format("window: {} of {} rows", inside.size(), time.size()));
+  time = picked(time, inside);
+  current = picked(current, inside);
+  std::vector<bool> joined;
+  const auto rows = rows_in_order(time, current, log, joined);
+  if (rows.size() < 10) {
+    throw InputError(table.path, fmt::format("{} usable rows", rows.size()),
+                     "at least 10 with time, current and voltage", "Check the columns in the map and --window");
+  }
+  log.time_s = picked(time, rows);
+  log.current_a = picked(current, rows);
+  log.voltage_v = picked(picked(voltage, inside), rows);
+  log.temperature_c = picked(picked(column(table, map, "temperature_1", false), inside), rows);
+  log.ambient_c = picked(picked(column(table, map, "ambient", false), inside), rows);
+  log.charge_ah = picked(picked(column(table, map, "charge_ah", false), inside), rows);
+  for (double& i : log.current_a) i /= options.cells_in_parallel;
+  for (double& q : log.charge_ah) q /= options.cells_in_parallel;
+  find_gaps(log, joined);
+  bring_to_one_cell(log, options.cells_in_series);
+  const RoleSource* sign = map.find("current");
+  settle_sign(log, sign->discharge);
+  settle_counter(log);
+  note_held_rows(log);
+  return log;
+}
+
+}  // namespace
+
+CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
+  CellLog log = log_of_rows(table, map, options);
+  const std::vector<double> raw = column(table, map, map.find("voltage") == nullptr ? "pack_voltage" : "voltage", true);
+  const auto holes = std::count_if(raw.begin(), raw.end(), [](double v) { return !std::isfinite(v); });
+  if (holes > 0) log.repairs.push_back(fmt::format("{} rows without a voltage are not used", holes));
+  return log;
+}
+
+CellLog read_cell_log(const std::string& path, const RoleMap* given, const DataFolder& data,
+                      const LogOptions& options) {
+  RoleMap found;
+  if (given == nullptr) found = role_map_for_recording(path, data);
+  const RoleMap& map = given != nullptr ? *given : found;
+  const bool one_table = std::none_of(map.roles.begin(), map.roles.end(), [](const auto& role) {
+    return role.second.frame.has_value() || !role.second.file.empty();
+  });
+  if (one_table) return cell_log_of(read_measured_table(path), map, options);
+  return cell_log_of(read_drive_log(path, &map, data), options);
+}
+
+CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
+  const auto needed = [&](const char* role) -> const Channel& {
+    if (const Channel* channel = drive.find(role)) return *channel;
+    throw InputError(drive.path, fmt::format("no usable role \"{}\"", role),
+                     "roles current and voltage (or pack_voltage)", "Add the role to the map " + drive.map);
+  };
+  const bool pack = drive.find("voltage") == nullptr;
+  const Channel& current = needed("current");
+  const Channel& voltage = needed(pack ? "pack_voltage" : "voltage");
+  MeasuredTable rows;
+  rows.path = drive.path;
+  std::vector<double> times;
+  std::set_union(current.time_s.begin(), current.time_s.end(), voltage.time_s.begin(), voltage.time_s.end(),
+                 std::back_inserter(times));
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  RoleMap plain;
+  plain.source = drive.map;
+  const auto add = [&](const char* role, std::vector<double> values) {
+    plain.roles[role] = {role};
+    rows.columns.emplace_back(role);
+    rows.values.push_back(std::move(values));
+  };
+  add("time", times);
+  // A row for each sample of either: the current holds until its next sample, a voltage stands in its own row only.
+  constexpr double kLongestHold = 5.0, kSlowHold = 60.0;  // s
+  add("current", held_at(current, times, kLongestHold));
+  add(pack ? "pack_voltage" : "voltage", held_at(voltage, times, 0.0));
+  for (const char* role : {"temperature_1", "ambient", "charge_ah"}) {
+    if (const Channel* channel = drive.find(role)) add(role, held_at(*channel, times, kSlowHold));
+  }
+  plain.roles["current"].discharge =
+      drive.declared == DischargeSign::kAuto ? DischargeSign::kAuto : DischargeSign::kPositive;
+  rows.lines.resize(times.size());
+  CellLog log = log_of_rows(rows, plain, options);
+  for (const LogDefect& defect : drive.defects) log.repairs.push_back(defect.text);
+  for (const std::string& note : drive.notes) log.repairs.push_back(note);
+  return log;
+}
+
+std::vector<double> charge_drawn_ah(const CellLog& log, CurrentHold hold) {
+  std::vector<double> drawn(log.rows(), 0.0);
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double a = hold == CurrentHold::kNext ? log.current_a[row] : log.current_a[row - 1];
+    const double b = hold == CurrentHold::kPrevious ? log.current_a[row - 1] : log.current_a[row];
+    double step = 0.5 * (a + b) * (log.time_s[row] - log.time_s[row - 1]) / kSecondsPerHour;
+    if (log.gap[row]) step = log.charge_ah.empty() ? 0.0 : log.charge_ah[row] - log.charge_ah[row - 1];
+    drawn[row] = drawn[row - 1] + step;
+  }
+  return drawn;
+}
+
+std::vector<HoldEvidence> hold_from_counter(const CellLog& log) {
+  if (log.charge_ah.empty()) return {};
+  HoldEvidence out{};
+  double sum[3] = {}, count = 0.0, finest = 1e300;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double counted = log.charge_ah[row] - log.charge_ah[row - 1],
+                 hours = (log.time_s[row] - log.time_s[row - 1]) / kSecondsPerHour;
+    if (log.gap[row] || !std::isfinite(counted) || log.current_a[row] == log.current_a[row - 1]) continue;
+    const double a = log.current_a[row - 1] * hours, b = log.current_a[row] * hours;
+    const double candidates[3] = {a, b, 0.5 * (a + b)};
+    for (int k = 0; k < 3; ++k) sum[k] += (counted - candidates[k]) * (counted - candidates[k]);
+    if (counted != 0.0) finest = std::min(finest, std::abs(counted));
+    count += 1.0;
+  }
+  if (count < 50.0) return {};
+  for (int k = 0; k < 3; ++k) out.rms_ah[k] = std::sqrt(sum[k] / count);
+  const auto best = std::min_element(out.rms_ah, out.rms_ah + 3);
+  out.hold = static_cast<CurrentHold>(best - out.rms_ah);
+  // A counter that cannot see the difference beyond a tenth says nothing.
+  for (int k = 0; k < 3; ++k) {
+    if (out.rms_ah + k != best && out.rms_ah[k] < 1.1 * *best) return {};
+  }
+  return {out};
+}
+
+}  // namespace voltlap::plant

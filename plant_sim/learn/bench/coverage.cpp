@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/bench/coverage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace voltlap::plant {
+namespace {
+
+std::size_t nearest(const std::vector<double>& at, double x) {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    if (std::abs(at[i] - x) < std::abs(at[best] - x)) best = i;
+  }
+  return best;
+}
+
+double interval(const TestRecord& record, std::size_t row) {
+  return row + 1 < record.time_s.size() ? record.time_s[row + 1] - record.time_s[row]
+                                        : record.duration_s() - record.time_s[row];
+}
+
+}  // namespace
+
+Coverage::Coverage(const CellParameters& cell)
+    : soc_(cell.soc_breakpoints),
+      temperature_(cell.temperature_breakpoints_c),
+      current_(cell.current_breakpoints_a),
+      load_s_(soc_.size() * temperature_.size() * current_.size()),
+      rest_s_(load_s_.size()) {}
+
+void Coverage::add(const TestRecord& record) {
+  const CellRecord& cell = record.cells.front();
+  double last_load = 0.0;
+  for (std::size_t row = 0; row < record.time_s.size(); ++row) {
+    const double current = std::abs(record.true_current_a[row]);
+    if (current > 0.0) last_load = current;
+    const std::size_t at = node(nearest(soc_, cell.true_soc[row]),
+                                nearest(temperature_, cell.true_temperature_c[row]), nearest(current_, last_load));
+    (current > 0.0 ? load_s_ : rest_s_)[at] += interval(record, row);
+  }
+}
+
+std::size_t Coverage::visited(double load_s_min) const {
+  return static_cast<std::size_t>(
+      std::count_if(load_s_.begin(), load_s_.end(), [=](double s) { return s >= load_s_min; }));
+}
+
+void RestSurvey::add(const TestRecord& record) {
+  const CellRecord& cell = record.cells.front();
+  double last_load = 0.0;
+  for (const Stretch& stretch : record.stretches) {
+    if (stretch.load) {
+      last_load = 3600.0 * std::abs(stretch.charge_ah) / (stretch.end_s - stretch.begin_s);
+      continue;
+    }
+    if (last_load == 0.0) continue;  // the rest before the first pulse shows nothing
+    const auto row =
+        std::lower_bound(record.time_s.begin(), record.time_s.end(), stretch.begin_s) - record.time_s.begin();
+    const auto at = std::min(static_cast<std::size_t>(row), record.time_s.size() - 1);
+    const CircuitParameters p = tables_.circuit(stretch.soc, cell.true_temperature_c[at], last_load);
+    const double length = stretch.end_s - stretch.begin_s;
+    const bool first = lengths_.empty();
+    sum_.tau1_min_s = first ? p.tau1_s : std::min(sum_.tau1_min_s, p.tau1_s);
+    sum_.tau1_max_s = std::max(sum_.tau1_max_s, p.tau1_s);
+    sum_.tau2_min_s = first ? p.tau2_s : std::min(sum_.tau2_min_s, p.tau2_s);
+    sum_.tau2_max_s = std::max(sum_.tau2_max_s, p.tau2_s);
+    sum_.shorter_than_tau2 += length < p.tau2_s ? 1U : 0U;
+    lengths_.push_back(length);
+  }
+}
+
+RestSummary RestSurvey::summary() const {
+  RestSummary out = sum_;
+  out.count = lengths_.size();
+  if (lengths_.empty()) return out;
+  std::vector<double> sorted = lengths_;
+  std::sort(sorted.begin(), sorted.end());
+  out.shortest_s = sorted.front();
+  out.median_s = sorted[sorted.size() / 2];
+  out.longest_s = sorted.back();
+  return out;
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/identify.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "core/errors.hpp"
+#include "learn/identify/charge_noise.hpp"
+#include "learn/identify/file_finding.hpp"
+#include "learn/identify/full_fit.hpp"
+#include "learn/identify/preparation.hpp"
+#include "learn/identify/rests_and_steps.hpp"
+#include "learn/identify/stepped_temperature.hpp"
+#include "learn/methods/identify_by_stage.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kWindow = 120.0;               // s of a held-out pulse
+constexpr double kHysteresisLeast = 5e-3;       // V
+constexpr double kBin = 0.05, kExcited = 10.0;  // SOC and seconds of fast current that make a bin of SOC known
+constexpr double kCooled = 600.0;               // s of rest after which a cell is taken to be at the room's temperature
+constexpr double kRestShare = 0.5;              // of the longest rest, that a time constant may last
+
+/// Slow charge and slow discharge that disagree: the rows say nothing about the circuit, their middle is the OCV.
+void set_hysteresis_aside(std::vector<TestRun>& runs, double capacity, FitPriors& priors, IdentifyResult& result) {
+  const auto points = hysteresis_of(runs, capacity);
+  double excess = 0.0;
+  for (const HysteresisPoint& point : points) excess += point.excess_v / static_cast<double>(points.size());
+  // More than a tenth of a volt is no hysteresis of any chemistry but a SOC that has drifted between the two.
+  constexpr double kHysteresisMost = 0.1;
+  if (points.size() < 3 || excess < kHysteresisLeast || excess > kHysteresisMost) return;
+  result.hysteresis_v = excess;
+  result.notes.push_back(
+      fmt::format("Hysteresis: slow charge and slow discharge stand {:.1f} mV apart beyond what resistance "
+                  "explains. This circuit cannot represent it: the OCV is their middle, and the slow rows "
+                  "are kept out of the resistances and time constants.",
+                  2e3 * excess));
+  for (const HysteresisPoint& point : points) priors.ocv.push_back({point.soc, point.middle_v, point.half_gap_v});
+  constexpr double kSlow = 1.0 / 8.0;
+  std::map<int, double> fast_s;
+  for (TestRun& run : runs) {
+    double since_fast = 1e9;
+    for (Index row = 0; row < run.rows(); ++row) {
+      const bool fast = std::abs(run.current_a(row)) >= kSlow * capacity;
+      since_fast = fast ? 0.0 : since_fast + run.dt_s(row);
+      if (since_fast > kWindow) run.weight_s(row) = 0.0;
+      if (fast && run.weight_s(row) > 0.0)
+        fast_s[static_cast<int>(std::floor(run.soc(row) / kBin))] += run.dt_s(row);
+    }
+  }
+  const auto excited =
+      std::count_if(fast_s.begin(), fast_s.end(), [](const auto& bin) { return bin.second > kExcited; });
+  if (excited < 5) {
+    throw InputError(runs.front().name, result.notes.back(), "pulses or a drive beside the slow test",
+                     "Give another recording of this cell with currents above C/8, and this one beside it");
+  }
+}
+
+double typical_resistance(const std::vector<TestRun>& runs) {
+  std::vector<double> values;
+  for (const TestRun& run : runs) {
+    for (const StepEstimate& step : resistance_steps(run)) values.push_back(step.resistance_ohm);
+  }
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Longest rest of the recordings: a branch much slower than that is not seen to relax.
+double longest_rest(const std::vector<TestRun>& runs) {
+  double longest = 0.0;
+  for (const TestRun& run : runs) {
+    for (const Segment& s : segments(run)) {
+      if (s.kind == Segment::Kind::kRest) longest = std::max(longest, s.duration_s);
+    }
+  }
+  return longest;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+void take(const FullFit& full, const IdentifyOptions& options, double capacity_ah, IdentifyResult& result) {
+  result.packed = full.packed;
+  result.model = full.fit.model;
+  result.model.capacity_ah = capacity_ah;
+  result.model.per_kelvin = options.per_kelvin;
+  result.model.reference_temperature_c = options.reference_temperature_c;
+  result.noise_v2_s = full.noise_v2_s;
+  result.uncertainty = full.uncertainty;
+  result.smoothness = full.smoothness;
+  result.smoothness_from = full.smoothness_from;
+  result.smoothness_scores = full.smoothness_scores;
+  result.orders = full.orders;
+  result.iterations = full.iterations;
+}
+
+/// True for the rows of a recording that stand in `run`, a run of their means, with a weight.
+std::vector<bool> used_rows(const TestRun& whole, const TestRun& run) {
+  std::vector<bool> out;
+  Index at = 0;
+  for (Index row = 0; row < whole.rows(); ++row) {
+    const double t = whole.time_s(row);
+    while (at + 1 < run.rows() && std::abs(run.time_s(at + 1) - t) <= std::abs(run.time_s(at) - t)) ++at;
+    out.push_back(run.weight_s(at) > 0.0 && whole.weight_s(row) > 0.0);
+  }
+  return out;
+}
+
+void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<TestRun>& runs,
+                const std::vector<Eigen::VectorXd>& states, IdentifyResult& result) {
+  double square = 0.0, used_weight = 0.0, floor = 0.0, weight = 0.0;
+  for (std::size_t k = 0; k < prepared.size(); ++k) {
+    const PreparedLog& one = prepared[k];
+    const TestRun whole = make_run(*one.log, one.run);
+    const Eigen::VectorXd voltage = simulate(result.model, whole, states[k]), error = voltage - whole.voltage_v;
+    result.files.push_back(file_finding(one, whole, error));
+    result.sections.push_back(score_of(whole, voltage));
+    floor += noise_floor(whole) * whole.weight_s.sum();
+    weight += whole.weight_s.sum();
+    const std::vector<bool> used = used_rows(whole, runs[k]);
+    for (Index row = 0; row < whole.rows(); ++row) {
+      if (!used[static_cast<std::size_t>(row)]) continue;
+      square += whole.weight_s(row) * error(row) * error(row);
+      used_weight += whole.weight_s(row);
+    }
+  }
+  result.noise_floor_v2 = floor / weight;
+  result.rms_v = std::sqrt(square / used_weight);
+}
+
+}  // namespace
+
+ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptions& given)
+    : logs(recorded), options(given) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (CellLog& log : logs) smooth_stepped_temperature(log);
+  if (by_stage()) return;
+  if (options.constant) {
+    options.per_kelvin = 0.0;
+    result.notes.push_back("A plain circuit (--constant): one value of each resistance and time constant.");
+  }
+  prepared = prepare(logs,
+                     {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c,
+                      options.per_kelvin, options.hold},
+                     result.notes);
+  priors.ocv = options.ocv;
+  priors.constant = options.constant;
+  runs = runs_of(prepared, options.block_s > 0.0);
+  priors.resistance_scale = typical_resistance(runs);
+  if (priors.resistance_scale <= 0.0) {
+    throw InputError(logs.front().path, "no step of the current that the voltage follows",
+                     "at least one pulse, or a drive, with rows at most 2 s apart", "Give a recording with steps");
+  }
+  if (runs.size() < prepared.size()) {
+    anchor_by_model(prepared, linear_fit(runs, first_taus(2), priors).model);
+    runs = runs_of(prepared, options.block_s > 0.0);
+  }
+  // Resistances of a drive are those that the cell had as it warmed: a slope on top would count the warming twice.
+  if (!options.temperature_told && !options.constant && longest_rest(runs) < kCooled) {
+    options.per_kelvin = 0.0;
+    result.notes.push_back(
+        "No temperature was recorded or told, and no rest lets the cell cool: the resistances are those that it had as "
+        "it warmed, written without a change with temperature (--temperature T writes the usual one).");
+  }
+  if (options.ocv.empty()) {
+    for (const TestRun& run : runs) {
+      for (const OcvKnowledge& rest : ocv_from_rests(run)) rests.push_back(rest);
+    }
+    if (rests.empty())
+      result.notes.push_back(
+          "No rest long enough for an OCV: it is fitted with the rest, and its interval says how well. --ocv gives "
+          "a better one.");
+  }
+  set_hysteresis_aside(runs, prepared.front().run.capacity_ah, priors, result);
+  everything = runs;
+  if (options.block_s > 0.0) {
+    for (TestRun& run : runs) {
+      blocks.push_back(time_blocks(run, options.block_s));
+      run = without_every_second(run, blocks.back(), options.fit_even_blocks ? 1 : 0);
+    }
+  }
+  priors.tau_longest_s = std::clamp(kRestShare * longest_rest(runs), 150.0, 5000.0);
+  result.seconds = seconds_since(begin);
+}
+
+IdentifyResult ReadyTests::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
+  if (by_stage()) return identify_by_stage(logs, options);
+  const auto begin = std::chrono::steady_clock::now();
+  FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}, tau_centre_s};
+  for (const PreparedLog& one : prepared)
+    fit_options.instrument_v2_s =
+        std::max(fit_options.instrument_v2_s, instrument_noise(make_run(*one.log, one.run)));
+  // The reference study's full optimization starts at its initial pulse optimization.
+  if (options.method) fit_options.start = initial_pulse_model(prepared);
+  const FullFit full = full_fit(runs, priors, fit_options, result.notes);
+  take(full, options, prepared.front().run.capacity_ah, result);
+  const bool capacity_known = options.capacity_ah.has_value();
+  const Eigen::VectorXd lasting = systematic_variance(prepared, capacity_known, options.instruments, full),
+                        counted = charge_noise_variance(prepared, runs, capacity_known, full);
+  result.uncertainty.sigma = (result.uncertainty.sigma.array().square() + lasting.array() + counted.array()).sqrt();
+  if (options.block_s > 0.0) {
+    double sum = 0.0, weight = 0.0;
+    const auto all = errors_of(full.fit, everything);
+    for (std::size_t k = 0; k < everything.size(); ++k) {
+      const std::size_t first = options.fit_even_blocks ? 1 : 0;
+      for (std::size_t b = first; b < blocks[k].size(); b += 2) {
+        for (Index row = blocks[k][b].first; row < blocks[k][b].last; ++row) {
+          sum += everything[k].weight_s(row) * all[k](row) * all[k](row);
+          weight += everything[k].weight_s(row);
+        }
+      }
+    }
+    result.rms_other_blocks_v = std::sqrt(sum / weight);
+  }
+  fill_files(prepared, runs, full.fit.states, result);
+  result.seconds += seconds_since(begin);
+  return std::move(result);
+}
+
+IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
+  return ReadyTests(recorded, options).fit();
+}
+
+}  // namespace voltlap::plant

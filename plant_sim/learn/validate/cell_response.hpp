@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a cell file says to a recorded current: voltage, heat and temperature, row by row.
+//
+//   V = OCV(s, T) + dE(s, T, I) - R0 I - v1 - v2 - v_e      branches as in learn/identify/circuit_model.hpp
+//   P = R0 I^2 + v1^2 / R1 + v2^2 / R2 + v_e I - I T dOCV/dT    reference study, 2016, Eq. 7.6
+//   m cp dT/dt = P - h A (T - T_ambient)           Eq. 7.7, exact over an interval of constant P
+//   L dT_s/dt = T - T_s                            the surface, whose temperature is given and compared
+//
+// v_e and dOCV/dT are the cell's effects (car/battery/cell_effects.hpp), none unless its file has them.
+// dE is what single tests found apart from the curve over SOC (`ocv.table` of the cell file); the plant leaves it
+// out.
+#pragma once
+#include <Eigen/Dense>
+#include <optional>
+#include <vector>
+
+#include "car/battery/cell_tables.hpp"
+#include "learn/identify/test_run.hpp"
+
+namespace voltlap::plant {
+
+/// Whose open-circuit voltage: the plant's curve over SOC, or that curve with what each test found apart from it.
+enum class OcvOf { kSoc, kSocTemperatureCurrent };
+
+class CellModel {
+ public:
+  /// Throws InputError for tables that do not fit (CellTables).
+  explicit CellModel(const CellParameters& cell, OcvOf ocv = OcvOf::kSoc);
+
+  [[nodiscard]] const CellParameters& cell() const { return cell_; }
+  [[nodiscard]] const CellTables& tables() const { return tables_; }
+  [[nodiscard]] double ocv(double soc, double temperature_c, double current_a) const;
+
+ private:
+  CellParameters cell_;
+  CellTables tables_;
+  std::optional<CellTables> ocv_by_test_;  ///< its r0 is the open-circuit voltage [V]: the same lookup
+};
+
+/// Temperatures that a recording offers.
+struct RecordedTemperature {
+  std::vector<double> cell_c;     ///< empty: not recorded, the model's own is used
+  std::vector<double> ambient_c;  ///< empty: constant at `start_c`
+  double start_c = 25.0;
+
+  /// Of a recording; `otherwise_c` where it has no temperature.
+  RecordedTemperature(const CellLog& log, double otherwise_c);
+};
+
+struct CellResponse {
+  Eigen::VectorXd voltage, temperature;
+  Eigen::VectorXd heat_w;  ///< of the interval that ends at the row
+};
+
+/// Lookup by SOC, recorded temperature and the last current above 0.5 % of the recording's largest.
+[[nodiscard]] CellResponse respond(const CellModel& model, const TestRun& run,
+                                   const RecordedTemperature& temperature);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/validate/study_tables.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "learn/validate/study_numbers.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr const char* kNone = "-";
+
+std::string mv_or_none(double volts) {
+  return volts > 0.0 ? millivolts(volts) : std::string(kNone);
+}
+
+StudyTable kinds_table(const ValidationStudy& study) {
+  using namespace voltlap::plant::study;
+  StudyTable out{
+      "Beside the reference study, 2016 (its own cells and tests)", {"RMS", "here", "study", "section"}, {}, {}};
+  struct Row {
+    const char* name;
+    const KindError& here;
+    double study_v, adjusted_v, by_ah;
+    const char* section;
+  };
+  const Row rows[] = {{"constant current", study.constant_current, kRmsConstantCurrent, 0.0, 0.0, "7.1"},
+                      {"variable current", study.variable_current, kRmsVariableCurrent, kRmsVariableCurrentAdjusted,
+                       kVariableCurrentByAh, "7.2"},
+                      {"variable current, temperature free", study.variable_temperature, kRmsVariableTemperature,
+                       kRmsVariableTemperatureAdjusted, kVariableTemperatureByAh, "7.3"}};
+  for (const Row& row : rows) {
+    if (row.here.files == 0) continue;
+    out.rows.push_back({fmt::format("{}, {} file{}", row.name, row.here.files, row.here.files == 1 ? "" : "s"),
+                        millivolts(row.here.error.rms_v()), millivolts(row.study_v), row.section});
+    const std::string by = row.by_ah != 0.0 ? fmt::format(" (study: by {:+.2f} Ah)", row.by_ah) : "";
+    out.rows.push_back({"  capacity adjusted" + by, millivolts(row.here.adjusted.rms_v()),
+                        mv_or_none(row.adjusted_v), row.section});
+  }
+  return out;
+}
+
+/// What the study found for a reduction, of its tests with the temperature held and free.
+struct StudyReduction {
+  const char* name;
+  double held_v, free_v;
+};
+constexpr StudyReduction kStudyReductions[] = {
+    {"whole model", study::kRmsVariableCurrent, study::kRmsVariableTemperature},
+    {"em without current", study::kRmsWithoutCurrentInEm, 0.0},
+    {"r0 without current", study::kRmsWithoutCurrentInR0, 0.0},
+    {"em, r0 without current", study::kRmsVariableCurrentReduced, 0.0},
+    {"em without temperature", 0.0, study::kRmsVariableTemperatureReduced}};
+
+StudyTable reductions_table(const ValidationStudy& study) {
+  StudyTable out{"Reductions: the mean over the axis in the place of the table",
+                 {"RMS", "here", "study 7.2.2", "study 7.3.1"},
+                 {},
+                 {}};
+  for (const Reduction& reduction : study.reductions) {
+    const std::string name = reduction_name(reduction);
+    StudyReduction beside{"", 0.0, 0.0};
+    for (const StudyReduction& row : kStudyReductions) {
+      if (name == row.name) beside = row;
+    }
+    out.rows.push_back({name, millivolts(reduction.rms_v), mv_or_none(beside.held_v), mv_or_none(beside.free_v)});
+  }
+  for (const StudyReduction& row : kStudyReductions) {
+    const bool own = std::any_of(study.reductions.begin(), study.reductions.end(),
+                                 [&](const Reduction& reduction) { return reduction_name(reduction) == row.name; });
+    if (!own) out.rows.push_back({row.name, kNone, mv_or_none(row.held_v), mv_or_none(row.free_v)});
+  }
+  if (study.reductions.size() == 1)
+    out.notes.emplace_back("the tables of this cell file depend on SOC alone: nothing to reduce");
+  return out;
+}
+
+StudyTable tables_table(const CellParameters& cell, const ValidationStudy& study) {
+  StudyTable out{
+      "Sensitivity of the tables, Eq. 7.1 and 7.5", {"", "here %/A", "study %/A", "here %/K", "study %/K"}, {}, {}};
+  const auto text = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.3g}", *value) : std::string(kNone);
+  };
+  for (std::size_t k = 0; k < study.tables.size(); ++k) {
+    const TableSensitivity& own = study.tables[k];
+    const auto& beside = study::kTableSensitivity[k];
+    out.rows.push_back({name_of(own.parameter), text(own.pct_per_ampere),
+                        fmt::format("{:.3g}", beside.pct_per_ampere), text(own.pct_per_kelvin),
+                        fmt::format("{:.3g}", beside.pct_per_kelvin)});
+  }
+  if (!study.tables.front().pct_per_ampere && !study.tables.front().pct_per_kelvin)
+    out.notes.emplace_back("em: this cell file has its OCV over SOC alone");
+  if (cell.r0_ohm.table.empty())
+    out.notes.emplace_back("r0 to tau2: as the file's per_ampere and per_kelvin say, not from a table of tests");
+  return out;
+}
+
+StudyTable errors_table(const ValidationStudy& study) {
+  StudyTable out{
+      "RMS in mV with a parameter off, capacity adjusted first; section 7.4, Table 7.3 (study in brackets)",
+      {"", "+5 %", "+1 %", "nominal", "-1 %", "-5 %"},
+      {},
+      {}};
+  for (std::size_t k = 0; k < study.errors.size(); ++k) {
+    out.rows.push_back({study.errors[k].parameter});
+    for (std::size_t step = 0; step < kSensitivitySteps.size(); ++step) {
+      out.rows.back().push_back(fmt::format("{:.1f} ({:.1f})", 1e3 * study.errors[k].rms_v[step],
+                                            1e3 * study::kErrorSensitivity[k].rms_v[step]));
+    }
+  }
+  return out;
+}
+
+StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& thermal) {
+  const ThermalModel& fitted = thermal.fitted;
+  const auto width = [](double share) { return std::min(999.0, 100.0 * share); };
+  StudyTable out{"Thermal model, section 7.5, fitted to the recorded temperatures",
+                 {"", "here", "cell file", "study"},
+                 {},
+                 {}};
+  out.rows = {
+      {"heat_capacity_j_per_kg_k", fmt::format("{:.0f}", fitted.capacity_j_per_k / cell.mass_kg),
+       fmt::format("{:.0f}", cell.heat_capacity_j_per_kg_k),
+       fmt::format("{:.0f}", study::kHeatCapacity_j_per_kg_k)},
+      {"convection_w_per_m2_k", fmt::format("{:.2f}", fitted.conductance_w_per_k / cell.surface_area_m2),
+       fmt::format("{:.2f}", cell.convection_w_per_m2_k), fmt::format("{:.2f}", study::kConvection_w_per_m2_k)},
+      {"surface_lag_s", fmt::format("{:.1f}", fitted.surface_lag_s), fmt::format("{:.1f}", cell.surface_lag_s), "-"}};
+  const std::string lag = fitted.surface_lag_s > 0.0 ? fmt::format("surface {:.3g} +- {:.2g} s behind",
+                                                                   fitted.surface_lag_s, fitted.surface_lag_ci95_s)
+                                                     : "no lag of the surface";
+  out.notes.push_back(
+      fmt::format("of the cell: heat capacity {:.1f} J/K +- {:.2g} %, cooling {:.3f} W/K +- {:.2g} %, {} (95 %); per "
+                  "kg and m2 with the "
+                  "file's {:.3g} kg and {:.3g} m2",
+                  fitted.capacity_j_per_k, width(fitted.capacity_ci95), fitted.conductance_w_per_k,
+                  width(fitted.conductance_ci95), lag, cell.mass_kg, cell.surface_area_m2));
+  const char* how =
+      thermal.files.size() > 1 ? "by a fit of the other files" : "in its second half by a fit of its first";
+  for (const ThermalValidation::File& file : thermal.files) {
+    out.notes.push_back(fmt::format("{}: RMS {:.2f} K as the cell file says, {:.2f} K fitted, {}{}", file.file,
+                                    file.rms_as_given_c, file.rms_fitted_c,
+                                    file.rms_held_out_c ? fmt::format("{:.2f} K {}", *file.rms_held_out_c, how)
+                                                        : "not held out: the rest tells too little",
+                                    file.ambient_assumed ? "; ambient not recorded: that of the start" : ""));
+  }
+  return out;
+}
+
+StudyTable pack_table(const PackComparison& pack, const std::string& file) {
+  constexpr double kRounding = 1e9;  // beyond it sigma is that of the computer's numbers
+  const auto snr = [](double value) {
+    return value < kRounding ? fmt::format("{:.3g}", value) : std::string("no noise");
+  };
+  const PackDifference &equal = pack.equal, &differing = pack.differing;
+  StudyTable out{fmt::format("One cell for {}, through the current of {}; Appendix C (24 cells, an endurance)",
+                             pack.cells, file),
+                 {"difference of pack and one cell", "equal cells", "study", "differing"},
+                 {},
+                 {}};
+  const auto number = [](double value, const char* unit) { return fmt::format("{:.2g}{}", value, unit); };
+  out.rows = {
+      {"pack voltage, mean", number(equal.voltage_mean_v, " V"), number(study::kPackMean_v, " V"),
+       number(differing.voltage_mean_v, " V")},
+      {"pack voltage, largest", number(equal.voltage_max_v, " V"), kNone, number(differing.voltage_max_v, " V")},
+      {"signal to noise (range over sigma)", snr(equal.snr), fmt::format("{:.3g}", study::kPackSnr),
+       snr(differing.snr)},
+      {"SOC, largest", number(equal.soc_max, ""), number(study::kPackSocMax, ""), number(differing.soc_max, "")},
+      {"weakest cell below the mean", millivolts(equal.weakest_cell_v), kNone,
+       millivolts(differing.weakest_cell_v)}};
+  const CellSpread spread;
+  out.notes.push_back(
+      fmt::format("differing: sigma {:g} % of capacity, {:g} % of resistance, {:g} % of SOC, seed {}",
+                  100.0 * spread.capacity, 100.0 * spread.resistance, 100.0 * spread.initial_soc, spread.seed));
+  return out;
+}
+
+}  // namespace
+
+std::string millivolts(double volts) {
+  return fmt::format("{:.1f} mV", 1e3 * volts);
+}
+
+std::string reduction_name(const Reduction& reduction) {
+  if (reduction.parameters.empty()) return "whole model";
+  std::vector<std::string> names;
+  for (const TableParameter parameter : reduction.parameters) names.emplace_back(name_of(parameter));
+  return fmt::format("{} without {}", fmt::join(names, ", "),
+                     reduction.axis == TableAxis::kCurrent ? "current" : "temperature");
+}
+
+std::vector<StudyTable> study_tables(const CellParameters& cell, const ValidationStudy& study) {
+  std::vector<StudyTable> out{kinds_table(study)};
+  if (!study.reductions.empty()) out.push_back(reductions_table(study));
+  if (!study.tables.empty()) out.push_back(tables_table(cell, study));
+  if (!study.errors.empty()) out.push_back(errors_table(study));
+  if (study.thermal) out.push_back(thermal_table(cell, *study.thermal));
+  if (study.pack) out.push_back(pack_table(*study.pack, study.files.front().file));
+  return out;
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plant's side of the bus: commands of the ECUs become switches and currents.
+#pragma once
+#include "base/can_frame.hpp"
+#include "base/time.hpp"
+#include "can_dbc/car.hpp"
+#include "can_dbc/tables.hpp"
+#include "car/car.hpp"
+#include "codec/rx_monitor.hpp"
+
+namespace voltlap::plant {
+
+/// What the ECUs last said, for actuators and for the result.
+class CommandReceiver {
+ public:
+  /// Takes in frames and moves contactors and inverter of the car; silence of a command opens or stops them.
+  void receive(Instant now, FrameView frames, Car& car);
+
+  [[nodiscard]] const can::BmsLimits& limits() const { return limits_; }
+  [[nodiscard]] const can::BmsStatus& bms() const { return bms_; }
+  [[nodiscard]] const can::MasterStatus& master() const { return master_; }
+
+ private:
+  /// A silent node has no state: what it last said must not stand for ever.
+  template <class Message>
+  void forget_unless_fresh(Instant now, Message& last) {
+    if (!monitor_.fresh(Message::kId, now)) last = {};
+  }
+
+  codec::RxMonitor<can::kPlantRx> monitor_;
+  can::BmsLimits limits_{};
+  can::BmsStatus bms_{};
+  can::MasterStatus master_{};
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The driver: two PI controllers, one for the accelerator and one for the brake; which one acts follows from the
+// target's slope (reference study, 2016, section 4.2, Fig. 4.5).
+//
+//   pedal = base + Kp e + Ki integral(e), e = target - speed (brake: the negative), 0..1
+// The integral is kept only while the pedal is inside its range (anti-windup), and starts anew with every event.
+#pragma once
+#include <algorithm>
+
+#include "core/parameters.hpp"
+#include "race/driver/target.hpp"
+
+namespace voltlap::plant {
+
+struct Pedals {
+  double accelerator = 0.0;  ///< 0..1
+  double brake = 0.0;        ///< 0..1
+};
+
+class PiDriver {
+ public:
+  explicit PiDriver(const DriverSection& driver) : driver_(driver) {}
+
+  Pedals advance(const Target& target, double speed_mps, double step_s) {
+    const bool brakes = target.slope_mps2 < driver_.brake_below_mps2;
+    if (brakes != braking_) {
+      braking_ = brakes;
+      integral_m_ = 0.0;
+    }
+    const double error = target.speed_mps - speed_mps;
+    if (brakes) {
+      return {0.0, follow(target.brake_base, -error, driver_.brake_gain_per_mps, driver_.brake_integral_per_m, step_s)};
+    }
+    return {follow(target.accelerator_base, error, driver_.accelerator_gain_per_mps, driver_.accelerator_integral_per_m, step_s),
+            0.0};
+  }
+
+ private:
+  double follow(double base, double error, double gain, double integral_gain, double step_s) {
+    const double next = integral_m_ + error * step_s;
+    const double pedal = base + gain * error + integral_gain * next;
+    const bool winds_up = (pedal > 1.0 && error > 0.0) || (pedal < 0.0 && error < 0.0);
+    if (!winds_up) integral_m_ = next;
+    return std::clamp(pedal, 0.0, 1.0);
+  }
+
+  DriverSection driver_;
+  bool braking_ = false;
+  double integral_m_ = 0.0;
+};
+
+}  // namespace voltlap::plant

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "race/sensors/sensor_frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/message_table.hpp"
+#include "codec/send.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kRpmPerRadPerS = 30.0 / M_PI;
+
+// The APPS that the master's default configuration expects (firmware/master/config.hpp): the second has half the slope.
+constexpr double kApps1ReleasedV = 0.5, kApps1SpanV = 4.0;
+constexpr double kApps2ReleasedV = 0.25, kApps2SpanV = 2.0;
+
+/// SI to the codec's integers, to nearest.
+std::int32_t to_units(double value, double units_per_si) {
+  return static_cast<std::int32_t>(std::lround(std::clamp(value * units_per_si, -2e9, 2e9)));
+}
+std::int32_t to_100uv(double volts) { return to_units(volts, 1e4); }
+std::int32_t to_ma(double amperes) { return to_units(amperes, 1e3); }
+std::int32_t to_dc(double celsius) { return to_units(celsius, 10.0); }
+
+bool row_due(std::uint32_t id, Instant now) {
+  const auto& row = can::kMessages[codec::find_row(can::kMessages, codec::kMessageCount, id)];
+  return can::due(now.ms(), row.cycle_ms, row.delay_ms);
+}
+
+}  // namespace
+
+void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const Switches& switches, TxQueue& tx) {
+  send_pack(car, tx);
+  send_pedals(pedals, tx);
+  send_wheels(car, tx);
+  send_inverter(car, tx);
+  send_io(car, switches, tx);
+  send_cells(now, car, tx);
+  send_temperatures(now, car, tx);
+  send_motor_temperatures(now, car, tx);
+}
+
+void SensorFrames::send_pack(const Car& car, TxQueue& tx) {
+  can::PackSensor m;
+  m.pack_current_ma = to_ma(sensors_.current(car.pack_current_a()));
+  m.pack_voltage_100uv = to_100uv(car.pack().voltage());
+  m.pack_current_ok = !faults.current_lost;
+  m.pack_voltage_ok = true;
+  codec::send(m, sealer_, tx);
+}
+
+void SensorFrames::send_pedals(const Pedals& pedals, TxQueue& tx) {
+  can::Pedals m;
+  m.apps1_100uv = to_100uv(kApps1ReleasedV + kApps1SpanV * pedals.accelerator + faults.apps1_offset_v);
+  m.apps2_100uv = to_100uv(kApps2ReleasedV + kApps2SpanV * pedals.accelerator);
+  m.brake_front_mbar = m.brake_rear_mbar = to_units(pedals.brake * parameters_.brakes.full_pedal_pressure_bar, 1e3);
+  m.apps1_ok = m.apps2_ok = true;
+  m.brake_front_ok = !faults.brake_lost[0];
+  m.brake_rear_ok = !faults.brake_lost[1];
+  codec::send(m, sealer_, tx);
+}
+
+void SensorFrames::send_wheels(const Car& car, TxQueue& tx) {
+  can::WheelSpeeds m;
+  const double radius = parameters_.tyres.radius_m;
+  m.front_left_mmps = m.front_right_mmps = to_units(std::abs(car.vehicle().front_omega()) * radius, 1e3);
+  m.rear_left_mmps = m.rear_right_mmps = to_units(std::abs(car.vehicle().rear_omega()) * radius, 1e3);
+  m.front_left_ok = m.front_right_ok = m.rear_left_ok = m.rear_right_ok = true;
+  codec::send(m, sealer_, tx);
+}
+
+void SensorFrames::send_inverter(const Car& car, TxQueue& tx) {
+  can::InverterStatus m;
+  m.motor_speed_rpm = to_units(car.motor_omega_rad_s(), kRpmPerRadPerS);
+  m.dc_link_voltage_100uv = to_100uv(car.dc_link_voltage());
+  m.phase_current_ma = to_ma(car.phase_current_a());
+  m.motor_speed_ok = m.dc_link_voltage_ok = m.phase_current_ok = true;
+  switch (car.inverter.state(car.dc_link_voltage())) {
+    case InverterState::kOff: m.state = can::InverterState::kOff; break;
+    case InverterState::kDisabled: m.state = can::InverterState::kDisabled; break;
+    case InverterState::kEnabled: m.state = can::InverterState::kEnabled; break;
+    case InverterState::kCommandTimeout: m.state = can::InverterState::kCommandTimeout; break;
+  }
+  codec::send(m, sealer_, tx);
+}
+
+void SensorFrames::send_io(const Car& car, const Switches& switches, TxQueue& tx) {
+  can::VehicleIo m;
+  m.air_plus_aux = car.contactors.air_plus.closed();
+  m.air_minus_aux = car.contactors.air_minus.closed();
+  m.precharge_aux = car.contactors.precharge.closed();
+  m.shutdown_closed = switches.shutdown_closed;
+  m.ts_on_button = switches.ts_on;
+  m.rtd_button = switches.ready_to_drive;
+  m.reset_button = switches.reset;
+  codec::send(m, sealer_, tx);
+}
+
+void SensorFrames::send_cells(Instant now, const Car& car, TxQueue& tx) {
+  const std::size_t cells = car.pack().cells();
+  const std::int32_t cycle = can::cell_cycle_ms(cells);
+  for (std::size_t group = 0; group * can::CellVoltages::kPerFrame < cells; ++group) {
+    if (!can::due(now.ms(), cycle, static_cast<std::int32_t>(group * can::kTickMs))) continue;
+    can::CellVoltages m;
+    m.group = static_cast<std::uint8_t>(group);
+    for (std::size_t i = 0; i < can::CellVoltages::kPerFrame; ++i) {
+      const std::size_t cell = group * can::CellVoltages::kPerFrame + i;
+      const SensorFaults::Channel fault = SensorFaults::of(faults.cells, cell);
+      m.cell_ok[i] = cell < cells && !fault.lost;
+      if (cell < cells) m.cell_100uv[i] = to_100uv(sensors_.cell_voltage(car.pack().cell_voltage(cell)) + fault.offset);
+    }
+    codec::send(m, sealer_, tx);
+  }
+}
+
+void SensorFrames::send_temperatures(Instant now, const Car& car, TxQueue& tx) {
+  const auto count = static_cast<std::size_t>(parameters_.sensors.temperature_count);
+  for (std::size_t group = 0; group * can::Temperatures::kPerFrame < count; ++group) {
+    if (!row_due(can::Temperatures::kBaseId + static_cast<std::uint32_t>(group), now)) continue;
+    can::Temperatures m;
+    m.group = static_cast<std::uint8_t>(group);
+    for (std::size_t i = 0; i < can::Temperatures::kPerFrame; ++i) {
+      const std::size_t sensor = group * can::Temperatures::kPerFrame + i;
+      const SensorFaults::Channel fault = SensorFaults::of(faults.thermistors, sensor);
+      m.temperature_ok[i] = sensor < count && !fault.lost;
+      const std::size_t cell = std::min(sensor, count - 1) * car.pack().cells() / count;
+      if (sensor < count) {
+        m.temperature_dc[i] = to_dc(sensors_.temperature(car.pack().surface_temperature_c(cell)) + fault.offset);
+      }
+    }
+    codec::send(m, sealer_, tx);
+  }
+}
+
+void SensorFrames::send_motor_temperatures(Instant now, const Car& car, TxQueue& tx) {
+  if (!row_due(can::MotorTemperatures::kId, now)) return;
+  can::MotorTemperatures m;
+  m.motor_dc = to_dc(car.motor_thermal().copper_c());
+  m.inverter_dc = to_dc(parameters_.environment.ambient_c);  // a heat sink at ambient: the inverter has no thermal model
+  m.motor_ok = m.inverter_ok = true;
+  codec::send(m, sealer_, tx);
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "race/track/track.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "core/csv.hpp"
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kLengthMin_m = 10.0;
+constexpr double kLengthMax_m = 1e6;
+
+double length_at(const CsvTable& table, std::size_t row, const char* column) {
+  const double length = table.number(row, column);
+  if (length < 0.0) {
+    throw InputError(fmt::format("{}, {}", table.place(row), column), fmt::format("{}", length), "0 or more metres",
+                     "Correct the length");
+  }
+  return length;
+}
+
+double radius_at(const CsvTable& table, std::size_t row) {
+  const double radius = table.number(row, "corner_radius_m");
+  if (!(radius > 0.0)) {
+    throw InputError(table.place(row) + ", corner_radius_m", fmt::format("{}", radius), "more than 0 metres",
+                     "Give the radius without sign; right or left is the sign of corner_angle_rad, or the type");
+  }
+  return radius;
+}
+
+void add(Track& track, const CsvTable& table, std::size_t row, double length, double curvature) {
+  if (length > 0.0) track.segments.push_back({length, curvature, table.place(row)});
+}
+
+void read_straights_and_corners(const CsvTable& table, Track& track) {
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    add(track, table, row, length_at(table, row, "straight_m"), 0.0);
+    const double radius = radius_at(table, row);
+    const double angle = table.number(row, "corner_angle_rad");
+    add(track, table, row, radius * std::abs(angle), std::copysign(1.0 / radius, angle));
+  }
+}
+
+void read_typed_sections(const CsvTable& table, Track& track) {
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const std::string& type = table.text(row, "type");
+    const double length = length_at(table, row, "section_length_m");
+    if (type == "Straight") {
+      add(track, table, row, length, 0.0);
+    } else if (type == "Left" || type == "Right") {
+      add(track, table, row, length, (type == "Left" ? -1.0 : 1.0) / radius_at(table, row));
+    } else {
+      throw InputError(table.place(row) + ", type", fmt::format("\"{}\"", type), "Straight, Left or Right",
+                       "Choose one of the three");
+    }
+  }
+}
+
+}  // namespace
+
+double Track::length_m() const {
+  double sum = 0.0;
+  for (const Segment& s : segments) sum += s.length_m;
+  return sum;
+}
+
+Track load_track(const std::string& path) {
+  const CsvTable table(path);
+  Track track{std::filesystem::path(path).stem().string(), {}};
+  if (table.has("type")) {
+    read_typed_sections(table, track);
+  } else {
+    read_straights_and_corners(table, track);
+  }
+  const double length = track.length_m();
+  if (!(length >= kLengthMin_m && length <= kLengthMax_m)) {
+    throw InputError(path, fmt::format("a track of {:g} m", length),
+                     fmt::format("{:.0f} to {:.0f} m", kLengthMin_m, kLengthMax_m),
+                     "Check the lengths; they are in metres, angles in radians");
+  }
+  return track;
+}
+
+}  // namespace voltlap::plant

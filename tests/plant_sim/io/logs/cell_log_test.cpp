@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/cell_log.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "plant_sim/core/scratch.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+namespace {
+
+/// A cell of 4 V and 10 mOhm under a square wave of 10 A, one row a second.
+struct Square {
+  double sign = 1.0, volts = 1.0;
+  [[nodiscard]] MeasuredTable table(int rows = 60) const {
+    MeasuredTable out;
+    out.path = "square.csv";
+    out.columns = {"t", "i", "v"};
+    out.values.resize(3);
+    for (int k = 0; k < rows; ++k) {
+      const double current = (k / 10) % 2 == 1 ? 10.0 : 0.0;
+      out.values[0].push_back(k);
+      out.values[1].push_back(sign * current);
+      out.values[2].push_back(volts * (4.0 - 0.01 * current));
+      out.lines.push_back(static_cast<std::size_t>(k) + 2);
+    }
+    return out;
+  }
+};
+
+RoleMap map_with(DischargeSign sign) {
+  RoleMap map;
+  map.source = "test map";
+  map.roles["time"] = {"t"};
+  map.roles["current"] = {"i", 1.0, 0.0, sign};
+  map.roles["voltage"] = {"v"};
+  return map;
+}
+
+bool has_repair(const CellLog& log, const char* words) {
+  for (const std::string& repair : log.repairs) {
+    if (repair.find(words) != std::string::npos) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_GROUP(CellLog) {
+  RoleMap automatic = map_with(DischargeSign::kAuto);
+  CellLog log_of(const MeasuredTable& table) {
+    return cell_log_of(table, automatic, {});
+  }
+};
+
+TEST(CellLog, GoodTableNeedsNoRepair) {
+  const CellLog log = log_of(Square{}.table());
+  LONGS_EQUAL(60, log.rows());
+  LONGS_EQUAL(0, log.repairs.size());
+  DOUBLES_EQUAL(10.0, log.current_a[15], 0.0);
+}
+
+TEST(CellLog, SignOfTheCurrentIsFoundAndSaid) {
+  const CellLog log = log_of(Square{-1.0}.table());
+  DOUBLES_EQUAL(10.0, log.current_a[15], 0.0);
+  CHECK(has_repair(log, "sign of the current turned"));
+}
+
+TEST(CellLog, ChargeWhereDischargeWasDeclaredIsRefused) {
+  const MeasuredTable table = Square{-1.0}.table();
+  const std::string message = complaint([&] { (void)cell_log_of(table, map_with(DischargeSign::kPositive), {}); });
+  STRCMP_CONTAINS("discharge was declared", message.c_str());
+  DOUBLES_EQUAL(10.0, cell_log_of(table, map_with(DischargeSign::kNegative), {}).current_a[15], 0.0);
+}
+
+TEST(CellLog, MillivoltsAreBroughtToVoltsAndSaid) {
+  const CellLog log = log_of(Square{1.0, 1000.0}.table());
+  DOUBLES_EQUAL(4.0, log.voltage_v[0], 1e-12);
+  CHECK(has_repair(log, "mV"));
+}
+
+TEST(CellLog, VoltageOfAPackNeedsTheNumberOfCells) {
+  const MeasuredTable table = Square{1.0, 28.0}.table();
+  STRCMP_CONTAINS("--cells-in-series", complaint([&] { (void)log_of(table); }).c_str());
+  const CellLog log = cell_log_of(table, automatic, {-1e300, 1e300, 28, 2});
+  DOUBLES_EQUAL(4.0, log.voltage_v[0], 1e-12);
+  DOUBLES_EQUAL(5.0, log.current_a[15], 1e-12);
+}
+
+TEST(CellLog, RepeatedAndBackwardTimesAndHolesAreLeftOutAndCounted) {
+  MeasuredTable table = Square{}.table();
+  table.values[0][20] = table.values[0][19];
+  table.values[0][30] = table.values[0][28] + 0.5;
+  table.values[1][40] = std::nan("");
+  const CellLog log = log_of(table);
+  LONGS_EQUAL(57, log.rows());
+  CHECK(has_repair(log, "1 rows that repeat a time"));
+  CHECK(has_repair(log, "1 rows with a time that goes back"));
+  CHECK(has_repair(log, "1 rows without a time or current"));
+  for (std::size_t row = 1; row < log.rows(); ++row) CHECK(log.time_s[row] > log.time_s[row - 1]);
+}
+
+TEST(CellLog, VoltageHoleKeepsItsCurrent) {
+  MeasuredTable table = Square{}.table();
+  table.values[2][15] = std::nan("");
+  const CellLog log = log_of(table);
+  LONGS_EQUAL(60, log.rows());
+  CHECK(std::isnan(log.voltage_v[15]));
+  CHECK(has_repair(log, "1 rows without a voltage are not used"));
+}
+
+TEST(CellLog, ClockThatStartsAgainIsJoinedWithAGap) {
+  MeasuredTable table = Square{}.table();
+  for (std::size_t row = 30; row < 60; ++row) table.values[0][row] -= 30.0;
+  const CellLog log = log_of(table);
+  LONGS_EQUAL(60, log.rows());
+  CHECK(log.gap[30]);
+  CHECK(has_repair(log, "restarts of the clock"));
+}
+
+TEST(CellLog, GapTakesItsChargeFromTheCounter) {
+  MeasuredTable table = Square{}.table();
+  table.columns.emplace_back("q");
+  table.values.emplace_back();
+  double counter = 0.0;
+  for (std::size_t row = 0; row < 60; ++row) {
+    if (row >= 25) table.values[0][row] = static_cast<double>(row) + 1000.0;
+    if (row == 25) counter += 0.5;  // drawn while nothing was recorded; rows on both sides rest
+    counter += table.values[1][row] / 3600.0;
+    table.values[3].push_back(counter);
+  }
+  automatic.roles["charge_ah"] = {"q"};
+  const CellLog log = log_of(table);
+  CHECK(log.gap[25]);
+  const std::vector<double> drawn = charge_drawn_ah(log, CurrentHold::kNext);
+  DOUBLES_EQUAL(0.5, drawn[25] - drawn[24], 1e-9);
+}
+
+TEST(CellLog, HoldIsFoundFromACounter) {
+  MeasuredTable table = Square{}.table(2000);
+  table.columns.emplace_back("q");
+  for (const CurrentHold hold : {CurrentHold::kPrevious, CurrentHold::kNext, CurrentHold::kLinear}) {
+    std::vector<double> counter{0.0};
+    // Charge of each interval in the way the hold says.
+    for (std::size_t row = 1; row < 2000; ++row) {
+      const double a = table.values[1][row - 1], b = table.values[1][row];
+      const double mean = hold == CurrentHold::kPrevious ? a : hold == CurrentHold::kNext ? b : 0.5 * (a + b);
+      counter.push_back(counter.back() + mean / 3600.0);
+    }
+    table.values.resize(3);
+    table.values.push_back(counter);
+    automatic.roles["charge_ah"] = {"q"};
+    const auto evidence = hold_from_counter(log_of(table));
+    LONGS_EQUAL(1, evidence.size());
+    CHECK(evidence[0].hold == hold);
+  }
+  CHECK(hold_from_counter(cell_log_of(Square{}.table(), map_with(DischargeSign::kAuto), {})).empty());
+}
+
+TEST(CellLog, WindowKeepsItsRowsOnly) {
+  const CellLog log = cell_log_of(Square{}.table(), automatic, {10.0, 39.0, 1, 1});
+  LONGS_EQUAL(30, log.rows());
+  CHECK(has_repair(log, "30 of 60 rows"));
+  STRCMP_CONTAINS("usable rows",
+                  complaint([&] { (void)cell_log_of(Square{}.table(), automatic, {1e6, 2e6, 1, 1}); }).c_str());
+}

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/role_map.hpp"
+
+#include "plant_sim/core/scratch.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(RoleMap) {
+  Scratch scratch;
+  DataFolder data{VOLTLAP_DATA_FOLDER};
+  MeasuredTable table_of(const std::string& header, const std::string& row) {
+    return read_measured_table(scratch.write("table.csv", header + "\n" + row + "\n"));
+  }
+  std::string complaint_of(const std::string& map) {
+    const std::string path = scratch.write("map.toml", map);
+    return complaint([&] { (void)load_role_map(path); });
+  }
+};
+
+TEST(RoleMap, ScaleOffsetAndUnitLeadToSi) {
+  const RoleMap map = load_role_map(scratch.write(
+      "map.toml",
+      "[roles]\ncurrent = {column = \"I\", unit = \"mA\", scale = 10, offset = 5, discharge = \"-\"}\n"
+      "temperature_1 = {column = \"T\", unit = \"degF\"}\n"));
+  DOUBLES_EQUAL(0.01, map.find("current")->scale, 1e-15);
+  DOUBLES_EQUAL(0.005, map.find("current")->offset, 1e-15);
+  CHECK(map.find("current")->discharge == DischargeSign::kNegative);
+  DOUBLES_EQUAL(100.0, 212.0 * map.find("temperature_1")->scale + map.find("temperature_1")->offset, 1e-12);
+  POINTERS_EQUAL(nullptr, map.find("voltage"));
+}
+
+TEST(RoleMap, PlainColumnNamesNeedNoMap) {
+  const RoleMap map = role_map_for(table_of("time_s,current_ma,voltage_v,temperature_c", "0,1,3,25"), data);
+  STRCMP_EQUAL("current_ma", map.find("current")->column.c_str());
+  DOUBLES_EQUAL(1e-3, map.find("current")->scale, 1e-15);
+  CHECK(map.find("temperature_1") != nullptr);
+}
+
+TEST(RoleMap, ShippedMapIsFoundByItsHeader) {
+  const RoleMap map = role_map_for(table_of("t_s,i_a,v_v,temp_c,ah_out", "0,1,3,25,0"), data);
+  STRCMP_CONTAINS("panasonic_18650pf", map.source.c_str());
+  CHECK(map.find("charge_ah") != nullptr);
+}
+
+TEST(RoleMap, EveryShippedMapIsRead) {
+  const auto names = data.names("maps");
+  CHECK(names.size() >= 4);
+  for (const std::string& name : names)
+    CHECK(load_role_map(data.find("maps", name, "test")).find("current") != nullptr);
+}
+
+TEST(RoleMap, UnknownColumnsGiveADraftMap) {
+  const MeasuredTable table = table_of("Zeit,Strom,Spannung", "0,1,3");
+  const std::string message = complaint([&] { (void)role_map_for(table, data); });
+  STRCMP_CONTAINS("current = {column = \"Strom\"", message.c_str());
+  STRCMP_CONTAINS("time = {column = \"Zeit\"", message.c_str());
+}
+
+TEST(RoleMap, UnknownRoleUnitKeyAndSignAreNamed) {
+  STRCMP_CONTAINS("roles.curent", complaint_of("[roles]\ncurent = {column = \"I\"}\n").c_str());
+  STRCMP_CONTAINS("wheel_speed_0", complaint_of("[roles]\nwheel_speed_0 = {column = \"I\"}\n").c_str());
+  STRCMP_CONTAINS("furlong", complaint_of("[roles]\ncurrent = {column = \"I\", unit = \"furlong\"}\n").c_str());
+  STRCMP_CONTAINS("gain", complaint_of("[roles]\ncurrent = {column = \"I\", gain = 2}\n").c_str());
+  STRCMP_CONTAINS("discharge",
+                  complaint_of("[roles]\ncurrent = {column = \"I\", discharge = \"minus\"}\n").c_str());
+  STRCMP_CONTAINS("no [roles]", complaint_of("current = 1\n").c_str());
+  STRCMP_CONTAINS("no signal", complaint_of("[roles]\ncurrent = {frame = 1, dbc = \"a.dbc\"}\n").c_str());
+  STRCMP_CONTAINS("11 or 29 bits", complaint_of("[roles]\ncurrent = {frame = 0x20000000, signal = \"I\", dbc = "
+                                                "\"a.dbc\"}\n")
+                                       .c_str());
+  STRCMP_CONTAINS("checksum = \"md5\"",
+                  complaint_of("[roles]\ncurrent = {frame = 1, signal = \"I\", dbc = \"a.dbc\", "
+                               "checksum = \"md5\"}\n")
+                      .c_str());
+  STRCMP_CONTAINS("only for a role with <n>",
+                  complaint_of("[roles]\nsoc = {column = \"v\", index = \"n\"}\n").c_str());
+}
+
+TEST(RoleMap, FrameOfElevenAndOfTwentyNineBits) {
+  const RoleMap map =
+      load_role_map(scratch.write("map.toml",
+                                  "[roles]\ncurrent = {frame = 0x6B0, signal = \"I\", dbc = \"a.dbc\"}\n"
+                                  "pack_voltage = {frame = 0x1838F380, signal = \"U\", dbc = \"a.dbc\"}\n"
+                                  "soc = {frame = 0x6B0, extended = true, signal = \"S\", dbc = \"a.dbc\"}\n"));
+  CHECK_EQUAL(0x6B0U, *map.find("current")->frame);
+  CHECK_EQUAL(0x9838F380U, *map.find("pack_voltage")->frame);
+  CHECK_EQUAL(0x800006B0U, *map.find("soc")->frame);
+}
+
+TEST(RoleMap, PathsAreRelativeToTheMapAndTheDataFolderIsExpanded) {
+  RoleMap map;
+  map.source = "/maps/a.toml";
+  STRCMP_EQUAL("/maps/b/c.dbc", path_in_map(map, "b/c.dbc").c_str());
+  STRCMP_EQUAL("/c.dbc", path_in_map(map, "/c.dbc").c_str());
+  ::setenv("VOLTLAP_DATA", "/measured", 1);
+  STRCMP_EQUAL("/measured/x.csv", path_in_map(map, "$VOLTLAP_DATA/x.csv").c_str());
+  ::unsetenv("VOLTLAP_DATA");
+  STRCMP_CONTAINS("VOLTLAP_DATA is not set",
+                  complaint([&] { (void)path_in_map(map, "$VOLTLAP_DATA/x.csv"); }).c_str());
+}

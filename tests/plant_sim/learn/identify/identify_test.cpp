@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/identify.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "plant_sim/core/scratch.hpp"
+#include "known_cell.hpp"
+#include "learn/identify/cell_tests.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(Identify) {
+  KnownCell cell;
+  IdentifyOptions options;
+  void setup() override {
+    options.branches = 2;
+    options.hold = CurrentHold::kNext;  // as KnownCell records
+  }
+  /// SOC of the cell where the fit, with the capacity that it found, has this one.
+  [[nodiscard]] double true_soc(const IdentifyResult& r, double soc) const {
+    return 1.0 - (1.0 - soc) * r.model.capacity_ah / cell.capacity_ah;
+  }
+  std::vector<CellLog> logs_of(const std::vector<double>& plan) {
+    return {cell.record(plan)};
+  }
+};
+
+TEST(Identify, KnownCellIsRecoveredFromFourHoursOfPulses) {
+  cell.noise_v = 5e-4;
+  cell.step_v = 1e-3;
+  const IdentifyResult r = identify(logs_of(cell.pulse_plan(33.0, 640, 0.0)), options);
+  DOUBLES_EQUAL(cell.capacity_ah, r.model.capacity_ah, 0.05);
+  STRCMP_EQUAL("evidence", r.smoothness_from.c_str());
+  // Noise and a step of 1 mV: what a perfect model leaves.
+  DOUBLES_EQUAL(std::sqrt(cell.noise_v * cell.noise_v + cell.step_v * cell.step_v / 12.0), r.rms_v, 1e-5);
+  for (Eigen::Index node = 0; node < r.model.grid.size(); ++node) {
+    const double s = r.model.grid.at(node), t = true_soc(r, s);
+    DOUBLES_EQUAL(KnownCell::em(t), r.model.ocv.value(r.model.em, s), 2e-3);
+    DOUBLES_EQUAL(1.0, r.model.r(node, 0) / KnownCell::r0(t), 0.01);
+    DOUBLES_EQUAL(1.0, r.model.r(node, 1) / KnownCell::r1(t), 0.05);
+    DOUBLES_EQUAL(1.0, r.model.r(node, 2) / KnownCell::r2(t), 0.05);
+    DOUBLES_EQUAL(1.0, r.model.tau(node, 0) / KnownCell::tau1(t), 0.1);
+    DOUBLES_EQUAL(1.0, r.model.tau(node, 1) / KnownCell::tau2(t), 0.1);
+  }
+}
+
+TEST(Identify, APlainCircuitHasOneValueForAllSocThatPredictsAlmostAsWell) {
+  const std::vector<CellLog> logs = logs_of(cell.pulse_plan(33.0, 320, 0.0));
+  const IdentifyResult tables = identify(logs, options);
+  options.constant = true;
+  const IdentifyResult plain = identify(logs, options);
+  for (Eigen::Index column = 0; column <= 2; ++column) {
+    const auto values = plain.model.r.col(column);
+    DOUBLES_EQUAL(1.0, values.maxCoeff() / values.minCoeff(), 1e-3);
+    CHECK(tables.model.r.col(column).maxCoeff() / tables.model.r.col(column).minCoeff() > 1.1);
+  }
+  DOUBLES_EQUAL(1.0, plain.model.r.row(0).sum() / tables.model.r.rowwise().sum().mean(), 0.15);
+  for (Eigen::Index column = 0; column < 2; ++column)
+    DOUBLES_EQUAL(1.0, plain.model.tau.col(column).maxCoeff() / plain.model.tau.col(column).minCoeff(), 1e-3);
+  CHECK(plain.rms_v > tables.rms_v && plain.rms_v < 0.03);
+}
+
+TEST(Identify, HowSmoothTheOcvOfAPlainCircuitIsPulsesDecideThatItDidNotSee) {
+  options.constant = true;
+  const IdentifyResult plain = identify(logs_of(cell.pulse_plan(33.0, 320, 0.0)), options);
+  STRCMP_EQUAL("held-out pulses", plain.smoothness_from.c_str());
+  const auto error_at = [&](double smoothness) {
+    const auto found = std::find_if(plain.smoothness_scores.begin(), plain.smoothness_scores.end(),
+                                    [&](const auto& score) { return score.first == smoothness; });
+    CHECK(found != plain.smoothness_scores.end());
+    return found->second;
+  };
+  for (const auto& [smoothness, error] : plain.smoothness_scores) {
+    if (smoothness < plain.smoothness) CHECK(error > error_at(plain.smoothness));  // none as good is smoother
+  }
+  CHECK(plain.smoothness_scores.size() >= 3);
+}
+
+TEST(Identify, TheOcvOfAPlainCircuitIsNotChosenByAMinute) {
+  options.constant = true;
+  std::vector<double> drive;
+  for (int k = 0; k < 4; ++k) drive.insert(drive.end(), 20, k % 2 == 0 ? 60.0 : 15.0);
+  const IdentifyResult plain = identify(logs_of(drive), options);
+  STRCMP_EQUAL("--constant", plain.smoothness_from.c_str());
+}
+
+TEST(Identify, ADriveOfUnknownTemperatureGetsNoSlopeOverItAndATestWithRestsDoes) {
+  std::vector<double> drive(60, 0.0);
+  for (int k = 0; k < 60; ++k) drive.insert(drive.end(), 20, k % 2 == 0 ? 60.0 : 15.0);
+  options.temperature_told = false;
+  const IdentifyResult warmed = identify(logs_of(drive), options);
+  DOUBLES_EQUAL(0.0, warmed.model.per_kelvin, 0.0);
+  CHECK(std::any_of(warmed.notes.begin(), warmed.notes.end(), [](const std::string& note) {
+    return note.find("no rest lets the cell cool") != std::string::npos;
+  }));
+  DOUBLES_EQUAL(-0.014, identify(logs_of(cell.pulse_plan(33.0, 640)), options).model.per_kelvin, 0.0);
+  options.temperature_told = true;
+  DOUBLES_EQUAL(-0.014, identify(logs_of(drive), options).model.per_kelvin, 0.0);
+}
+
+TEST(Identify, IntervalsCoverNineTenthsOfTheTruth) {
+  cell.noise_v = 5e-4;
+  const IdentifyResult r = identify(logs_of(cell.pulse_plan(33.0, 640, 0.0)), options);
+  int covered = 0, all = 0;
+  const auto check = [&](Eigen::Index table, Eigen::Index node, double value, double truth) {
+    if (!is_excited(r, table, node)) return;
+    const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
+    covered += std::abs(std::log(value / truth)) < 1.96 * sigma ? 1 : 0;
+    ++all;
+  };
+  for (Eigen::Index node = 0; node < r.model.grid.size(); ++node) {
+    const double s = true_soc(r, r.model.grid.at(node));
+    check(0, node, r.model.r(node, 0), KnownCell::r0(s));
+    check(1, node, r.model.r(node, 1), KnownCell::r1(s));
+    check(2, node, r.model.r(node, 2), KnownCell::r2(s));
+    check(3, node, r.model.tau(node, 0), KnownCell::tau1(s));
+    check(4, node, r.model.tau(node, 1), KnownCell::tau2(s));
+  }
+  CHECK(all >= 0.9 * 80);
+  CHECK_TEXT(covered >= 0.9 * all, fmt::format("{} of {}", covered, all).c_str());
+}
+
+TEST(Identify, OneBranchIsEnoughForACellThatHasOne) {
+  // A cell of R0 and one branch, written down directly.
+  std::vector<double> plan = cell.pulse_plan(33.0, 400);
+  CellLog log = cell.record(plan);
+  double v1 = 0.0, soc = 1.0;
+  for (std::size_t row = 0; row < plan.size(); ++row) {
+    if (row > 0) {
+      soc -= plan[row] / (3600.0 * cell.capacity_ah);
+      v1 = 2e-3 * plan[row] + (v1 - 2e-3 * plan[row]) * std::exp(-1.0 / 40.0);
+    }
+    log.voltage_v[row] =
+        KnownCell::em(soc) - 1.5e-3 * plan[row] - v1 + 1e-4 * std::sin(12.9898 * static_cast<double>(row));
+  }
+  options.branches = 0;
+  const IdentifyResult r = identify({log}, options);
+  LONGS_EQUAL(1, r.model.branches());
+  DOUBLES_EQUAL(40.0, r.model.tau(8, 0), 2.0);
+  DOUBLES_EQUAL(1.5e-3, r.model.r(8, 0), 3e-5);
+}
+
+TEST(Identify, HoldIsFoundFromTheVoltageAlone) {
+  options.hold.reset();
+  // Rows every 30 s, each with the current that has held since the one before.
+  const CellLog fine = cell.record(cell.pulse_plan(33.0, 600));
+  CellLog coarse;
+  coarse.path = "coarse";
+  for (std::size_t row = 0; row < fine.rows(); ++row) {
+    const bool step = row > 0 && fine.current_a[row] != fine.current_a[row - 1];
+    const bool last = row + 1 < fine.rows() && fine.current_a[row + 1] != fine.current_a[row];
+    if (row % 30 != 0 && !last && !(step && row % 2 == 0)) continue;
+    coarse.time_s.push_back(fine.time_s[row]);
+    coarse.current_a.push_back(fine.current_a[row]);
+    coarse.voltage_v.push_back(fine.voltage_v[row]);
+  }
+  coarse.gap.assign(coarse.rows(), false);
+  const IdentifyResult r = identify({coarse}, options);
+  CHECK(r.files[0].hold == CurrentHold::kNext);
+  STRCMP_EQUAL("its voltage", r.files[0].hold_from.c_str());
+}
+
+TEST(Identify, HoldThatTheVoltageDoesNotTellWidensTheIntervalOfR0) {
+  const auto logs = logs_of(cell.pulse_plan(33.0, 400));
+  const IdentifyResult declared = identify(logs, options);
+  options.hold.reset();
+  const IdentifyResult open = identify(logs, options);
+  STRCMP_CONTAINS("does not tell", open.files[0].hold_from.c_str());
+  const Eigen::Index r0 = open.model.em.size() + 8;
+  // Half a row's time, evenly spread: R0 less that much of both branches' first rise.
+  const double rise = 0.5 * (KnownCell::r1(0.5) / KnownCell::tau1(0.5) + KnownCell::r2(0.5) / KnownCell::tau2(0.5));
+  const double added = std::sqrt(std::pow(open.uncertainty.sigma(r0), 2) - std::pow(declared.uncertainty.sigma(r0), 2));
+  DOUBLES_EQUAL(1.0, added / (rise / KnownCell::r0(0.5) / std::sqrt(3.0)), 0.2);
+  CHECK(declared.uncertainty.sigma(r0) < 0.5 * open.uncertainty.sigma(r0));
+}
+
+TEST(Identify, InstrumentLimitsWidenWhatTheyMove) {
+  cell.noise_v = 5e-4;
+  const auto logs = logs_of(cell.pulse_plan(33.0, 400));
+  const IdentifyResult ideal = identify(logs, options);
+  options.instruments.current_gain = 0.02;
+  options.instruments.voltage_v = 5e-3;
+  const IdentifyResult real = identify(logs, options);
+  const Eigen::Index r0 = real.model.em.size() + 8, em = 30, tau1 = real.model.em.size() + 3 * 16 + 8;
+  const auto added = [&](Eigen::Index at) {
+    return std::sqrt(std::pow(real.uncertainty.sigma(at), 2) - std::pow(ideal.uncertainty.sigma(at), 2));
+  };
+  DOUBLES_EQUAL(0.02 / std::sqrt(3.0), added(r0), 1e-3);
+  DOUBLES_EQUAL(5e-3 / std::sqrt(3.0), added(em), 1e-3);
+  CHECK(added(tau1) < 0.005);
+}
+
+TEST(Identify, BlocksKeptBackArePredicted) {
+  cell.noise_v = 5e-4;
+  options.block_s = 60.0;
+  const IdentifyResult r = identify(logs_of(cell.pulse_plan(33.0, 400)), options);
+  CHECK(r.rms_other_blocks_v.has_value());
+  CHECK(*r.rms_other_blocks_v < 1e-3);
+  CHECK(*r.rms_other_blocks_v > 4e-4);
+}
+
+TEST(Identify, GlitchesAreNotUsedAndCounted) {
+  CellLog log = cell.record(cell.pulse_plan(33.0, 400));
+  for (std::size_t row = 500; row < log.rows(); row += 1500) log.voltage_v[row] -= 0.8;
+  const IdentifyResult r = identify({log}, options);
+  CHECK(r.rms_v < 1e-3);
+  bool said = false;
+  for (const std::string& note : r.notes) said |= note.find("rows that no circuit follows") != std::string::npos;
+  CHECK(said);
+}
+
+TEST(Identify, HysteresisIsSaidAndKeptOutOfTheSlowBranch) {
+  std::vector<double> slow(300, 0.0);
+  slow.insert(slow.end(), 20 * 3600, 1.5);
+  slow.insert(slow.end(), 20 * 3600, -1.5);
+  CellLog log = cell.record(slow);
+  // One state that follows the direction within a few per cent of the charge.
+  double state = 0.0;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    state += (0.02 - (log.current_a[row] > 0.0 ? 1.0 : -1.0) * state) * log.current_a[row] / 3600.0;
+    log.voltage_v[row] -= state;
+  }
+  const IdentifyResult r = identify({cell.record(cell.pulse_plan(33.0, 600, 0.0)), log}, options);
+  DOUBLES_EQUAL(0.02, r.hysteresis_v, 6e-3);
+  DOUBLES_EQUAL(1.0, (r.model.r(8, 1) + r.model.r(8, 2)) / (KnownCell::r1(0.5) + KnownCell::r2(0.5)), 0.25);
+  // Alone it holds no current that could tell the circuit: refused with the reason.
+  STRCMP_CONTAINS("Hysteresis", complaint([&] { (void)identify({log}, options); }).c_str());
+}
+
+TEST(Identify, RecordingWithoutCurrentOrWithoutChangeIsRefused) {
+  STRCMP_CONTAINS("no current",
+                  complaint([&] { (void)identify(logs_of(std::vector<double>(600, 0.0)), options); }).c_str());
+  STRCMP_CONTAINS("never changes",
+                  complaint([&] { (void)identify(logs_of(std::vector<double>(600, 30.0)), options); }).c_str());
+}
+
+TEST(Identify, SinglePulseGivesAModelWhoseFarNodesAreNotExcited) {
+  std::vector<double> plan(600, 0.0);
+  plan.insert(plan.end(), 360, 30.0);
+  plan.insert(plan.end(), 1800, 0.0);
+  options.capacity_ah = 30.0;
+  const IdentifyResult r = identify(logs_of(plan), options);
+  CHECK(is_excited(r, 0, 13));
+  CHECK(!is_excited(r, 0, 5));
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/validate/validation_study.hpp"
+
+#include "plant_sim/core/scratch.hpp"
+#include "learn/validate/validation_json.hpp"
+#include "learn/validate/validation_text.hpp"
+#include "straight_cell.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(ValidationStudy) {
+  CellParameters cell = StraightCell::cell();
+  std::vector<CellLog> logs{StraightCell::record(StraightCell::half())};
+  StudyOptions options;
+  std::string text() {
+    return study_text(cell, study_validation(cell, logs, options));
+  }
+
+  static std::vector<double> variable() {
+    std::vector<double> currents;
+    for (int k = 0; k < 900; ++k) currents.push_back((k / 20) % 2 == 0 ? 35.0 : 10.0);
+    return currents;
+  }
+};
+
+TEST(ValidationStudy, ConstantCurrentStandsBesideSection71) {
+  STRCMP_CONTAINS("constant current", text().c_str());
+  STRCMP_CONTAINS("15.0 mV      7.1", text().c_str());
+  CHECK(text().find("      7.2") == std::string::npos);
+}
+
+TEST(ValidationStudy, VariableCurrentStandsBesideSection72) {
+  logs = {StraightCell::record(variable())};
+  STRCMP_CONTAINS("32.8 mV      7.2", text().c_str());
+  STRCMP_CONTAINS("(study: by -0.72 Ah)", text().c_str());
+}
+
+TEST(ValidationStudy, TemperatureThatIsFreeStandsBesideSection73) {
+  logs = {StraightCell::record(variable())};
+  for (std::size_t row = 0; row < logs[0].rows(); ++row)
+    logs[0].temperature_c.push_back(25.0 + 10.0 * static_cast<double>(row) / static_cast<double>(logs[0].rows()));
+  STRCMP_CONTAINS("64.6 mV      7.3", text().c_str());
+  STRCMP_CONTAINS("(study: by +1.20 Ah)", text().c_str());
+}
+
+TEST(ValidationStudy, TablesOfTheStudyStandBesideTheOwn) {
+  options.sensitivity = options.reductions = true;
+  options.pack_cells = 24;
+  const std::string all = text();
+  STRCMP_CONTAINS("-0.034", all.c_str());      // Table 7.1, R0
+  STRCMP_CONTAINS("(192.8)", all.c_str());     // Table 7.3, Em + 5 %
+  STRCMP_CONTAINS("-0.00027 V", all.c_str());  // Appendix C
+  STRCMP_CONTAINS("nothing to reduce", all.c_str());
+}
+
+TEST(ValidationStudy, FilesOfAKindCountByTheirTime) {
+  logs.push_back(StraightCell::record(StraightCell::half()));
+  for (std::size_t row = StraightCell::kRest; row < logs[1].rows(); ++row) logs[1].voltage_v[row] -= 0.03;
+  const ValidationStudy study = study_validation(cell, logs, options);
+  LONGS_EQUAL(2, study.constant_current.files);
+  DOUBLES_EQUAL(0.03 / std::sqrt(2.0), study.constant_current.error.rms_v(), 1e-4);
+}
+
+TEST(ValidationStudy, ThermalFitNeedsATemperature) {
+  options.thermal = true;
+  STRCMP_CONTAINS("no recording with a temperature", complaint([&] { (void)text(); }).c_str());
+}
+
+TEST(ValidationStudy, ThermalFitFindsTheCellThatMadeTheTemperature) {
+  options.thermal = true;
+  const std::vector<double> rest(1800, 0.0);
+  std::vector<double> plan = StraightCell::half();
+  plan.insert(plan.end(), rest.begin(), rest.end());
+  logs = {StraightCell::record(plan)};
+  RunOptions run;
+  run.capacity_ah = cell.capacity_ah;
+  const CellResponse truth = respond(CellModel(cell), make_run(logs[0], run), RecordedTemperature(logs[0], 25.0));
+  logs[0].temperature_c.assign(truth.temperature.begin(), truth.temperature.end());
+  logs[0].ambient_c.assign(logs[0].rows(), 25.0);
+  cell.heat_capacity_j_per_kg_k = 700.0;  // the file is wrong
+  const ValidationStudy study = study_validation(cell, logs, options);
+  DOUBLES_EQUAL(500.0, study.thermal->fitted.capacity_j_per_k, 1.0);
+  DOUBLES_EQUAL(0.5, study.thermal->fitted.conductance_w_per_k, 1e-3);
+}
+
+TEST(ValidationStudy, JsonNamesWhatATeamReads) {
+  options.sensitivity = true;
+  const std::string json = validation_json(cell, study_validation(cell, logs, options), "test");
+  for (const char* key : {"\"rms_v\"", "\"rms_v_above_10_soc\"", "\"bias_v\"", "\"max_error_v\"",
+                          "\"temperature_rms_c\"", "\"ah\"", "\"soc_start\"", "\"soc_start_from\"",
+                          "\"capacity_adjustment_ah\"", "\"pct_per_ampere\"", "\"plus_5_pct\""})
+    STRCMP_CONTAINS(key, json.c_str());
+}
