@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Includes go one way: base <- codec <- {bms, master} <- app; ports stand beside the logic, which never sees one; firmware
-and plant meet only in frames."""
+"""Includes go one way. Firmware: base <- codec <- {bms, master} <- app; ports stand beside the logic, which never sees
+one. Plant: core <- {car, io} <- race <- {learn, explain} <- apps. The two meet only in frames, and in apps/."""
 import pathlib
 import re
 
@@ -22,9 +22,24 @@ FIRMWARE = {
 }
 FIRMWARE_HOST = "firmware/port/host/"  # behind the seams on Linux: the system's headers are allowed there, and only there
 FIRMWARE_SYSTEM = {"cstdint", "cstddef", "limits", "type_traits"}
-# The plant talks to the firmware in frames: the wire, its seal, and, where the processes are put together, the nodes.
-PLANT_FROM_FIRMWARE = {"base", "codec", "can_dbc"}
-JOINED = {"apps": {"app", "bms", "master", "config", "port"}, "bus": {"port"}}
+# What each flow of the plant may include besides itself: a row a flow. discrepancy/ stands in the place of explain/.
+PLANT = {
+    "core": set(),
+    "car": {"core"},
+    "io": {"core"},
+    "race": {"core", "car", "io"},
+    "learn": {"core", "car", "io", "race"},
+    "explain": {"core", "car", "io", "race"},
+    "discrepancy": {"core", "car", "io", "race"},
+    "apps": {"core", "car", "io", "race", "learn", "explain", "discrepancy"},
+}
+# The plant talks to the firmware in frames: the wire, its seal; on Linux the port; the nodes only where processes are
+# put together.
+PLANT_FROM_FIRMWARE = {
+    "io": {"base", "codec", "can_dbc", "port"},
+    "race": {"base", "codec", "can_dbc"},
+    "apps": {"base", "codec", "can_dbc", "port", "app", "bms", "master", "config"},
+}
 
 
 def wrong_includes(path, text):
@@ -39,8 +54,7 @@ def wrong_includes(path, text):
             return wrong
         wrong += [name for name, _ in quoted if name.startswith("port/host/")]
         return wrong + [name for name in ANGLED.findall(text) if name not in FIRMWARE_SYSTEM]
-    own = {entry.name for entry in (ROOT / "plant_sim").iterdir() if entry.is_dir()}
-    allowed = own | PLANT_FROM_FIRMWARE | JOINED.get(part, set())
+    allowed = {part} | PLANT[part] | PLANT_FROM_FIRMWARE.get(part, set())
     return [name for name, first in quoted if first not in allowed]
 
 
@@ -57,6 +71,17 @@ def test_includes_go_one_way(area):
     assert wrong == {}
 
 
+def test_every_flow_has_its_row():
+    """A new folder is refused until somebody has said what it may include."""
+    flows = {path.split("/")[1] for path in sources("plant_sim")}
+    assert flows <= PLANT.keys()
+
+
+def test_learn_and_explain_never_meet():
+    explaining = {"explain", "discrepancy"}
+    assert "learn" not in PLANT["explain"] | PLANT["discrepancy"] and not explaining & PLANT["learn"]
+
+
 PLANTED = {
     "master may not see the BMS": ("firmware/master/x.cpp", '#include "bms/config.hpp"'),
     "BMS may not see the master": ("firmware/bms/x.hpp", '#include "master/io.hpp"'),
@@ -66,11 +91,12 @@ PLANTED = {
     "a seam may not see what stands behind it": ("firmware/port/can.hpp", '#include "port/host/socket_can.hpp"'),
     "a seam may not see the system": ("firmware/port/can.hpp", "#include <linux/can.h>"),
     "a port may not see a node": ("firmware/port/host/x.cpp", '#include "app/bms_node.hpp"'),
-    "a study may not see a port": ("plant_sim/study/x.cpp", '#include "port/host/socket_can.hpp"'),
-    "a study may not see a node": ("plant_sim/study/x.cpp", '#include "app/bms_node.hpp"'),
-    "app may not see the plant": ("firmware/app/x.cpp", '#include "battery/cell.hpp"'),
+    "the race may not see a port": ("plant_sim/race/x.cpp", '#include "port/host/socket_can.hpp"'),
+    "the race may not see a node": ("plant_sim/race/x.cpp", '#include "app/bms_node.hpp"'),
+    "app may not see the plant": ("firmware/app/x.cpp", '#include "car/battery/pack.hpp"'),
     "no heap through the library": ("firmware/app/x.cpp", "#include <vector>"),
-    "the plant's battery may not see the BMS": ("plant_sim/battery/x.cpp", '#include "bms/config.hpp"'),
+    "the plant's battery may not see the BMS": ("plant_sim/car/battery/x.cpp", '#include "bms/config.hpp"'),
+    "the car may not see frames": ("plant_sim/car/x.hpp", '#include "can_dbc/car.hpp"'),
 }
 
 
@@ -80,8 +106,32 @@ def test_a_planted_include_is_refused(name):
     assert wrong_includes(path, text)
 
 
+def plant_directions():
+    """Every flow that a flow may not include."""
+    return [(part, other) for part in PLANT for other in PLANT if other != part and other not in PLANT[part]]
+
+
+@pytest.mark.parametrize("part, other", plant_directions())
+def test_a_planted_include_of_another_flow_is_refused(part, other):
+    assert wrong_includes(f"plant_sim/{part}/sub/x.hpp", f'#include "{other}/sub/y.hpp"')
+
+
+@pytest.mark.parametrize("part, other", [(part, other) for part in PLANT for other in PLANT[part]])
+def test_an_include_in_the_stated_order_is_accepted(part, other):
+    assert wrong_includes(f"plant_sim/{part}/x.cpp", f'#include "{other}/y.hpp"') == []
+
+
+def test_the_order_has_no_circle():
+    """Whoever is included never includes back, over however many flows."""
+    reached = {part: set(rows) for part, rows in PLANT.items()}
+    for _ in PLANT:
+        for part, rows in reached.items():
+            rows |= set().union(*(reached[other] for other in rows))
+    assert all(part not in rows for part, rows in reached.items())
+
+
 def test_the_right_direction_is_accepted():
     assert wrong_includes("firmware/app/x.cpp", '#include "bms/config.hpp"\n#include <cstdint>') == []
     assert wrong_includes("firmware/port/host/x.cpp", '#include "port/can.hpp"\n#include <linux/can.h>') == []
     assert wrong_includes("plant_sim/apps/x.cpp", '#include "app/bms_node.hpp"\n#include <vector>') == []
-    assert wrong_includes("plant_sim/bus/x.cpp", '#include "port/host/socket_can.hpp"') == []
+    assert wrong_includes("plant_sim/io/bus/x.cpp", '#include "port/host/socket_can.hpp"') == []
