@@ -109,6 +109,14 @@ def known_suites(build):
     return json.loads(listing.stdout)["tests"]
 
 
+def targets_of(suites):
+    """What has to be built for the suites, by their labels needs:TARGET."""
+    labels = {label for suite in suites for entry in suite.get("properties", [])
+              if entry["name"] == "LABELS" for label in entry["value"]}
+    targets = sorted(label.removeprefix("needs:") for label in labels if label.startswith("needs:"))
+    return ["all"] if "all" in targets else targets
+
+
 def report(outcome):
     mark = "FAILED" if outcome.failed else "ok"
     print(f"{mark:>6}  {outcome.name:<36} {outcome.passed:>5} passed {outcome.failed:>3} failed "
@@ -127,13 +135,18 @@ def hear_interruptions():
 def main():
     parser = argparse.ArgumentParser(prog="voltlap test", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--build", type=Path, default=PROJECT / "build" / "default", help=argparse.SUPPRESS)
-    parser.add_argument("--only", metavar="REGEX", default="", help="only suites whose name matches")
+    parser.add_argument("--only", metavar="REGEX", default="", help="only suites whose name matches; builds only those")
+    parser.add_argument("--targets", action="store_true", help=argparse.SUPPRESS)  # for the start script, which builds
     arguments = parser.parse_args()
 
     suites = [suite for suite in known_suites(arguments.build) if re.search(arguments.only, suite["name"])]
     if not suites:
-        print(f"no suite matches --only {arguments.only}; `ctest --test-dir {arguments.build} -N` lists them")
+        print(f"no suite matches --only {arguments.only}; `ctest --test-dir {arguments.build} -N` lists them",
+              file=sys.stderr)
         return 2
+    if arguments.targets:
+        print(*(targets_of(suites) if arguments.only else ["all"]))
+        return 0
     hear_interruptions()
     outcomes = []
     pool = concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1)

@@ -10,6 +10,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/other_programs.hpp"
 #include "apps/progress_line.hpp"
 #include "apps/run_recorder.hpp"
 #include "core/errors.hpp"
@@ -52,7 +53,7 @@ int interrupted_text() {
 }  // namespace
 
 BenchTestCommand::BenchTestCommand(CLI::App& app)
-    : command_(app.add_subcommand("bench-test", "Plan, rehearse and run battery tests on a virtual bench")) {
+    : command_(app.add_subcommand("bench-test", what_it_does("bench-test"))) {
   command_->add_option("plan", plan_, "Name of a plan (voltlap list bench) or a TOML file")->type_name("PLAN");
   command_->add_option("--cell", cell_, "The cells' truth: name of a cell (voltlap list cells) or a TOML file")
       ->capture_default_str();

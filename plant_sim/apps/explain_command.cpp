@@ -11,6 +11,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/firmware_loop.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/other_programs.hpp"
 #include "apps/run_recorder.hpp"
 #include "core/errors.hpp"
 #include "core/toml_text.hpp"
@@ -94,7 +95,7 @@ std::string no_model_because(const Explanation& e, const Model& model) {
 }  // namespace
 
 ExplainCommand::ExplainCommand(CLI::App& app)
-    : command_(app.add_subcommand("explain", "What a simulation gets wrong about a log: the cause, its size, the gain")) {
+    : command_(app.add_subcommand("explain", what_it_does("explain"))) {
   command_->add_option("log", log_, "Log of a cell test, a pack or a car: CSV, also gzipped, or CAN through a map")->required();
   command_->add_option("--map", map_, "Role map: name or path; default: by column names, or a shipped map by its header");
   command_->add_option("--model", model_, "Cell, pack or vehicle file (TOML): name or path")->required();

@@ -14,6 +14,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/other_programs.hpp"
 #include "car/battery/cell_tables.hpp"
 #include "core/errors.hpp"
 #include "io/atomic_file.hpp"
@@ -46,7 +47,7 @@ std::pair<double, double> window_of(const std::string& text) {
 }  // namespace
 
 IdentifyCommand::IdentifyCommand(CLI::App& app)
-    : command_(app.add_subcommand("identify", "Parameter tables of a cell from its measured tests or drives")) {
+    : command_(app.add_subcommand("identify", what_it_does("identify"))) {
   recordings_.add(*command_);
   command_->add_option("--rc", branches_, "RC branches, 1 to 3; default: chosen by held-out pulses, at most 2")
       ->check(whole_number(1, 3));

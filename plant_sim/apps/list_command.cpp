@@ -8,7 +8,6 @@
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
 #include "core/parameter_table.hpp"
-#include "discrepancy/causes/list.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -28,23 +27,6 @@ void print_keys(const VehicleParameters& car) {
   }
 }
 
-/// Parameters of a cause with their units and priors.
-std::string parameters_text(const Cause& cause) {
-  std::string out;
-  for (const CauseParameter& p : cause.reported.empty() ? cause.parameters : cause.reported) {
-    out += fmt::format("{}{} {:g} .. {:g}{}{}", out.empty() ? "" : ", ", p.name, p.low, p.high,
-                       std::string_view(p.unit) == "1" ? "" : " ", std::string_view(p.unit) == "1" ? "" : p.unit);
-  }
-  return out;
-}
-
-void print_causes() {
-  fmt::print("{:<30} {:<8} {:<66} {}\n", "cause", "balance", "parameters, what is believed of them", "what shows it");
-  for (const Cause& cause : catalogue({})) {
-    fmt::print("{:<30} {:<8} {:<66} {}\n", cause.name, name_of(cause.balance), parameters_text(cause), cause.test);
-  }
-}
-
 }  // namespace
 
 ListCommand::ListCommand(CLI::App& app)
@@ -60,8 +42,6 @@ ListCommand::ListCommand(CLI::App& app)
 int ListCommand::run(const DataFolder& data) {
   if (what_ == "keys") {
     print_keys(car_.load_car(data).parameters);
-  } else if (what_ == "causes") {
-    print_causes();
   } else {
     for (const std::string& name : data.names(what_)) fmt::print("{}\n", name);
   }

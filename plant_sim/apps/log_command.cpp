@@ -43,7 +43,7 @@ LogCommand::LogCommand(CLI::App& app)
       "Exit code: 0 the run is over, 2 usage, interface or file, 3 the plant fell silent, 130 interrupted.");
 }
 
-int LogCommand::run() {
+int LogCommand::run(const DataFolder&) {
   catch_interrupt();
   return bus_.realtime ? log_in_real_time() : log_in_lockstep();
 }

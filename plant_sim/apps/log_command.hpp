@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/bus_options.hpp"
+#include "core/parameter_file.hpp"
 
 namespace voltlap::plant {
 
@@ -11,7 +12,7 @@ class LogCommand {
  public:
   explicit LogCommand(CLI::App& app);
   /// Runs it and returns the exit code.
-  int run();
+  int run(const DataFolder& data);
   [[nodiscard]] bool chosen() const { return command_->parsed(); }
 
  private:

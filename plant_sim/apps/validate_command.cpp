@@ -8,6 +8,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/other_programs.hpp"
 #include "core/errors.hpp"
 #include "io/atomic_file.hpp"
 #include "learn/validate/validation_json.hpp"
@@ -23,7 +24,7 @@ constexpr int kStudyCells = 24;  // reference study, 2016, Appendix C
 
 ValidateCommand::ValidateCommand(CLI::App& app)
     : command_(
-          app.add_subcommand("validate", "A cell file against recordings of that cell that it was not made from")) {
+          app.add_subcommand("validate", what_it_does("validate"))) {
   command_->add_option("cell", cell_, "Cell file: name or path")->required();
   recordings_.add(*command_);
   command_

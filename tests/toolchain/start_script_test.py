@@ -29,7 +29,8 @@ def test_no_argument_lists_the_commands():
     run = subprocess.run([SCRIPT], capture_output=True, text=True)
     assert run.returncode == 0
     assert {"endurance", "lap", "list", "test", "build"} <= set(COMMANDS)
-    assert re.findall(r"^  \./voltlap ([a-z-]+) ", run.stdout, re.MULTILINE) == [*COMMANDS]
+    listed = re.findall(r"^  \./voltlap ([a-z-]+) ", run.stdout, re.MULTILINE)
+    assert [*dict.fromkeys(listed)] == [*COMMANDS]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -114,6 +115,22 @@ def test_run_asks_for_no_package_of_the_tests(machine):
     machine.knows_packages(but=["cpputest", "*arm*", "chromium"])
     assert machine.start("endurance", "--yes").returncode == 0
     assert not [call for call in machine.called("python") if "test.txt" in call]
+
+
+def test_who_drives_installs_and_builds_nothing_that_learns(machine):
+    machine.is_root(False)
+    machine.knows_packages(but=["libceres-dev"])
+    assert machine.start("endurance", "--yes").returncode == 0
+    calls = machine.calls.read_text()
+    assert "-DVOLTLAP_LEARN=OFF" in calls and "voltlap-cli" in calls and "voltlap-learn" not in calls
+    run = machine.start("identify", "--yes")
+    assert run.returncode == 4 and "libceres-dev" in run.stdout
+
+
+@pytest.mark.parametrize("arguments, target", [(["cells"], "voltlap-cli"), (["causes"], "voltlap-explain")])
+def test_a_row_may_be_of_a_command_and_its_first_argument(machine, arguments, target):
+    machine.start("list", *arguments, "--yes")
+    assert [call.split()[-1] for call in machine.called("ninja")] == [target]
 
 
 def test_tests_need_the_cross_compiler_too(machine):
@@ -235,7 +252,8 @@ def test_start_of_a_built_program_takes_less_than_half_a_second():
 def test_tests_after_a_run_add_their_packages_and_options(machine):
     machine.start("lap", "--yes")
     machine.start("build", "--yes")
-    assert [call.split()[1:3] for call in machine.called("cmake")][-1:] == [["default", "-DVOLTLAP_TESTS=ON"]]
+    assert [call.split()[1:4] for call in machine.called("cmake")][-1:] == [
+        ["default", "-DVOLTLAP_LEARN=ON", "-DVOLTLAP_TESTS=ON"]]
     machine.start("build")
     assert not machine.called("cmake")
     run = machine.start("lap")

@@ -43,7 +43,7 @@ configure() {
   forget_moved_build
   if [ ! -f "$build/build.ninja" ]; then
     say "building for the first time; this takes a few minutes"
-    flags="-DVOLTLAP_TESTS=OFF $(missing_options)"
+    flags="-DVOLTLAP_LEARN=OFF -DVOLTLAP_TESTS=OFF $(missing_options)"
   else
     flags=$(missing_options)
     [ -n "$flags" ] || return 0
@@ -53,10 +53,16 @@ configure() {
 
 run_cmake() { (cd "$project" && cmake --preset default "$@") 9>&- >"$build_log" 2>&1; }
 
+# build_target [ARGUMENT]...: the targets of the row; the arguments are those of its command.
 build_target() {
   [ -n "$row_target" ] || return 0
   configure
-  ninja -C "$build" -j "$(build_jobs)" "$row_target" 9>&- 2>&1 | tee "$build_log" | show_progress
+  local targets=$row_target
+  if [ "$targets" = asked ]; then
+    ninja -C "$build" build.ninja 9>&- >"$build_log" 2>&1 || build_failed
+    targets=$("$venv/bin/python" "$project/${row_runs#* }" --targets "$@") || exit
+  fi
+  ninja -C "$build" -j "$(build_jobs)" $targets 9>&- 2>&1 | tee "$build_log" | show_progress
   [ "${PIPESTATUS[0]}" = 0 ] || build_failed
 }
 

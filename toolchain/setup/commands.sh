@@ -35,9 +35,10 @@ row() { "$row_action" "$@"; }
 
 list_row() { printf '  ./voltlap %-28s %s\n' "$1${7:+ $7}" "$8"; }
 
-# Keeps the row of the command that was asked for in row_*.
+# Keeps the row of the command that was asked for in row_*. A row may be of a command and its first argument
+# (`list causes`); it stands after that of the command.
 find_row() {
-  [ "$1" = "$row_name" ] || return 0
+  [ "$1" = "$row_name" ] || [ "$1" = "$row_name $row_first_argument" ] || return 0
   row_found=1 row_runs=$2 row_packages=$3 row_python=$4 row_options=$5 row_target=$6 row_arguments=$7 row_what=$8
 }
 
@@ -83,7 +84,7 @@ show_help() {
     python\ *) help_of_python "$project/$program" ;;
     bash\ *) bash "$project/$program" --help ;;
     wrap\ *) "$(base_python)" "$project/$program" --help ;;
-    cli) help_of_program voltlap "$row_name" ;;
+    cli\ *) help_of_program "$program" "$row_name" ;;
     program\ *) help_of_program "$program" ;;
   esac || exit
   help_footer
@@ -122,7 +123,7 @@ run_command() {
     python\ *) exec "$venv/bin/python" "$project/$program" "$@" ;;
     bash\ *) exec bash "$project/$program" "$@" ;;
     wrap\ *) exec "$(base_python)" "$project/$program" "$@" ;;
-    cli) exec "$build/bin/voltlap" "$row_name" "$@" ;;
+    cli\ *) exec "$build/bin/$program" "$row_name" "$@" ;;
     program\ *) exec "$build/bin/$program" "$@" ;;
   esac
 }
@@ -147,11 +148,12 @@ read_arguments() {
 prepare_wrapped() {
   while [ $# -gt 1 ] && [ "$(readlink -f -- "$1")" != "$project/voltlap" ]; do shift; done
   [ $# -gt 1 ] || return 0
-  row_name=$2 row_found=0
+  row_name=$2 row_first_argument=${3:-} row_found=0
   command_table
   [ $row_found = 1 ] || return 0
+  shift 2
   prepare
-  build_target
+  build_target "$@"
 }
 
 version() { sed -n 's/^project(voltlap VERSION \([0-9.]*\).*/voltlap \1/p' "$project/CMakeLists.txt"; }
@@ -172,7 +174,7 @@ voltlap_main() {
       exit 0
       ;;
   esac
-  row_name=$1 row_found=0 row_action=find_row
+  row_name=$1 row_first_argument=${2:-} row_found=0 row_action=find_row
   shift
   command_table
   if [ $row_found = 0 ]; then
@@ -191,7 +193,7 @@ voltlap_main() {
   fi
   trap 'stop_ticker; say "interrupted; the next start goes on from here"; exit $exit_interrupted' INT TERM
   prepare
-  build_target
+  build_target "${arguments[@]}"
   if [[ "$row_runs" == wrap\ * ]]; then
     release_build_folder
     (prepare_wrapped "${arguments[@]}") || exit

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/other_programs.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "core/demand.hpp"
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+struct OtherCommand {
+  const char *name, *program, *what;
+};
+
+constexpr OtherCommand kOthers[] = {
+    {"bench-test", "voltlap-learn", "Plan, rehearse and run battery tests on a virtual bench"},
+    {"explain", "voltlap-explain", "What a simulation gets wrong about a log: the cause, its size, the gain"},
+    {"identify", "voltlap-learn", "Parameter tables of a cell from its measured tests or drives"},
+    {"validate", "voltlap-learn", "A cell file against recordings of that cell that it was not made from"},
+};
+
+const OtherCommand* find(std::string_view command) {
+  const auto* found = std::find_if(std::begin(kOthers), std::end(kOthers),
+                                   [&](const OtherCommand& other) { return command == other.name; });
+  return found == std::end(kOthers) ? nullptr : found;
+}
+
+/// The causes stand where they are made: `voltlap list causes` is answered there.
+bool asks_for_causes(int argc, char** argv) {
+  return argc > 2 && std::strcmp(argv[1], "list") == 0 &&
+         std::any_of(argv + 2, argv + argc, [](const char* word) { return std::strcmp(word, "causes") == 0; });
+}
+
+}  // namespace
+
+const char* what_it_does(const char* command) {
+  const OtherCommand* other = find(command);
+  VOLTLAP_DEMAND(other != nullptr);
+  return other->what;
+}
+
+void add_other_commands(CLI::App& app) {
+  for (const OtherCommand& other : kOthers) app.add_subcommand(other.name, other.what);
+}
+
+void hand_over(int argc, char** argv) {
+  if (argc < 2) return;
+  const OtherCommand* other = asks_for_causes(argc, argv) ? find("explain") : find(argv[1]);
+  if (other == nullptr) return;
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  execv((folder / other->program).c_str(), argv);
+  throw InputError(std::string("voltlap ") + argv[1], (folder / other->program).string() + " is not there or does not start",
+                   "the program that has this command, built",
+                   std::string("Start it with ./voltlap, which builds it, or build the target ") + other->program);
+}
+
+}  // namespace voltlap::plant
