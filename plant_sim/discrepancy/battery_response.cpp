@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "car/battery/cell_effects.hpp"
-#include "car/battery/cell_tables.hpp"
+#include "car/battery/cell.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -54,75 +53,59 @@ double first_soc(const World& world, const LogFacts& facts, double temperature_c
   return tables.soc_of_ocv(volts + facts.rest_ohm * current, temperature_c);
 }
 
-struct Branch {
-  double v = 0.0;
-  void step(double dt, double tau, double r_begin, double r_end, double begin, double end) {
-    const double a = std::exp(-dt / tau), x = tau / dt * (1.0 - a);
-    v = a * v + (x - a) * r_begin * begin + (1.0 - x) * r_end * end;
-  }
-};
-
 /// The cell at a row, and what goes on from there.
-struct CellState {
-  double current_a = 0.0, soc = 0.0;
-  double temperature_c = 0.0, surface_c = 0.0;  ///< by its own heat
-  double at_c = 0.0;           ///< at which the tables are read
-  double lookup_a = 0.0;       ///< current at which the tables are read
-  Branch one, two;
-  CellEffectState effects;
-  CircuitParameters circuit{};
-  double heat_w = 0.0;         ///< by the measured voltage
+struct RowState : CellState {
+  double current_a = 0.0;
+  double at_c = 0.0;    ///< at which the tables are read
+  double heat_w = 0.0;  ///< by the measured voltage
 };
 
 /// One row after the other.
-class Cell {
+class LoggedCell {
  public:
-  Cell(const World& world, const Recording& log, const LogFacts& facts)
-      : world_(world), log_(log), facts_(facts), tables_(world.car.cell), measured_(true_voltage(world, facts)),
+  LoggedCell(const World& world, const Recording& log, const LogFacts& facts)
+      : world_(world), log_(log), facts_(facts), cell_(world.car.cell), measured_(true_voltage(world, facts)),
         temperature_c_(true_temperature(world, log, facts)) {
     if (facts.sensor_cells > 0.0) {
       contact_ohm_ = world.pack_resistance_ohm * world.car.battery.cells_in_parallel / facts.sensor_cells;
     }
   }
 
-  [[nodiscard]] CellState begin() const {
-    CellState out;
+  [[nodiscard]] RowState begin() const {
+    RowState out;
+    out.lookup_floor_a = world_.car.battery.lookup_current_floor_a;
     out.surface_c = temperature_c_.size() > 0 ? temperature_c_(0) : facts_.initial_temperature_c;
     out.temperature_c = out.at_c = out.surface_c;
-    out.soc = first_soc(world_, facts_, out.temperature_c, tables_) + world_.initial_soc_change;
+    out.soc = first_soc(world_, facts_, out.temperature_c, cell_.tables()) + world_.initial_soc_change;
     return out;
   }
 
-  [[nodiscard]] CellState at(const CellState& from, Index row, double current_a) const {
-    CellState out = from;
+  [[nodiscard]] RowState at(const RowState& from, Index row, double current_a) const {
+    RowState out = from;
     out.current_a = current_a;
-    const CellParameters& cell = world_.car.cell;
     const double before_a = row == 0 ? current_a : from.current_a;
-    const double begin = facts_.hold == CurrentHold::kNext ? current_a : before_a;
-    const double end = facts_.hold == CurrentHold::kPrevious ? before_a : current_a;
-    const double dt = row == 0 ? 0.0 : log_.time_s(row) - log_.time_s(row - 1);
-    if (row > 0) out.soc -= 0.5 * (begin + end) * dt / (3600.0 * cell.capacity_ah);
-    if (std::abs(current_a) > world_.car.battery.lookup_current_floor_a) out.lookup_a = std::abs(current_a);
+    const CellInterval interval{row == 0 ? 0.0 : log_.time_s(row) - log_.time_s(row - 1),
+                                facts_.hold == CurrentHold::kNext ? current_a : before_a,
+                                facts_.hold == CurrentHold::kPrevious ? before_a : current_a};
+    if (row > 0) out.soc -= soc_drawn(interval, world_.car.cell.capacity_ah);
     out.at_c = from.temperature_c;
     if (temperature_c_.size() > 0) {
       out.at_c = temperature_c_(row) + (facts_.above_surface_k.size() > 0 ? facts_.above_surface_k(row) : 0.0);
     }
-    out.circuit = tables_.circuit(out.soc, out.at_c, out.lookup_a);
-    if (row > 0) {
-      const CircuitParameters &before = from.circuit, &p = out.circuit;
-      out.one.step(dt, 0.5 * (before.tau1_s + p.tau1_s), before.r1_ohm, p.r1_ohm, begin, end);
-      out.two.step(dt, 0.5 * (before.tau2_s + p.tau2_s), before.r2_ohm, p.r2_ohm, begin, end);
-      if (has_dynamics(cell.effects)) advance(cell.effects, out.effects, begin, end, cell.capacity_ah, dt);
-      warm(out, row, dt, begin, end);
+    if (row == 0) {
+      cell_.look_up(out, {current_a, out.soc, out.at_c});
+    } else {
+      const double heat_w = cell_.advance(out, interval, {current_a, out.soc, out.at_c});
+      warm_row(out, row, heat_w, interval);
     }
     return out;
   }
 
   /// The current with which the voltage at its sensor is what was measured, never less than `least_a` of the same sign.
-  [[nodiscard]] CellState at_measured_voltage(const CellState& from, Index row, double least_a) const {
+  [[nodiscard]] RowState at_measured_voltage(const RowState& from, Index row, double least_a) const {
     constexpr int kRounds = 6;
     constexpr double kEnough = 1e-3, kMost = 5.0;  // A; of the limit
-    CellState out = at(from, row, std::abs(from.current_a) > std::abs(least_a) && from.current_a * least_a > 0.0
+    RowState out = at(from, row, std::abs(from.current_a) > std::abs(least_a) && from.current_a * least_a > 0.0
                                       ? from.current_a : least_a);
     const double sign = least_a < 0.0 ? -1.0 : 1.0, least = std::abs(least_a);
     for (int round = 0; round < kRounds; ++round) {
@@ -137,40 +120,30 @@ class Cell {
     return out;
   }
 
-  [[nodiscard]] double drop_v(const CellState& s) const {
-    return s.circuit.r0_ohm * s.current_a + s.one.v + s.two.v + drop_of(world_.car.cell.effects, s.effects);
-  }
-  [[nodiscard]] double ocv_v(const CellState& s) const { return tables_.ocv_v(s.soc, s.at_c); }
-  [[nodiscard]] const CellTables& tables() const { return tables_; }
+  [[nodiscard]] double drop_v(const RowState& s) const { return cell_.drop_v(s, s.current_a); }
+  [[nodiscard]] double ocv_v(const RowState& s) const { return cell_.tables().ocv_v(s.soc, s.at_c); }
+  [[nodiscard]] const CellTables& tables() const { return cell_.tables(); }
 
  private:
-  void warm(CellState& s, Index row, double dt, double begin, double end) const {
-    const CellParameters& cell = world_.car.cell;
-    const double square = (begin * begin + begin * end + end * end) / 3.0, mean = 0.5 * (begin + end);
-    double heat = square * s.circuit.r0_ohm + s.one.v * s.one.v / s.circuit.r1_ohm +
-                  s.two.v * s.two.v / s.circuit.r2_ohm + drop_of(cell.effects, s.effects) * mean;
+  void warm_row(RowState& s, Index row, double heat_w, const CellInterval& interval) const {
+    double heat = heat_w;
     if (measured_.size() > 0) {
       // Where the voltage is known so is the heat, whatever the resistances are.
-      const double now = end * (ocv_v(s) - measured_(row));
+      const double now = interval.end_a * (ocv_v(s) - measured_(row));
       heat = 0.5 * (s.heat_w + now);
       s.heat_w = now;
     }
-    heat += reversible_heat(cell.effects, mean, s.temperature_c);
-    const bool stopped = facts_.stopped[static_cast<std::size_t>(row)];
-    const double w = cell.convection_w_per_m2_k * cell.surface_area_m2 *
-                     (stopped ? 1.0 + world_.cooling_at_stop_change : 1.0);
-    const double capacity = cell.mass_kg * cell.heat_capacity_j_per_kg_k;
-    const double ambient = (facts_.ambient_above_model_k.size() > 0 ? facts_.ambient_above_model_k(row) : 0.0) +
-                           world_.car.environment.ambient_c;
-    const double rise = heat * dt / capacity, fades = std::exp(-dt * w / capacity), t = s.temperature_c;
-    s.temperature_c = w > 0.0 ? ambient + heat / w + (t - ambient - heat / w) * fades : t + rise;
-    s.surface_c = surface_after(s.surface_c, t, s.temperature_c, cell.surface_lag_s, dt);
+    heat += cell_.reversible_w(interval.mean_a(), s.temperature_c);
+    CellThermal thermal = cell_.thermal();
+    if (facts_.stopped[static_cast<std::size_t>(row)]) thermal.cooling_w_per_k *= 1.0 + world_.cooling_at_stop_change;
+    const double above = facts_.ambient_above_model_k.size() > 0 ? facts_.ambient_above_model_k(row) : 0.0;
+    warm(s, thermal, heat, world_.car.environment.ambient_c + above, interval.dt_s);
   }
 
   const World& world_;
   const Recording& log_;
   const LogFacts& facts_;
-  CellTables tables_;
+  Cell cell_;
   VectorXd measured_, temperature_c_;
   double contact_ohm_ = 0.0;
 };
@@ -214,8 +187,7 @@ VectorXd rate_of_change(const VectorXd& time_s, const VectorXd& values) {
 VectorXd lagged(const VectorXd& time_s, const VectorXd& values, double tau_s) {
   VectorXd out = values;
   for (Index row = 1; row < out.size(); ++row) {
-    const double dt = time_s(row) - time_s(row - 1), a = std::exp(-dt / tau_s), x = tau_s / dt * (1.0 - a);
-    out(row) = a * out(row - 1) + (x - a) * values(row - 1) + (1.0 - x) * values(row);
+    out(row) = first_order_step(time_s(row) - time_s(row - 1), tau_s).after(out(row - 1), values(row - 1), values(row));
   }
   return out;
 }
@@ -230,8 +202,8 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
   }
   const bool ends = world.current_limit_a > 0.0 && !facts.at_limit.empty() && facts.voltage_v.size() > 0;
   const double limit = world.current_limit_a / world.car.battery.cells_in_parallel;
-  const Cell cell(world, log, facts);
-  CellState state = cell.begin();
+  const LoggedCell cell(world, log, facts);
+  RowState state = cell.begin();
   for (Index row = 0; row < n; ++row) {
     const bool at_limit = ends && facts.at_limit[static_cast<std::size_t>(row)];
     state = at_limit ? cell.at_measured_voltage(state, row, std::copysign(limit, out.current_a(row)))

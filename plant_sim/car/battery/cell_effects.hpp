@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "car/battery/first_order.hpp"
 #include "core/parameters.hpp"
 
 namespace voltlap::plant {
@@ -53,13 +54,6 @@ struct CellEffectState {
   double polarization_v = 0.0, slow_relaxation_v = 0.0, hysteresis = 0.0;
 };
 
-/// Temperature of the surface [degC] after a step in which the cell's goes straight from `begin_c` to `end_c`.
-[[nodiscard]] inline double surface_after(double surface_c, double begin_c, double end_c, double lag_s, double dt_s) {
-  if (lag_s <= 0.0 || dt_s <= 0.0) return end_c;
-  const double a = std::exp(-dt_s / lag_s), x = lag_s / dt_s * (1.0 - a);
-  return a * surface_c + (x - a) * begin_c + (1.0 - x) * end_c;
-}
-
 [[nodiscard]] inline bool has_dynamics(const CellEffects& e) {
   return e.polarization_ohm != 0.0 || e.slow_relaxation_ohm != 0.0 || e.hysteresis_v != 0.0;
 }
@@ -74,8 +68,7 @@ struct CellEffectState {
 inline void advance(const CellEffects& e, CellEffectState& s, double begin_a, double end_a, double capacity_ah,
                     double dt_s) {
   const auto branch = [&](double& v, double ohm, double tau_s) {
-    const double a = std::exp(-dt_s / tau_s), x = tau_s / dt_s * (1.0 - a);
-    v = a * v + ohm * ((x - a) * begin_a + (1.0 - x) * end_a);
+    v = first_order_step(dt_s, tau_s).after(v, ohm * begin_a, ohm * end_a);
   };
   if (e.polarization_ohm != 0.0) branch(s.polarization_v, e.polarization_ohm, e.polarization_tau_s);
   if (e.slow_relaxation_ohm != 0.0) branch(s.slow_relaxation_v, e.slow_relaxation_ohm, e.slow_relaxation_tau_s);

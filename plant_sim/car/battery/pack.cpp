@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -33,9 +34,7 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
       multiplicity_(parallel_ * (representative ? static_cast<double>(series_) : 1.0)),
       step_s_(step_s),
       effects_(car.cell.effects),
-      heat_capacity_j_per_k_(car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k),
-      cooling_w_per_k_(car.cell.convection_w_per_m2_k * car.cell.surface_area_m2),
-      surface_lag_s_(car.cell.surface_lag_s),
+      thermal_(thermal_of(car.cell)),
       lookup_floor_a_(car.battery.lookup_current_floor_a),
       contact_ohm_(car.battery.contact_resistance_ohm) {
   if (representative && !std::all_of(car.battery.cells.begin(), car.battery.cells.end(), is_nominal)) {
@@ -70,16 +69,13 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
 }
 
 void Pack::renew(double elapsed_s, double ambient_c) {
-  const double decay = std::exp(-elapsed_s * cooling_w_per_k_ / heat_capacity_j_per_k_);
+  VOLTLAP_DEMAND(elapsed_s >= 0.0);
+  const double decay = thermal_.decay(elapsed_s);
   for (std::size_t i = 0; i < count_; ++i) {
-    // Exact for constant heat flow and constant ambient; without cooling the heat just adds up.
     if (elapsed_s > 0.0) {
-      const double power = heat_j_[i] / elapsed_s, before = temperature_[i];
-      temperature_[i] = cooling_w_per_k_ > 0.0
-                            ? ambient_c + power / cooling_w_per_k_ +
-                                  (temperature_[i] - ambient_c - power / cooling_w_per_k_) * decay
-                            : temperature_[i] + heat_j_[i] / heat_capacity_j_per_k_;
-      surface_[i] = surface_after(surface_[i], before, temperature_[i], surface_lag_s_, elapsed_s);
+      const double before = temperature_[i];
+      temperature_[i] = temperature_after(thermal_, before, heat_j_[i] / elapsed_s, ambient_c, elapsed_s, decay);
+      surface_[i] = surface_after(surface_[i], before, temperature_[i], thermal_.surface_lag_s, elapsed_s);
     }
     heat_j_[i] = 0.0;
     ocv_[i] = tables_.ocv_v(soc_[i], temperature_[i]);
@@ -105,15 +101,15 @@ void Pack::look_up(std::size_t i, double soc, double current_a) {
   g2_[i] = 1.0 / r2;
   c1_[i] = p.tau1_s / r1;
   c2_[i] = p.tau2_s / r2;
-  decay1_[i] = std::exp(-step_s_ / p.tau1_s);
-  decay2_[i] = std::exp(-step_s_ / p.tau2_s);
-  gain1_[i] = (1.0 - decay1_[i]) * r1;
-  gain2_[i] = (1.0 - decay2_[i]) * r2;
-  // Mean of v over the step: m v + (1 - m) R I with m = tau (1 - a) / dt.
-  mean_decay1_[i] = p.tau1_s * (1.0 - decay1_[i]) / step_s_;
-  mean_decay2_[i] = p.tau2_s * (1.0 - decay2_[i]) / step_s_;
-  mean_gain1_[i] = (1.0 - mean_decay1_[i]) * r1;
-  mean_gain2_[i] = (1.0 - mean_decay2_[i]) * r2;
+  const HeldBranch one = held_branch(step_s_, p.tau1_s, r1), two = held_branch(step_s_, p.tau2_s, r2);
+  decay1_[i] = one.decay;
+  decay2_[i] = two.decay;
+  gain1_[i] = one.gain;
+  gain2_[i] = two.gain;
+  mean_decay1_[i] = one.mean_decay;
+  mean_decay2_[i] = two.mean_decay;
+  mean_gain1_[i] = one.mean_gain;
+  mean_gain2_[i] = two.mean_gain;
   ocv_per_amp_[i] = tables_.ocv(soc).slope_v * soc_per_amp_[i];
   // Half of the step's fall of the OCV: the mean over the step.
   r_step_[i] = r0_[i] + mean_gain1_[i] + mean_gain2_[i] + 0.5 * ocv_per_amp_[i];
@@ -174,6 +170,7 @@ PackEnergy Pack::advance(double pack_current_a) {
   pack_voltage_ = sum_voltage * in_series - contact_v;
   cell_voltage_min_ = lowest;
   charge_out_as_ += charge;
+  cell_current_ = current;
   if (std::abs(current) > lookup_floor_a_) lookup_current_ = std::abs(current);
   const double contact_heat = contact_v * pack_current_a * step_s_;
   return {chemical * multiplicity_, r0_heat * multiplicity_ + contact_heat, rc_heat * multiplicity_, rc_stored * multiplicity_};
@@ -191,6 +188,12 @@ void Pack::advance_effects(double current_a) {
   for (std::size_t i = 0; i < count_; ++i) {
     heat_j_[i] += reversible_heat(effects_, current_a, temperature_[i]) * step_s_;
   }
+}
+
+double Pack::cell_voltage_after_step(std::size_t cell) const {
+  const std::size_t i = index(cell);
+  const double effects_v = effect_.empty() ? 0.0 : drop_of(effects_, effect_[i]);
+  return ocv_[i] - v1_[i] - v2_[i] - r0_[i] * cell_current_ - effects_v;
 }
 
 double Pack::soc_mean() const {

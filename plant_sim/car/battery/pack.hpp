@@ -3,17 +3,19 @@
 //
 //   V = OCV(SOC) - v1 - v2 - R0 I            (discharge current I positive); of a step its mean
 //   pack V = sum of V - R_contact I
-//   dv/dt = (I - v/R) / C,  tau = R C        exact over a step of constant I: v' = a v + (1 - a) R I, a = exp(-dt/tau)
+//   dv/dt = (I - v/R) / C,  tau = R C        exact over a step of constant I (first_order.hpp)
 //   dSOC/dt = -I / (3600 Ah)
 //   m cp dT/dt = I^2 R0 + v1^2/R1 + v2^2/R2 - h A (T - T_ambient)
 // Source: reference study, 2016, Eq. 4.18-4.24, 7.6, 7.7; signs after Thevenin. Lookup tables and temperatures are
-// renewed once per control period (10 ms): SOC moves less than 1e-4 of a breakpoint interval in that time.
+// renewed once per control period (10 ms): SOC moves less than 1e-4 of a breakpoint interval in that time. One cell
+// under a current that is known beforehand: cell.hpp.
 #pragma once
 #include <cstddef>
 #include <vector>
 
 #include "car/battery/cell_effects.hpp"
 #include "car/battery/cell_tables.hpp"
+#include "car/battery/cell_thermal.hpp"
 #include "core/parameters.hpp"
 
 namespace voltlap::plant {
@@ -50,7 +52,10 @@ class Pack {
   void scale_resistance(std::size_t cell, double factor) { resistance_fault_[index(cell)] = factor; }
 
   [[nodiscard]] std::size_t cells() const { return series_; }
+  /// Mean of the last step.
   [[nodiscard]] double cell_voltage(std::size_t cell) const { return voltage_[index(cell)]; }
+  /// At the end of the last step, while its current still flows.
+  [[nodiscard]] double cell_voltage_after_step(std::size_t cell) const;
   [[nodiscard]] double cell_soc(std::size_t cell) const { return soc_[index(cell)]; }
   [[nodiscard]] double cell_temperature_c(std::size_t cell) const { return temperature_[index(cell)]; }
   /// Where a thermistor sits: behind the cell by `cell.surface_lag_s`.
@@ -79,8 +84,10 @@ class Pack {
   bool representative_;
   double parallel_, multiplicity_, step_s_;
   CellEffects effects_;
-  double heat_capacity_j_per_k_, cooling_w_per_k_, surface_lag_s_, lookup_floor_a_, contact_ohm_;
+  CellThermal thermal_;
+  double lookup_floor_a_, contact_ohm_;
   double lookup_current_ = 0.0;
+  double cell_current_ = 0.0;  // of the last step
   double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;
   PackThevenin thevenin_;
   // One array a quantity, so that the loop over cells runs in vector registers.

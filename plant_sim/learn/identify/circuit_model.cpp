@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "car/battery/first_order.hpp"
 #include "learn/identify/test_run.hpp"
 
 namespace voltlap::plant {
@@ -80,9 +81,9 @@ SocGrid ocv_grid() {
 }
 
 IntervalResponse interval_response(double dt_s, double tau_s) {
-  const double a = std::exp(-dt_s / tau_s), x = tau_s / dt_s * (1.0 - a);
-  const double da = a * dt_s / (tau_s * tau_s), dx = (1.0 - a) / dt_s - a / tau_s;
-  return {a, x - a, 1.0 - x, da, dx - da, -dx};
+  const FirstOrderStep step = first_order_step(dt_s, tau_s);
+  const double a = step.keep, da = a * dt_s / (tau_s * tau_s), dx = (1.0 - a) / dt_s - a / tau_s;
+  return {a, step.from_begin, step.from_end, da, dx - da, -dx};
 }
 
 namespace {
@@ -113,9 +114,8 @@ Eigen::VectorXd simulate(const CircuitModel& model, const TestRun& run,
     } else {
       const SocGrid::Place middle = model.grid.find(0.5 * (run.soc(row) + run.soc(row - 1)));
       for (Eigen::Index k = 0; k < branches; ++k) {
-        const IntervalResponse w = interval_response(run.dt_s(row), entry(model.tau, k, middle));
-        state(k) = w.a * state(k) + w.g0 * before(k) * run.current_begin_a(row) +
-                   w.g1 * resistance(k) * run.current_end_a(row);
+        state(k) = first_order_step(run.dt_s(row), entry(model.tau, k, middle))
+                       .after(state(k), before(k) * run.current_begin_a(row), resistance(k) * run.current_end_a(row));
       }
     }
     before = resistance;

@@ -3,10 +3,9 @@
 //
 //   V = Em(s) - R0(s) I - sum_k v_k,   dv_k/dt = (R_k(s) I - v_k) / tau_k(s)          (discharge current positive)
 //
-// Over an interval dt, with u = R_k(s) I straight from u_a to u_b and tau of the interval's middle:
-//   v' = a v + g0 u_a + g1 u_b,   a = exp(-dt/tau),   x = tau/dt (1 - a),   g0 = x - a,   g1 = 1 - x
-// exact for a held current (u_a = u_b) as for a straight one. Source: reference study, 2016, Eq. 4.18; signs after
-// Thevenin.
+// Over an interval u = R_k(s) I is straight from end to end, tau that of its middle: the step is the cell's own
+// (car/battery/first_order.hpp), exact for a held current as for a straight one. Source: reference study, 2016,
+// Eq. 4.18; signs after Thevenin.
 #pragma once
 #include <Eigen/Dense>
 #include <array>
@@ -54,7 +53,7 @@ class SocGrid {
 /// Nodes for the OCV, smooth between them: fine at the low end, where it bends.
 [[nodiscard]] SocGrid ocv_grid();
 
-/// What an interval does to a branch.
+/// What an interval does to a branch: v' = a v + g0 u_a + g1 u_b.
 struct IntervalResponse {
   double a, g0, g1;
   /// Derivatives with respect to tau.

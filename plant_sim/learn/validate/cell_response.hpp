@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a cell file says to a recorded current: voltage, heat and temperature, row by row.
 //
-//   V = OCV(s, T) + dE(s, T, I) - R0 I - v1 - v2 - v_e      branches as in learn/identify/circuit_model.hpp
-//   P = R0 I^2 + v1^2 / R1 + v2^2 / R2 + v_e I - I T dOCV/dT    reference study, 2016, Eq. 7.6
-//   m cp dT/dt = P - h A (T - T_ambient)           Eq. 7.7, exact over an interval of constant P
-//   L dT_s/dt = T - T_s                            the surface, whose temperature is given and compared
+//   V = OCV(s, T) + dE(s, T, I) - drop        the drop, the heat and both temperatures: car/battery/cell.hpp
 //
-// v_e and dOCV/dT are the cell's effects (car/battery/cell_effects.hpp), none unless its file has them.
 // dE is what single tests found apart from the curve over SOC (`ocv.table` of the cell file); the plant leaves it
 // out.
 #pragma once
@@ -14,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "car/battery/cell_tables.hpp"
+#include "car/battery/cell.hpp"
 #include "learn/identify/test_run.hpp"
 
 namespace voltlap::plant {
@@ -27,13 +23,13 @@ class CellModel {
   /// Throws InputError for tables that do not fit (CellTables).
   explicit CellModel(const CellParameters& cell, OcvOf ocv = OcvOf::kSoc);
 
-  [[nodiscard]] const CellParameters& cell() const { return cell_; }
-  [[nodiscard]] const CellTables& tables() const { return tables_; }
+  [[nodiscard]] const Cell& one_cell() const { return cell_; }
+  [[nodiscard]] const CellParameters& cell() const { return cell_.parameters(); }
+  [[nodiscard]] const CellTables& tables() const { return cell_.tables(); }
   [[nodiscard]] double ocv(double soc, double temperature_c, double current_a) const;
 
  private:
-  CellParameters cell_;
-  CellTables tables_;
+  Cell cell_;
   std::optional<CellTables> ocv_by_test_;  ///< its r0 is the open-circuit voltage [V]: the same lookup
 };
 

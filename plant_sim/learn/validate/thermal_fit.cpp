@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "car/battery/cell_effects.hpp"
+#include "car/battery/cell_thermal.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -237,7 +237,7 @@ ThermalModel fit_thermal(const std::vector<ThermalRecording>& recordings) {
 }
 
 std::vector<double> thermal_response(const ThermalModel& model, const ThermalRecording& recording) {
-  const double rate = model.conductance_w_per_k / model.capacity_j_per_k;
+  const CellThermal thermal{model.capacity_j_per_k, model.conductance_w_per_k, model.surface_lag_s};
   const auto known = std::find_if(recording.temperature_c.begin(), recording.temperature_c.end(),
                                   [](double t) { return std::isfinite(t); });
   double t = known == recording.temperature_c.end() ? 25.0 : *known;
@@ -247,11 +247,8 @@ std::vector<double> thermal_response(const ThermalModel& model, const ThermalRec
     const double dt = recording.dt_s[row], before = t;
     if (dt <= 0.0) {
       if (std::isfinite(recording.temperature_c[row])) t = surface = recording.temperature_c[row];
-    } else if (rate > 0.0) {
-      const double target = recording.ambient_c[row - 1] + recording.heat_w[row] / model.conductance_w_per_k;
-      t = target + (t - target) * std::exp(-rate * dt);
     } else {
-      t += recording.heat_w[row] * dt / model.capacity_j_per_k;
+      t = temperature_after(thermal, t, recording.heat_w[row], recording.ambient_c[row - 1], dt, thermal.decay(dt));
     }
     if (dt > 0.0) surface = surface_after(surface, before, t, model.surface_lag_s, dt);
     out.push_back(surface);
