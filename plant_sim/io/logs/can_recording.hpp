@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "io/line_reader.hpp"
 #include "io/logs/can_line.hpp"
-#include "io/logs/line_reader.hpp"
 
 namespace voltlap::plant {
 

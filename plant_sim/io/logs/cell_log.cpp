@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -32,14 +33,6 @@ std::vector<double> column(const MeasuredTable& table, const RoleMap& map, const
   std::vector<double> out = table.values[static_cast<std::size_t>(index)];
   for (double& value : out) value = value * from->scale + from->offset;
   return out;
-}
-
-double median_of(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Rows in time order: holes in time or current and repeated times are left out; a clock that starts again is
@@ -107,7 +100,7 @@ std::vector<std::size_t> rows_in_window(const std::vector<double>& time, const L
 
 /// Volts of one cell: unit from the size of the numbers when it is not what the map says.
 void bring_to_one_cell(CellLog& log, int series) {
-  double typical = median_of(log.voltage_v) / series;
+  double typical = median(log.voltage_v) / series;
   double scale = 1.0 / series;
   if (typical > 1e3 * kCellVoltageMin && typical < 1e3 * kCellVoltageMax) {
     log.repairs.push_back(fmt::format("voltage is in mV (median {:.0f}): divided by 1000", typical * series));
@@ -184,15 +177,6 @@ void settle_counter(CellLog& log) {
   }
 }
 
-/// Ninth of ten intervals is at most this long.
-double usual_interval(const std::vector<double>& time_s) {
-  std::vector<double> step;
-  for (std::size_t row = 1; row < time_s.size(); ++row) step.push_back(time_s[row] - time_s[row - 1]);
-  const auto at = step.begin() + static_cast<std::ptrdiff_t>(step.size() * 9 / 10);
-  std::nth_element(step.begin(), at, step.end());
-  return *at;
-}
-
 /// The counter moved by what neither hold of the current explains.
 bool counter_disagrees(const CellLog& log, std::size_t row, double tolerance_ah) {
   constexpr double kShort = 5.0;  // s; within it a counter's step says little
@@ -209,7 +193,8 @@ bool counter_disagrees(const CellLog& log, std::size_t row, double tolerance_ah)
 /// Gaps: an interval far longer than the recorder's habit, or one in which the counter saw what the rows did not.
 void find_gaps(CellLog& log, const std::vector<bool>& joined) {
   constexpr double kLeast = 600.0, kTimes = 10.0, kUnseen = 0.001;
-  const double long_interval = std::max(kLeast, kTimes * usual_interval(log.time_s));
+  constexpr double kUsual = 0.9;  // of the intervals: a recorder may be slower at rest
+  const double long_interval = std::max(kLeast, kTimes * quantile(differences(log.time_s), kUsual));
   const auto [low, high] = std::minmax_element(log.charge_ah.begin(), log.charge_ah.end());
   const double unseen_ah = log.charge_ah.empty() ? 0.0 : kUnseen * (*high - *low);
   log.gap.assign(log.rows(), false);

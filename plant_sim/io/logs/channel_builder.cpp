@@ -7,21 +7,14 @@
 #include <cmath>
 #include <limits>
 
+#include "core/signal.hpp"
+
 namespace voltlap::plant {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGapTimes = 10.0, kGapLeast = 0.5;  // of the usual interval; s
-
-/// Nine of ten intervals are at most this long: a recorder may be slower at rest.
-double usual_interval(const std::vector<double>& time_s) {
-  std::vector<double> steps;
-  for (std::size_t k = 1; k < time_s.size(); ++k) steps.push_back(time_s[k] - time_s[k - 1]);
-  if (steps.empty()) return 0.0;
-  const auto at = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() * 9 / 10);
-  std::nth_element(steps.begin(), at, steps.end());
-  return *at;
-}
+constexpr double kUsual = 0.9;                       // of the intervals: a recorder may be slower at rest
 
 }  // namespace
 
@@ -78,7 +71,7 @@ void ChannelBuilder::lost(double from_s, double to_s, std::size_t frames) {
 }
 
 void ChannelBuilder::finish() {
-  const double usual = usual_interval(channel_.time_s);
+  const double usual = quantile(differences(channel_.time_s), kUsual);
   const double gap = std::max(kGapLeast, kGapTimes * usual);
   for (std::size_t k = 1; k < channel_.time_s.size(); ++k) {
     if (channel_.time_s[k] - channel_.time_s[k - 1] <= gap) continue;

@@ -8,7 +8,7 @@
 #include <charconv>
 
 #include "core/errors.hpp"
-#include "io/logs/line_reader.hpp"
+#include "io/line_reader.hpp"
 
 namespace voltlap::plant {
 namespace {

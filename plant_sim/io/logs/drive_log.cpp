@@ -7,8 +7,10 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 #include "io/logs/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
 
@@ -138,9 +140,8 @@ void clip_to_usual(std::vector<double>& steps) {
   if (steps.empty()) return;
   std::vector<double> sizes;
   for (const double step : steps) sizes.push_back(std::abs(step));
-  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 9 / 10);
-  std::nth_element(sizes.begin(), at, sizes.end());
-  for (double& step : steps) step = std::clamp(step, -*at, *at);
+  const double usual = quantile(std::move(sizes), 0.9);
+  for (double& step : steps) step = std::clamp(step, -usual, usual);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@
 
 #include "core/parameter_file.hpp"
 #include "io/logs/role_source.hpp"
-#include "io/logs/table_file.hpp"
+#include "io/table_file.hpp"
 
 namespace voltlap::plant {
 

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "core/csv.hpp"
 #include "core/errors.hpp"
+#include "io/table_file.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -29,7 +29,7 @@ LapPhase phase_of(double acceleration) {
   return acceleration < -kConstant ? LapPhase::kBrake : LapPhase::kCorner;
 }
 
-double pedal_at(const CsvTable& table, std::size_t row, const char* column) {
+double pedal_at(const InputTable& table, std::size_t row, const char* column) {
   const double pedal = table.number(row, column);
   if (pedal < 0.0 || pedal > 1.0) {
     throw InputError(fmt::format("{}, {}", table.place(row), column), fmt::format("{}", pedal), "a pedal from 0 to 1",
@@ -47,7 +47,7 @@ double RecordedDrive::length_m() const {
 }
 
 RecordedDrive load_drive(const std::string& path) {
-  const CsvTable table(path);
+  const InputTable table(path);
   RecordedDrive drive{std::filesystem::path(path).stem().string(), {}, {}, {}, {}};
   const bool pedals = table.has("accelerator") || table.has("brake");
   for (std::size_t row = 0; row < table.rows(); ++row) {

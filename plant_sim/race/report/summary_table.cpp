@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "core/csv.hpp"
+#include "io/table_file.hpp"
 #include "race/report/run_text.hpp"
 
 namespace voltlap::plant {
@@ -44,7 +44,7 @@ std::string text(const Line& line) {
 }  // namespace
 
 std::optional<ReferenceRow> find_reference(const std::string& path, const RunDescription& run) {
-  const CsvTable table(path);
+  const InputTable table(path);
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const bool same = table.text(i, "vehicle") == run.vehicle && table.text(i, "track") == run.course &&
                       table.text(i, "laps") == std::to_string(run.laps) &&

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "core/csv.hpp"
 #include "core/errors.hpp"
+#include "io/table_file.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double kLengthMin_m = 10.0;
 constexpr double kLengthMax_m = 1e6;
 
-double length_at(const CsvTable& table, std::size_t row, const char* column) {
+double length_at(const InputTable& table, std::size_t row, const char* column) {
   const double length = table.number(row, column);
   if (length < 0.0) {
     throw InputError(fmt::format("{}, {}", table.place(row), column), fmt::format("{}", length), "0 or more metres",
@@ -24,7 +24,7 @@ double length_at(const CsvTable& table, std::size_t row, const char* column) {
   return length;
 }
 
-double radius_at(const CsvTable& table, std::size_t row) {
+double radius_at(const InputTable& table, std::size_t row) {
   const double radius = table.number(row, "corner_radius_m");
   if (!(radius > 0.0)) {
     throw InputError(table.place(row) + ", corner_radius_m", fmt::format("{}", radius), "more than 0 metres",
@@ -33,11 +33,11 @@ double radius_at(const CsvTable& table, std::size_t row) {
   return radius;
 }
 
-void add(Track& track, const CsvTable& table, std::size_t row, double length, double curvature) {
+void add(Track& track, const InputTable& table, std::size_t row, double length, double curvature) {
   if (length > 0.0) track.segments.push_back({length, curvature, table.place(row)});
 }
 
-void read_straights_and_corners(const CsvTable& table, Track& track) {
+void read_straights_and_corners(const InputTable& table, Track& track) {
   for (std::size_t row = 0; row < table.rows(); ++row) {
     add(track, table, row, length_at(table, row, "straight_m"), 0.0);
     const double radius = radius_at(table, row);
@@ -46,7 +46,7 @@ void read_straights_and_corners(const CsvTable& table, Track& track) {
   }
 }
 
-void read_typed_sections(const CsvTable& table, Track& track) {
+void read_typed_sections(const InputTable& table, Track& track) {
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const std::string& type = table.text(row, "type");
     const double length = length_at(table, row, "section_length_m");
@@ -70,7 +70,7 @@ double Track::length_m() const {
 }
 
 Track load_track(const std::string& path) {
-  const CsvTable table(path);
+  const InputTable table(path);
   Track track{std::filesystem::path(path).stem().string(), {}};
   if (table.has("type")) {
     read_typed_sections(table, track);

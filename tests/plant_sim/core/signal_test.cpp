@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 using namespace voltlap::plant;
 
@@ -23,6 +24,14 @@ TEST(Signal, AQuantileReachesBothEnds) {
   DOUBLES_EQUAL(1.0, quantile({3.0, 1.0, 2.0}, 0.0), 0.0);
   DOUBLES_EQUAL(3.0, quantile({3.0, 1.0, 2.0}, 1.0), 0.0);
   CHECK_THROWS(std::logic_error, static_cast<void>(quantile({1.0}, nan)));
+}
+
+TEST(Signal, NineTenthsAreCountedAsExactlyAsInIntegers) {
+  std::vector<double> values;
+  for (std::size_t n = 1; n <= 3000; ++n) {
+    values.push_back(static_cast<double>(n - 1));
+    DOUBLES_EQUAL(static_cast<double>(n * 9 / 10), quantile(values, 0.9), 0.0);
+  }
 }
 
 TEST(Signal, TheRmsOfASignIsThatOfItsSize) {

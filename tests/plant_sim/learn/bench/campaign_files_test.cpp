@@ -9,8 +9,8 @@
 
 #include "plant_sim/core/scratch.hpp"
 #include "bench_fixtures.hpp"
-#include "core/csv.hpp"
 #include "fixtures.hpp"
+#include "io/table_file.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -44,7 +44,7 @@ TEST_GROUP(CampaignFiles) {
 TEST(CampaignFiles, EachCellHasAPlainTable) {
   const std::string folder = scratch.file("out");
   (void)write(folder, false, "");
-  const CsvTable table(folder + "/30c_random_cell3.csv");
+  const InputTable table(folder + "/30c_random_cell3.csv");
   LONGS_EQUAL(5, table.columns().size());
   LONGS_EQUAL(record.time_s.size(), table.rows());
   for (const std::size_t row : {std::size_t{0}, std::size_t{70}, table.rows() - 1}) {
@@ -82,7 +82,7 @@ TEST(CampaignFiles, TruthIsInItsOwnFileAndInTheIndexOnlyWhenAskedFor) {
   DOUBLES_EQUAL(campaign.errors().current_high_gain,
                 open["truth"]["instruments"]["current_high_gain"].get<double>(), 1e-12);
   DOUBLES_EQUAL(55.2, open["truth"]["cell"]["capacity_ah"].get<double>(), 1e-9);
-  const CsvTable truth(scratch.file("truth.csv"));
+  const InputTable truth(scratch.file("truth.csv"));
   LONGS_EQUAL(record.time_s.size(), truth.rows());
   DOUBLES_EQUAL(record.cells[3].true_soc[100], truth.number(100, "cell_4_soc"), 1e-8);
   DOUBLES_EQUAL(record.cells[3].true_voltage_v[100], truth.number(100, "cell_4_voltage_v"), 1e-7);

@@ -13,8 +13,8 @@ namespace voltlap::plant {
 
 class LineReader {
  public:
-  /// Throws InputError when the file cannot be opened.
-  explicit LineReader(const std::string& path);
+  /// `expected` says in the message what the file should have been. Throws InputError when it cannot be opened.
+  explicit LineReader(const std::string& path, const char* expected = "a text file, plain or gzipped");
 
   /// The next line without its end (LF or CR LF) into `line`, valid until the next call; false at the end of the
   /// file. Throws InputError for a damaged gzip stream and for a line beyond 1 MB, which no text file has.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/logs/line_reader.hpp"
+#include "io/line_reader.hpp"
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "core/errors.hpp"
 
@@ -15,9 +17,15 @@ constexpr std::size_t kLongestLine = std::size_t{1} << 20;
 
 }  // namespace
 
-LineReader::LineReader(const std::string& path)
+LineReader::LineReader(const std::string& path, const char* expected)
     : path_(path), file_(gzopen(path.c_str(), "rb"), gzclose), buffer_(kBuffer) {
-  if (!file_) throw InputError(fmt::format("{}: cannot be opened; check the path and that you may read it", path));
+  const int cause = errno;
+  std::error_code ignored;
+  const bool folder = std::filesystem::is_directory(path, ignored);
+  if (!file_ || folder) {
+    throw InputError(path, folder ? "a folder" : std::string("no file that can be opened: ") + std::strerror(cause),
+                     expected, "Check the path and that you may read it");
+  }
   gzbuffer(file_.get(), kBuffer);
 }
 
