@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "race/run_assertions.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/demand.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kRest_s = 10.0;   // after the start and after a seam of the tiled trace the speed may be off
+constexpr double kStall_s = 30.0;  // without a metre of progress
+
+}  // namespace
+
+std::optional<std::string> RunAssertions::broken(const Car& car, const CommandReceiver& ecus, const DriveMoment& now) {
+  VOLTLAP_DEMAND(now.time_s >= progress_s_);
+  VOLTLAP_DEMAND(within(now.since_seam_s, 0.0, now.time_s) && std::isfinite(now.target_mps));
+  const double speed_mps = car.vehicle().speed_mps();
+  const double error_mps = now.target_mps - speed_mps;
+  const double battery_c = car.pack().temperature_max_c(), winding_c = car.motor_thermal().copper_c();
+  if (ecus.master().drive_state != can::DriveState::kReadyToDrive) {
+    return fmt::format("the master controller left ready-to-drive ({})", ecu_state_text(ecus));
+  }
+  if (car.voltage_collapsed()) {
+    return fmt::format("the pack could not deliver the power that was asked: voltage collapsed at {:.1f} V",
+                       car.pack().voltage());
+  }
+  if (now.since_seam_s > kRest_s && std::abs(error_mps) > bounds_.speed_error_max_mps) {
+    return fmt::format(
+        "speed error {:.1f} m/s (target {:.1f}, driven {:.1f}) is beyond assertions.speed_error_max_mps = {:g}",
+        error_mps, now.target_mps, speed_mps, bounds_.speed_error_max_mps);
+  }
+  if (battery_c > bounds_.battery_temperature_max_c) {
+    return fmt::format("battery at {:.1f} degC is beyond assertions.battery_temperature_max_c = {:g}", battery_c,
+                       bounds_.battery_temperature_max_c);
+  }
+  if (winding_c > bounds_.motor_temperature_max_c) {
+    return fmt::format("motor winding at {:.1f} degC is beyond assertions.motor_temperature_max_c = {:g}", winding_c,
+                       bounds_.motor_temperature_max_c);
+  }
+  if (by_position_ && stalled(car.vehicle().distance_m(), now.time_s)) {
+    return fmt::format("the car has stood still for {:.0f} s ({})", kStall_s, ecu_state_text(ecus));
+  }
+  return std::nullopt;
+}
+
+bool RunAssertions::stalled(double distance_m, double time_s) {
+  if (distance_m > progress_m_ + 1.0) {
+    progress_m_ = distance_m;
+    progress_s_ = time_s;
+    return false;
+  }
+  return time_s - progress_s_ > kStall_s;
+}
+
+std::string ecu_state_text(const CommandReceiver& ecus) {
+  return fmt::format(
+      "drive state {}, master faults 0x{:04X}, BMS state {}, BMS faults 0x{:04X}; names in can_dbc/car.dbc",
+      static_cast<int>(ecus.master().drive_state), ecus.master().faults, static_cast<int>(ecus.bms().state),
+      ecus.bms().faults);
+}
+
+}  // namespace voltlap::plant
