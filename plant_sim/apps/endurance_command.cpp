@@ -86,7 +86,7 @@ RunDescription EnduranceRun::description(const EnduranceOptions& options) const 
           .laps = options.laps};
 }
 
-int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, Exchange& bus, const SocketBus* socket) const {
+int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, PlantBus& bus, const SocketBus* socket) const {
   const RunDescription run = description(chosen);
   RunRecorder recorder;
   catch_interrupt();  // before there is a file that must not stay behind
@@ -113,11 +113,15 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
 
   recorder.complete();
   const TraceHash::Result hash = recorder.hash.finish();
-  const auto facts = socket != nullptr ? std::optional(socket->facts()) : std::nullopt;
+  const auto statistics = socket != nullptr ? std::optional(socket->statistics()) : std::nullopt;
   const auto load = recorder.load ? std::optional(recorder.load->result()) : std::nullopt;
   if (json) {
-    json->write(run_result_json(run, chosen.vehicle, result, hash, wall_s, facts ? &*facts : nullptr,
-                                load ? &*load : nullptr));
+    json->write(run_result_json(run, chosen.vehicle,
+                                {.result = result,
+                                 .hash = hash,
+                                 .wall_s = wall_s,
+                                 .bus = statistics ? &*statistics : nullptr,
+                                 .load = load ? &*load : nullptr}));
     json->complete();
   }
   if (recorder.report) {
@@ -140,7 +144,8 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
     fmt::print(summary,
                "  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n");
   }
-  if (facts) fmt::print(summary, "{}", bus_lines(*facts, result.ticks * can::kTickMs * 1e-3, wall_s));
+  const double simulated_s = result.ticks * can::kTickMs * 1e-3;
+  if (statistics) fmt::print(summary, "{}", bus_statistics_text(*statistics, simulated_s, wall_s));
   if (load) fmt::print(summary, "{}", bus_load_table(*load));
   fmt::print(summary, "  computed in {:.1f} s, seed {}\n", wall_s, run.seed);
   const bool whole = result.lost_nodes.empty() || chosen.keep_going || chosen.driver != DriverKind::kLaps;

@@ -18,7 +18,7 @@ class EnduranceRun {
 
   [[nodiscard]] EnduranceOptions options(const DataFolder& data) const;
   /// Drives, writes and prints. `socket` is the bus when that is a CAN interface. Returns the exit code.
-  int drive(const DataFolder& data, const EnduranceOptions& options, Exchange& bus, const SocketBus* socket) const;
+  int drive(const DataFolder& data, const EnduranceOptions& options, PlantBus& bus, const SocketBus* socket) const;
   [[nodiscard]] const std::string& candump() const { return candump_; }
 
  private:

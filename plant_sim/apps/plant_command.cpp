@@ -84,7 +84,7 @@ int PlantCommand::run(const DataFolder& data) {
                    .ready_within_s = ready_within_s_,
                    .pace = bus_.pace,
                    .interrupted = interrupted});
-  if (!bus.gather()) return exit_code_of_interrupt();
+  if (!bus.await_members()) return exit_code_of_interrupt();
   const int code = run_.drive(data, options, bus, &bus);
   bus.stop();
   return code;

@@ -17,7 +17,7 @@
 #include "can_dbc/car.hpp"
 #include "can_dbc/lockstep.hpp"
 #include "can_dbc/tables.hpp"
-#include "io/bus/company.hpp"
+#include "io/bus/quiet_bus.hpp"
 #include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
 
@@ -86,7 +86,7 @@ class Supervisor {
  public:
   Supervisor(const CLI::App& command, const BusOptions& bus, const std::string& candump)
       : bus_(bus), watch_(bus.interface, {.filters = {port::kEveryFrame}}) {
-    refuse_company(watch_, bus.realtime ? Pacing::kRealTime : Pacing::kLockstep, arrivals_);
+    require_quiet_bus(watch_, bus.realtime ? Pacing::kRealTime : Pacing::kLockstep, arrivals_);
     watch_.filter({port::only(can::Sync::kId)});
     auto plant = given_flags(command, {"candump"}, false);
     plant.insert(plant.begin(), "plant");

@@ -28,7 +28,7 @@ constexpr std::uint32_t kTicksPerSample = 10;
 /// One run: owns everything that moves, and the order of a tick.
 class Run {
  public:
-  Run(const EnduranceOptions& options, Exchange& bus, EnduranceObserver& observer)
+  Run(const EnduranceOptions& options, PlantBus& bus, EnduranceObserver& observer)
       : options_(options),
         bus_(bus),
         observer_(observer),
@@ -69,7 +69,7 @@ class Run {
 
   void tick() {
     asked_ = &bus_.begin_tick(tick_);
-    plant_faults();
+    apply_plant_faults();
     if (ready_ && options_.driver == DriverKind::kLaps) {
       drive();
     } else {
@@ -91,9 +91,9 @@ class Run {
     end_from_outside();
   }
 
-  void plant_faults() {
+  void apply_plant_faults() {
     for (const can::PlantFault& fault : asked_->faults) {
-      if (plant_fault(fault, car_, frames_.faults)) continue;
+      if (apply_plant_fault(fault, car_, frames_.faults)) continue;
       note_failure(
           fmt::format("the harness asked for plant fault {} of part {} (value {}), which this car does not have",
                       static_cast<int>(fault.fault), fault.index, fault.value));
@@ -261,7 +261,7 @@ class Run {
   }
 
   const EnduranceOptions& options_;
-  Exchange& bus_;
+  PlantBus& bus_;
   EnduranceObserver& observer_;
   SpeedProfile profile_;
   TargetCursor target_;
@@ -270,7 +270,7 @@ class Run {
   Car car_;
   SensorFrames frames_;
   CommandReceiver commands_;
-  LossWatch losses_{kTick_s};
+  LostNodeWatch losses_{kTick_s};
   const Interventions* asked_ = nullptr;
   TxQueue tx_;
   Pedals pedals_;
@@ -298,7 +298,7 @@ EnduranceResult run_endurance(const EnduranceOptions& options, Ecus& ecus, Endur
   return run_endurance(options, bus, observer);
 }
 
-EnduranceResult run_endurance(const EnduranceOptions& options, Exchange& bus, EnduranceObserver& observer) {
+EnduranceResult run_endurance(const EnduranceOptions& options, PlantBus& bus, EnduranceObserver& observer) {
   if (!options.drive && options.laps < 1) {
     throw InputError("laps", fmt::format("{}", options.laps), "1 or more", "Give the number of laps to drive");
   }

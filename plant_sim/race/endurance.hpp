@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/parameters.hpp"
-#include "io/bus/exchange.hpp"
+#include "io/bus/plant_bus.hpp"
 #include "io/bus/frame_sink.hpp"
 #include "io/bus/in_process_loop.hpp"
 #include "race/driver/target.hpp"
@@ -63,7 +63,7 @@ class EnduranceObserver : public FrameSink {
 
 /// Throws InputError for options that contradict each other or a car that cannot drive the track; a run that fails on
 /// the road is a result, with cause and time.
-[[nodiscard]] EnduranceResult run_endurance(const EnduranceOptions& options, Exchange& bus,
+[[nodiscard]] EnduranceResult run_endurance(const EnduranceOptions& options, PlantBus& bus,
                                             EnduranceObserver& observer);
 /// The same with control units in this process.
 [[nodiscard]] EnduranceResult run_endurance(const EnduranceOptions& options, Ecus& ecus, EnduranceObserver& observer);

@@ -8,7 +8,7 @@
 
 #include "car/energy_ledger.hpp"
 #include "race/limit_reason.hpp"
-#include "race/loss_watch.hpp"
+#include "race/lost_node_watch.hpp"
 
 namespace voltlap::plant {
 

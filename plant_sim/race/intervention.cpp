@@ -12,7 +12,7 @@ void override_switch(can::SwitchOverride by, bool& state) {
 
 void clear_all(Car& car, SensorFaults& sensors) {
   for (Contactor* c : {&car.contactors.air_plus, &car.contactors.air_minus, &car.contactors.precharge}) {
-    c->plant(ContactorFault::kNone);
+    c->set_fault(ContactorFault::kNone);
   }
   car.contactors.precharge_resistor_open = false;
   for (std::size_t cell = 0; cell < car.pack().cells(); ++cell) car.pack().scale_resistance(cell, 1.0);
@@ -45,17 +45,17 @@ void override_switches(const can::DriverOverride& by, Switches& switches) {
   override_switch(by.shutdown, switches.shutdown_closed);
 }
 
-bool plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sensors) {
+bool apply_plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sensors) {
   if (!has_part(fault, car)) return false;
   const auto cell = [&]() -> SensorFaults::Channel& { return SensorFaults::at(sensors.cells, fault.index); };
   const auto thermistor = [&]() -> SensorFaults::Channel& { return SensorFaults::at(sensors.thermistors, fault.index); };
   switch (fault.fault) {
     case Kind::kClearAll: clear_all(car, sensors); break;
-    case Kind::kAirPlusWelded: car.contactors.air_plus.plant(ContactorFault::kWelded); break;
-    case Kind::kAirMinusWelded: car.contactors.air_minus.plant(ContactorFault::kWelded); break;
-    case Kind::kPrechargeWelded: car.contactors.precharge.plant(ContactorFault::kWelded); break;
+    case Kind::kAirPlusWelded: car.contactors.air_plus.set_fault(ContactorFault::kWelded); break;
+    case Kind::kAirMinusWelded: car.contactors.air_minus.set_fault(ContactorFault::kWelded); break;
+    case Kind::kPrechargeWelded: car.contactors.precharge.set_fault(ContactorFault::kWelded); break;
     case Kind::kPrechargeResistorOpen: car.contactors.precharge_resistor_open = true; break;
-    case Kind::kAirPlusStuckOpen: car.contactors.air_plus.plant(ContactorFault::kOpen); break;
+    case Kind::kAirPlusStuckOpen: car.contactors.air_plus.set_fault(ContactorFault::kOpen); break;
     case Kind::kCellLost: cell().lost = true; break;
     case Kind::kCellOffset: cell().offset = fault.value * 1e-3; break;
     case Kind::kThermistorLost: thermistor().lost = true; break;

@@ -12,6 +12,6 @@ void override_pedals(const can::DriverOverride& by, Pedals& pedals);
 void override_switches(const can::DriverOverride& by, Switches& switches);
 
 /// Adds one fault, or clears all. False, and nothing happens, when the car has no such part.
-[[nodiscard]] bool plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sensors);
+[[nodiscard]] bool apply_plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sensors);
 
 }  // namespace voltlap::plant

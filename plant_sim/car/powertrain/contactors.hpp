@@ -12,7 +12,7 @@ enum class ContactorFault { kNone, kWelded, kOpen };
 class Contactor {
  public:
   void command(bool close) { commanded_ = close; }
-  void plant(ContactorFault fault) { fault_ = fault; }
+  void set_fault(ContactorFault fault) { fault_ = fault; }
   void advance(double elapsed_s, double close_time_s, double open_time_s) {
     travel_s_ = commanded_ == moved_ ? 0.0 : travel_s_ + elapsed_s;
     if (travel_s_ > (commanded_ ? close_time_s : open_time_s)) {

@@ -5,7 +5,7 @@
 
 #include "base/time.hpp"
 #include "can_dbc/tables.hpp"
-#include "io/bus/exchange.hpp"
+#include "io/bus/plant_bus.hpp"
 #include "io/bus/in_process_bus.hpp"
 
 namespace voltlap::plant {
@@ -18,7 +18,7 @@ class Ecus {
   virtual void master(Instant now, FrameView rx, TxQueue& tx) = 0;
 };
 
-class InProcessLoop final : public Exchange {
+class InProcessLoop final : public PlantBus {
  public:
   explicit InProcessLoop(Ecus& ecus) : ecus_(ecus) {}
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "can_dbc/tables.hpp"
-#include "io/bus/company.hpp"
+#include "io/bus/quiet_bus.hpp"
 #include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
 #include "port/host/silence.hpp"
@@ -18,7 +18,7 @@ namespace {
 using can::Member;
 
 constexpr Member kAll[] = {Member::kBms, Member::kMaster, Member::kLogger, Member::kHil};
-constexpr double kLifeSign_s = 0.5;
+constexpr double kAlive_s = 0.5;
 constexpr double kTick_us = can::kTickMs * 1000.0;
 
 template <class Message>
@@ -33,7 +33,7 @@ std::vector<port::CanFilter> urgent_filters() { return {port::only(can::MemberLo
 
 /// Takes what is due out of `waiting`, in order of arrival.
 template <class Message, class Apply>
-void take_due(std::vector<Message>& waiting, std::uint32_t tick, const Apply& apply) {
+void apply_due(std::vector<Message>& waiting, std::uint32_t tick, const Apply& apply) {
   std::erase_if(waiting, [&](const Message& m) {
     if (m.tick > tick) return false;
     apply(m);
@@ -61,8 +61,8 @@ LockstepBus::~LockstepBus() {
   }
 }
 
-bool LockstepBus::gather() {
-  refuse_company(data_, Pacing::kLockstep, arrivals_);
+bool LockstepBus::await_members() {
+  require_quiet_bus(data_, Pacing::kLockstep, arrivals_);
   port::Silence incomplete;
   const auto missing = [&] {
     std::vector<std::string> names;
@@ -73,7 +73,7 @@ bool LockstepBus::gather() {
   };
   while (!missing().empty()) {
     if (options_.interrupted()) return false;
-    if (const auto frame = turn_.wait()) take(*frame);
+    if (const auto frame = turn_.wait()) handle(*frame);
     if (stop_ == StopAsked::kInterrupted) return false;
     if (incomplete.go_on() > options_.ready_within_s) {
       throw port::BusSetupError(fmt::format(
@@ -82,9 +82,9 @@ bool LockstepBus::gather() {
           options_.interface, fmt::join(missing(), ", "), options_.ready_within_s));
     }
   }
-  wait_for_the_last();
+  hear_last_done_only();
   read();
-  take_requests();
+  queue_requests();
   arrivals_.clear();
   if (options_.pace > 0.0) pacer_.emplace(static_cast<std::int64_t>(kTick_us / options_.pace), port::Lag::kForget);
   running_ = true;
@@ -93,7 +93,7 @@ bool LockstepBus::gather() {
 
 /// One wake a tick: the DONE of the last in the row says that all before it are done. Once a member is lost, its
 /// successor is called from here, and every DONE is heard.
-void LockstepBus::wait_for_the_last() {
+void LockstepBus::hear_last_done_only() {
   const bool side = takes_part(Member::kLogger) || takes_part(Member::kHil);
   const bool whole = takes_part(Member::kBms) && takes_part(Member::kMaster);
   auto filters = urgent_filters();
@@ -119,17 +119,17 @@ void LockstepBus::stop() {
 
 const Interventions& LockstepBus::begin_tick(std::uint32_t tick) {
   if (pacer_) {
-    constexpr auto kLifeSign_us = static_cast<std::int64_t>(kLifeSign_s * 1e6);
-    while (pacer_->ahead_us() > kLifeSign_us && !options_.interrupted()) {
-      port::WallClock().sleep_until_us(kLifeSign_us);
-      show_life();
+    constexpr auto kAlive_us = static_cast<std::int64_t>(kAlive_s * 1e6);
+    while (pacer_->ahead_us() > kAlive_us && !options_.interrupted()) {
+      port::WallClock().sleep_until_us(kAlive_us);
+      send_alive();
     }
     pacer_->wait();
   }
   tick_ = tick;
   now_.faults.clear();
-  take_due(overrides_, tick, [&](const can::DriverOverride& m) { now_.driver = m; });
-  take_due(faults_, tick, [&](const can::PlantFault& m) { now_.faults.push_back(m); });
+  apply_due(overrides_, tick, [&](const can::DriverOverride& m) { now_.driver = m; });
+  apply_due(faults_, tick, [&](const can::PlantFault& m) { now_.faults.push_back(m); });
   return now_;
 }
 
@@ -138,7 +138,7 @@ FrameView LockstepBus::exchange(const TxQueue& plant) {
     begin_barrier(plant);
     await_barrier();
     read();
-    take_requests();
+    queue_requests();
     return hand_out(tick_);
   } catch (const port::BusDownError& error) {
     running_ = false;
@@ -153,7 +153,7 @@ void LockstepBus::begin_barrier(const TxQueue& plant) {
   sync.tick = tick_;
   sync.frames_sent = static_cast<std::uint16_t>(plant.size());
   batch_.push_back(framed(sync));
-  stand_in(batch_);
+  add_done_in_place(batch_);
   data_.send(batch_.data(), batch_.size());
 }
 
@@ -162,8 +162,8 @@ void LockstepBus::await_barrier() {
   while (!all_done()) {
     const auto frame = turn_.wait();
     if (frame) {
-      take(*frame);
-      send_stand_ins();
+      handle(*frame);
+      send_done_in_place();
       silence.end();
       continue;
     }
@@ -171,14 +171,14 @@ void LockstepBus::await_barrier() {
       stop_ = StopAsked::kInterrupted;
       return;
     }
-    if (shown.go_on() > kLifeSign_s) {
-      show_life();
+    if (shown.go_on() > kAlive_s) {
+      send_alive();
       shown.end();
     }
     if (silence.go_on() > options_.lost_after_s) {
-      look_back();
-      lose(first_missing());
-      send_stand_ins();
+      hear_every_done();
+      drop(first_missing());
+      send_done_in_place();
       silence.end();
     }
   }
@@ -197,14 +197,14 @@ Member LockstepBus::first_missing() const {
   return Member::kNone;
 }
 
-void LockstepBus::take(const Frame& frame) {
+void LockstepBus::handle(const Frame& frame) {
   can::DoneBms done;
   can::MemberLost lost;
   can::StopRequest stop;
   if (const Member m = port::done_of(frame, done); m != Member::kNone) {
-    take_done(m, done);
+    mark_done(m, done);
   } else if (decode(frame, lost)) {
-    lose(lost.member);
+    drop(lost.member);
   } else if (decode(frame, stop)) {
     stop_ = stop.reason == can::StopReason::kFinished ? StopAsked::kFinished : StopAsked::kInterrupted;
   } else if (frame.id >= can::ReadyBms::kId && frame.id <= can::ReadyHil::kId) {
@@ -212,7 +212,7 @@ void LockstepBus::take(const Frame& frame) {
   }
 }
 
-void LockstepBus::take_done(Member member, const can::DoneBms& done) {
+void LockstepBus::mark_done(Member member, const can::DoneBms& done) {
   if (done.tick != tick_) return;
   set_done(member);
   // A member answers only those before it in the row.
@@ -221,25 +221,25 @@ void LockstepBus::take_done(Member member, const can::DoneBms& done) {
 }
 
 /// Adds the DONE of each absent member whose turn it is.
-void LockstepBus::stand_in(std::vector<Frame>& batch) {
-  const auto stand_in_for = [&](Member m) {
+void LockstepBus::add_done_in_place(std::vector<Frame>& batch) {
+  const auto done_in_place = [&](Member m) {
     batch.push_back(port::done_frame(m, tick_, 0, true));
     set_done(m);
   };
-  if (!takes_part(Member::kBms) && !is_done(Member::kBms)) stand_in_for(Member::kBms);
-  if (!takes_part(Member::kMaster) && is_done(Member::kBms) && !is_done(Member::kMaster)) stand_in_for(Member::kMaster);
+  if (!takes_part(Member::kBms) && !is_done(Member::kBms)) done_in_place(Member::kBms);
+  if (!takes_part(Member::kMaster) && is_done(Member::kBms) && !is_done(Member::kMaster)) done_in_place(Member::kMaster);
   for (const Member m : {Member::kLogger, Member::kHil}) {
-    if (was_lost(m) && is_done(Member::kMaster) && !is_done(m)) stand_in_for(m);
+    if (was_lost(m) && is_done(Member::kMaster) && !is_done(m)) done_in_place(m);
   }
 }
 
-void LockstepBus::send_stand_ins() {
+void LockstepBus::send_done_in_place() {
   batch_.clear();
-  stand_in(batch_);
+  add_done_in_place(batch_);
   if (!batch_.empty()) data_.send(batch_.data(), batch_.size());
 }
 
-void LockstepBus::lose(Member member) {
+void LockstepBus::drop(Member member) {
   if (member == Member::kNone || !takes_part(member)) return;
   if (!running_) throw port::BusSetupError(fmt::format(
       "CAN interface \"{}\": found that node {} ended before it was READY; expected it to wait for the first tick. What it "
@@ -247,21 +247,21 @@ void LockstepBus::lose(Member member) {
   present_[static_cast<std::size_t>(member)] = false;
   lost_.push_back({port::member_name(member), member == Member::kBms || member == Member::kMaster});
   if (!running_) return;
-  wait_for_the_last();
-  look_back();
+  hear_last_done_only();
+  hear_every_done();
 }
 
 /// The socket for turns hears the last in the row only; the whole story is on the other.
-void LockstepBus::look_back() {
+void LockstepBus::hear_every_done() {
   read();
   for (const port::Arrival& a : arrivals_) {
     can::DoneBms done;
-    if (const Member m = port::done_of(a.frame, done); m != Member::kNone) take_done(m, done);
+    if (const Member m = port::done_of(a.frame, done); m != Member::kNone) mark_done(m, done);
   }
 }
 
 /// What came beside the car's frames in this tick: requests of a harness, and how much the control units say they sent.
-void LockstepBus::take_requests() {
+void LockstepBus::queue_requests() {
   for (const port::Arrival& a : arrivals_) {
     if (!port::is_lockstep(a.frame.id)) continue;
     can::DoneBms done;
@@ -281,15 +281,15 @@ bool LockstepBus::was_lost(Member member) const {
   return std::any_of(lost_.begin(), lost_.end(), [&](const LostNode& node) { return node.node == port::member_name(member); });
 }
 
-void LockstepBus::show_life() {
+void LockstepBus::send_alive() {
   can::Alive alive;
   alive.tick = tick_;
   const Frame frame = framed(alive);
   data_.send(&frame, 1);
 }
 
-BusFacts LockstepBus::facts() const {
-  BusFacts out = SocketBus::facts();
+BusStatistics LockstepBus::statistics() const {
+  BusStatistics out = SocketBus::statistics();
   out.pacing = "lockstep";
   const std::uint64_t seen = frames_of_[static_cast<std::size_t>(Sender::kBms)] + frames_of_[static_cast<std::size_t>(Sender::kMaster)];
   out.missing_frames = announced_ > seen ? announced_ - seen : 0;

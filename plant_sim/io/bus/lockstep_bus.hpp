@@ -30,14 +30,14 @@ class LockstepBus final : public SocketBus {
   ~LockstepBus() override;
 
   /// Waits until all members are READY; false when interrupted. Throws port::BusSetupError that names who is not.
-  [[nodiscard]] bool gather();
+  [[nodiscard]] bool await_members();
   /// Tells all members that the run is over.
   void stop();
 
   const Interventions& begin_tick(std::uint32_t tick) override;
   FrameView exchange(const TxQueue& plant) override;
   [[nodiscard]] StopAsked stop_asked() const override { return stop_; }
-  [[nodiscard]] BusFacts facts() const override;
+  [[nodiscard]] BusStatistics statistics() const override;
 
  private:
   static constexpr std::size_t kMembers = 5;  ///< codes of can::Member
@@ -48,18 +48,18 @@ class LockstepBus final : public SocketBus {
   [[nodiscard]] bool all_done() const;
   [[nodiscard]] can::Member first_missing() const;
 
-  void wait_for_the_last();
+  void hear_last_done_only();
   void begin_barrier(const TxQueue& plant);
   void await_barrier();
-  void take(const Frame& frame);
-  void take_done(can::Member member, const can::DoneBms& done);
-  void stand_in(std::vector<Frame>& batch);
-  void send_stand_ins();
-  void lose(can::Member member);
+  void handle(const Frame& frame);
+  void mark_done(can::Member member, const can::DoneBms& done);
+  void add_done_in_place(std::vector<Frame>& batch);
+  void send_done_in_place();
+  void drop(can::Member member);
   [[nodiscard]] bool was_lost(can::Member member) const;
-  void look_back();
-  void take_requests();
-  void show_life();
+  void hear_every_done();
+  void queue_requests();
+  void send_alive();
 
   LockstepOptions options_;
   port::SocketCan turn_;

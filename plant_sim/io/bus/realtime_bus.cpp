@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/bus/realtime_bus.hpp"
 
-#include "io/bus/company.hpp"
+#include "io/bus/quiet_bus.hpp"
 #include "port/host/bus_error.hpp"
 
 namespace voltlap::plant {
 RealtimeBus::RealtimeBus(const std::string& interface) : SocketBus(interface) {
-  refuse_company(data_, Pacing::kRealTime, arrivals_);
+  require_quiet_bus(data_, Pacing::kRealTime, arrivals_);
   arrivals_.clear();
   pacer_ = port::Pacer(can::kTickMs * 1000, port::Lag::kCatchUp);
 }
@@ -43,8 +43,8 @@ void RealtimeBus::note_silence() {
   }
 }
 
-BusFacts RealtimeBus::facts() const {
-  BusFacts out = SocketBus::facts();
+BusStatistics RealtimeBus::statistics() const {
+  BusStatistics out = SocketBus::statistics();
   out.pacing = "realtime";
   out.late_steps = pacer_.late_steps();
   out.late_worst_s = static_cast<double>(pacer_.worst_us()) * 1e-6;

@@ -18,7 +18,7 @@ class RealtimeBus final : public SocketBus {
   const Interventions& begin_tick(std::uint32_t tick) override;
   FrameView exchange(const TxQueue& plant) override;
   [[nodiscard]] StopAsked stop_asked() const override { return StopAsked::kNo; }
-  [[nodiscard]] BusFacts facts() const override;
+  [[nodiscard]] BusStatistics statistics() const override;
 
  private:
   static constexpr std::uint32_t kSilence_ticks = 50;  // every message of a control unit comes far more often

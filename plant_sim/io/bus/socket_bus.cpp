@@ -46,7 +46,7 @@ FrameView SocketBus::hand_out(std::uint32_t tick) {
   return {commands_.data(), commands_.size()};
 }
 
-BusFacts SocketBus::facts() const {
+BusStatistics SocketBus::statistics() const {
   const port::SocketCounters& counters = data_.counters();
   return {.interface = data_.interface(), .foreign_frames = foreign_, .dropped_frames = counters.dropped,
           .error_frames = counters.error_frames, .send_retries = counters.send_retries};

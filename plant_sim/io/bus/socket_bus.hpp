@@ -6,19 +6,19 @@
 #include <string>
 #include <vector>
 
-#include "io/bus/bus_facts.hpp"
-#include "io/bus/exchange.hpp"
+#include "io/bus/bus_statistics.hpp"
+#include "io/bus/plant_bus.hpp"
 #include "port/host/socket_can.hpp"
 
 namespace voltlap::plant {
 
-class SocketBus : public Exchange {
+class SocketBus : public PlantBus {
  public:
   void attach(FrameSink& sink) override { sinks_.push_back(&sink); }
   [[nodiscard]] const std::vector<LostNode>& lost() const override { return lost_; }
   [[nodiscard]] std::uint64_t frames_sent() const override { return frames_sent_; }
   [[nodiscard]] std::uint32_t frames_in_tick_max() const override { return frames_in_tick_max_; }
-  [[nodiscard]] virtual BusFacts facts() const;
+  [[nodiscard]] virtual BusStatistics statistics() const;
 
  protected:
   /// Throws port::BusSetupError.

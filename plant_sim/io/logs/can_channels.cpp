@@ -56,8 +56,8 @@ class SignalTap {
     // An index in a frame that cannot be trusted tells nothing.
     if (index_ == nullptr) builders_.at(0).mask(time_s, reason);
   }
-  void lost(double from_s, double to_s, std::size_t frames) {
-    if (index_ == nullptr) builders_.at(0).lost(from_s, to_s, frames);
+  void add_lost_frames(double from_s, double to_s, std::size_t frames) {
+    if (index_ == nullptr) builders_.at(0).add_lost_frames(from_s, to_s, frames);
   }
   void finish() {
     for (auto& [n, builder] : builders_) builder.finish();
@@ -202,7 +202,7 @@ class CanTaps {
     if (counter.known && now != counter.last) {
       const std::uint64_t missing = (now - counter.last - 1) & turn;
       for (SignalTap& signal : tap.signals) {
-        if (missing > 0) signal.lost(counter.last_s, time_s, missing);
+        if (missing > 0) signal.add_lost_frames(counter.last_s, time_s, missing);
       }
     }
     counter.known = true;

@@ -62,7 +62,7 @@ void ChannelBuilder::add(double time_s, double recorded) {
   open_ = false;
 }
 
-void ChannelBuilder::lost(double from_s, double to_s, std::size_t frames) {
+void ChannelBuilder::add_lost_frames(double from_s, double to_s, std::size_t frames) {
   LogDefect& defect = defects_["lost frames by the counter"];
   if (defect.count == 0) defect.first_s = from_s;
   defect.count += frames;

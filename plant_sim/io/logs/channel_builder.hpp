@@ -18,7 +18,7 @@ class ChannelBuilder {
   /// A sample that is no measurement, and why; `reason` is a literal.
   void mask(double time_s, const char* reason);
   /// Frames that the sender counted and the recording does not have.
-  void lost(double from_s, double to_s, std::size_t frames);
+  void add_lost_frames(double from_s, double to_s, std::size_t frames);
   /// Puts the channel into the log, with its gaps; one without any usable sample is left out and named.
   void finish();
 

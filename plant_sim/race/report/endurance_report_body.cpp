@@ -30,7 +30,7 @@ std::string best_lap(const EnduranceResult& result) {
 std::string tiles(const ReportedRun& reported) {
   const EnduranceResult& r = reported.result;
   const ExtremeTimes& at = r.extreme_times;
-  const bool drove = was_ready(r), drive = reported.run.lap_start == "drive";
+  const bool drove = was_ready_to_drive(r), drive = reported.run.lap_start == "drive";
   std::string out;
   out += html_tile(r.finished ? "Total time" : "Failed after", fmt::format("{:.1f}", r.total_time_s), "s",
               duration_text(r.total_time_s));

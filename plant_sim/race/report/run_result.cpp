@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/demand.hpp"
 #include "core/parameter_table.hpp"
 #include "io/bus/bus_load_table.hpp"
 
@@ -56,7 +57,7 @@ Json lost_nodes(const EnduranceResult& result) {
   return out;
 }
 
-Json bus_facts(const BusFacts* bus) {
+Json bus_statistics(const BusStatistics* bus) {
   if (bus == nullptr) return {{"interface", nullptr}, {"pacing", "in_process"}};
   return {{"interface", bus->interface}, {"pacing", bus->pacing}, {"foreign_frames", bus->foreign_frames},
           {"missing_frames", bus->missing_frames}, {"dropped_frames", bus->dropped_frames},
@@ -69,8 +70,8 @@ Json bus_load(const BusLoadResult* load) {
   Json ids = Json::array();
   for (const BusLoadRow& row : load->rows) {
     ids.push_back({{"id", id_text(row.id)}, {"message", message_name(row.id)}, {"frames", row.frames},
-                   {"frames_per_s", load->frames_per_s(row)}, {"bits_mean", row.bits_mean()}, {"bits_worst", row.bits_worst},
-                   {"load_pct", load->load_pct(row)}, {"share_pct", load->share_pct(row)}});
+                   {"frames_per_s", load->frames_per_s(row)}, {"bits_mean", row.bits_mean()},
+                   {"bits_worst", row.bits_worst}, {"load_pct", load->load_pct(row)}, {"share_pct", load->share_pct(row)}});
   }
   return {{"bitrate", load->bit_rate}, {"total_pct", load->total_pct}, {"peak_100ms_pct", load->peak_100ms_pct},
           {"ids", ids}};
@@ -88,9 +89,9 @@ Json parameters(const VehicleParameters& car) {
 
 }  // namespace
 
-std::string run_result_json(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& result,
-                            const TraceHash::Result& hash, double wall_s, const BusFacts* bus,
-                            const BusLoadResult* load) {
+std::string run_result_json(const RunDescription& run, const VehicleParameters& car, const RunOutcome& outcome) {
+  const EnduranceResult& result = outcome.result;
+  VOLTLAP_DEMAND(outcome.wall_s >= 0.0);
   const Json json = {
       {"status", result.finished ? "finished" : "failed"},
       {"failure", failure(result)},
@@ -118,17 +119,17 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"bms_soc_error_pct", result.bms_soc_error_pct},
       {"frames", result.frames},
       {"frames_in_tick_max", result.frames_in_tick_max},
-      {"trace_hash", hash.trace},
-      {"hash_plant", hash.plant},
-      {"hash_bms", hash.bms},
-      {"hash_master", hash.master},
+      {"trace_hash", outcome.hash.trace},
+      {"hash_plant", outcome.hash.plant},
+      {"hash_bms", outcome.hash.bms},
+      {"hash_master", outcome.hash.master},
       {"lost_nodes", lost_nodes(result)},
-      {"bus", bus_facts(bus)},
-      {"bus_load", bus_load(load)},
+      {"bus", bus_statistics(outcome.bus)},
+      {"bus_load", bus_load(outcome.load)},
       {"limit_active_s", limits(result)},
       {"lap_rows", lap_rows(result)},
       {"energy_ledger_kwh", ledger(result)},
-      {"wall_s", wall_s},
+      {"wall_s", outcome.wall_s},
       {"seed", run.seed},
       {"version", VOLTLAP_VERSION},
       {"parameters", parameters(car)},

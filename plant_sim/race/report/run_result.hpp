@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/bus/bus_facts.hpp"
+#include "io/bus/bus_statistics.hpp"
 #include "io/bus/bus_load.hpp"
 #include "io/bus/trace_hash.hpp"
 #include "race/endurance.hpp"
@@ -22,10 +22,17 @@ struct RunDescription {
   int laps = 0;
 };
 
-/// JSON text with a final newline. `wall_s` is the real time that the run took, `bus` what the interface was like, `load`
-/// how full it was when that was counted.
+/// What it came to.
+struct RunOutcome {
+  const EnduranceResult& result;
+  TraceHash::Result hash;
+  double wall_s;                        ///< real time that the run took
+  const BusStatistics* bus = nullptr;   ///< none within one process
+  const BusLoadResult* load = nullptr;  ///< none when it was not counted
+};
+
+/// JSON text with a final newline.
 [[nodiscard]] std::string run_result_json(const RunDescription& run, const VehicleParameters& car,
-                                          const EnduranceResult& result, const TraceHash::Result& hash, double wall_s,
-                                          const BusFacts* bus = nullptr, const BusLoadResult* load = nullptr);
+                                          const RunOutcome& outcome);
 
 }  // namespace voltlap::plant

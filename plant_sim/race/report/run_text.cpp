@@ -28,7 +28,7 @@ std::string lost_nodes_text(const EnduranceResult& result) {
 }
 
 std::string failure_text(const RunDescription& run, const EnduranceResult& result) {
-  if (!was_ready(result)) return fmt::format("it did not start: {}", result.failure_cause);
+  if (!was_ready_to_drive(result)) return fmt::format("it did not start: {}", result.failure_cause);
   const std::string where =
       run.lap_start == "drive" ? "" : fmt::format(", in lap {} of {}", result.laps + 1, run.laps);
   return fmt::format("after {}{}, {}", duration_text(result.failure_time_s), where, result.failure_cause);
@@ -36,7 +36,7 @@ std::string failure_text(const RunDescription& run, const EnduranceResult& resul
 
 }  // namespace
 
-bool was_ready(const EnduranceResult& result) { return result.extreme_times.battery_temp_s > 0.0; }
+bool was_ready_to_drive(const EnduranceResult& result) { return result.extreme_times.battery_temp_s > 0.0; }
 
 bool cells_alike(const RunDescription& run, const VehicleParameters& car) {
   return run.cells == "representative" || car.battery.cells.empty();
@@ -67,7 +67,7 @@ std::string headline(const RunDescription& run, const VehicleParameters& car, co
   } else {
     out += fmt::format(" did not finish {}: {}", course, failure_text(run, result));
   }
-  if (!was_ready(result)) return out + "." + lost_nodes_text(result);
+  if (!was_ready_to_drive(result)) return out + "." + lost_nodes_text(result);
   return out + fmt::format("{} {:.1f} % charge left. Its battery reached {:.1f} °C, and {}.{}",
                            result.finished ? " with" : ". It stopped with", result.end_soc_pct,
                            result.max_battery_temp_c, weakest_cell_text(run, car, result), lost_nodes_text(result));

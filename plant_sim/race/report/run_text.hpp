@@ -17,7 +17,7 @@ namespace voltlap::plant {
 [[nodiscard]] bool cells_alike(const RunDescription& run, const VehicleParameters& car);
 
 /// Whether the car got as far as being ready to drive; before that there is nothing to tell of it.
-[[nodiscard]] bool was_ready(const EnduranceResult& result);
+[[nodiscard]] bool was_ready_to_drive(const EnduranceResult& result);
 
 /// One sentence or two: finished or not and why, time, charge left, hottest battery, weakest cell.
 [[nodiscard]] std::string headline(const RunDescription& run, const VehicleParameters& car,

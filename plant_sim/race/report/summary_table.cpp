@@ -86,7 +86,7 @@ std::string summary_table(const RunDescription& run, const EnduranceResult& resu
   return out;
 }
 
-std::string bus_lines(const BusFacts& bus, double simulated_s, double wall_s) {
+std::string bus_statistics_text(const BusStatistics& bus, double simulated_s, double wall_s) {
   std::string out = fmt::format("  bus: {}, {}, {:.1f} times real time", bus.interface, bus.pacing, simulated_s / wall_s);
   if (bus.pacing == "realtime") {
     out += fmt::format(", {} late steps, the latest by {:.1f} ms", bus.late_steps, 1e3 * bus.late_worst_s);

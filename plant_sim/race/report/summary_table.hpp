@@ -23,6 +23,6 @@ struct ReferenceRow {
                                         const std::optional<ReferenceRow>& reference);
 
 /// What is worth knowing of the CAN interface, one or two lines.
-[[nodiscard]] std::string bus_lines(const BusFacts& bus, double simulated_s, double wall_s);
+[[nodiscard]] std::string bus_statistics_text(const BusStatistics& bus, double simulated_s, double wall_s);
 
 }  // namespace voltlap::plant

@@ -40,7 +40,7 @@ class Particle {
   }
 
   /// Greatest acceleration, full pedal.
-  [[nodiscard]] double speed_up(double v) const {
+  [[nodiscard]] double max_acceleration(double v) const {
     const double place = v * curve_per_speed_;
     const auto i = static_cast<std::size_t>(std::min(place, static_cast<double>(kCurvePoints)));
     const double torque = i >= kCurvePoints ? 0.0 : curve_[i] + (curve_[i + 1] - curve_[i]) * (place - static_cast<double>(i));
@@ -52,7 +52,7 @@ class Particle {
     return (std::min(motor, grip) - resistance(v)) / effective_mass_;
   }
   /// Greatest deceleration, full brake, as a positive number.
-  [[nodiscard]] double slow_down(double v) const {
+  [[nodiscard]] double max_deceleration(double v) const {
     const double weight = total_mass(car_) * car_.environment.gravity_mps2 + downforce(car_, v);
     return (std::min(brake_force_, car_.tyres.friction * weight) + resistance(v)) / effective_mass_;
   }
@@ -68,7 +68,7 @@ class Particle {
 
 /// Speed after `way` metres of acceleration a(v), by the midpoint rule on v^2.
 template <class Acceleration>
-double after(double v, double way, const Acceleration& a) {
+double speed_after(double v, double way, const Acceleration& a) {
   const double half = std::max(0.0, v * v + a(v) * way);
   return std::sqrt(std::max(0.0, v * v + 2.0 * a(std::sqrt(half)) * way));
 }
@@ -131,7 +131,7 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
   std::vector<double> v;
   lay_grid(car, track, step_m, p, v);
   const std::size_t last = v.size() - 1;
-  if (!(particle.speed_up(0.0) > 0.0)) {
+  if (!(particle.max_acceleration(0.0) > 0.0)) {
     throw InputError(fmt::format("car {} on track {}", car.name, track.name),
                      "a car that cannot drive: it does not move off",
                      "a drive force at standstill that exceeds the rolling resistance",
@@ -145,12 +145,12 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
   for (int round = 0; round < (periodic ? 2 : 1); ++round) {
     for (std::size_t i = 0; i < last; ++i) {
       const double way = p.distance_m[i + 1] - p.distance_m[i];
-      v[i + 1] = std::min(v[i + 1], after(v[i], way, [&](double s) { return particle.speed_up(s); }));
+      v[i + 1] = std::min(v[i + 1], speed_after(v[i], way, [&](double s) { return particle.max_acceleration(s); }));
     }
     if (periodic) v[0] = std::min(v[0], v[last]);
     for (std::size_t i = last; i-- > 0;) {
       const double way = p.distance_m[i + 1] - p.distance_m[i];
-      v[i] = std::min(v[i], after(v[i + 1], way, [&](double s) { return particle.slow_down(s); }));
+      v[i] = std::min(v[i], speed_after(v[i + 1], way, [&](double s) { return particle.max_deceleration(s); }));
     }
     if (periodic) v[last] = std::min(v[last], v[0]);
   }

@@ -25,10 +25,10 @@ TEST_GROUP(Intervention) {
     }
   }
   void plant(Kind kind, std::uint8_t index = 0, std::int16_t value = 0) {
-    CHECK(plant_fault({0, kind, index, value}, car, frames.faults));
+    CHECK(apply_plant_fault({0, kind, index, value}, car, frames.faults));
   }
   bool refuses(Kind kind, std::uint8_t index, std::int16_t value = 0) {
-    return !plant_fault({0, kind, index, value}, car, frames.faults);
+    return !apply_plant_fault({0, kind, index, value}, car, frames.faults);
   }
   /// The message as it is sent in the coming ten seconds.
   template <class Message>

@@ -46,7 +46,7 @@ TEST(Contactors, ACommandTakenBackDuringTheTravelMovesNothing) {
 }
 
 TEST(Contactors, AWeldedContactorStaysClosedWhateverIsCommanded) {
-  box.air_plus.plant(ContactorFault::kWelded);
+  box.air_plus.set_fault(ContactorFault::kWelded);
   CHECK(box.air_plus.closed());
   box.air_plus.command(false);
   for (int i = 0; i < 10; ++i) box.advance(0.01);
@@ -55,7 +55,7 @@ TEST(Contactors, AWeldedContactorStaysClosedWhateverIsCommanded) {
 
 TEST(Contactors, AnOpenFaultKeepsAContactorOpen) {
   close_all();
-  box.air_minus.plant(ContactorFault::kOpen);
+  box.air_minus.set_fault(ContactorFault::kOpen);
   CHECK_FALSE(box.air_minus.closed());
   CHECK_FALSE(box.main_closed());
   DOUBLES_EQUAL(0.0, box.conductance(), 0.0);

@@ -76,7 +76,7 @@ Frame framed(const Message& m) {
 
 std::string gather_error(LockstepBus& bus) {
   try {
-    static_cast<void>(bus.gather());
+    static_cast<void>(bus.await_members());
   } catch (const port::BusSetupError& error) {
     return error.what();
   }
@@ -105,7 +105,7 @@ TEST(LockstepBus, EveryTickIsPlantThenBmsThenMasterReadBackFromTheBus) {
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2));
   LockstepBus bus(options);
   bus.attach(seen);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   const std::vector<std::uint32_t> commands = {0x0C0, 0x0C2};
   for (std::uint32_t n = 0; n < 50; ++n) CHECK(commands == tick(bus, n));
   bus.stop();
@@ -117,14 +117,14 @@ TEST(LockstepBus, EveryTickIsPlantThenBmsThenMasterReadBackFromTheBus) {
     CHECK((seen.rows[3 * n + 2] == Seen::Row{n, Sender::kMaster, 0x0C2}));
   }
   CHECK(bus.lost().empty());
-  LONGS_EQUAL(0, bus.facts().missing_frames + bus.facts().foreign_frames + bus.facts().dropped_frames);
+  LONGS_EQUAL(0, bus.statistics().missing_frames + bus.statistics().foreign_frames + bus.statistics().dropped_frames);
 }
 
 TEST(LockstepBus, SilentMasterIsLostAndItsDoneStoodInFor) {
   options.lost_after_s = 0.5;
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2));
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   LONGS_EQUAL(2, tick(bus, 0).size());
   master.silent = true;
   LONGS_EQUAL(1, tick(bus, 1).size());
@@ -140,7 +140,7 @@ TEST(LockstepBus, SilentBmsIsLostAndTheMasterIsCalledInItsPlace) {
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)), logger(Member::kLogger, [](auto) { return TxQueue{}; });
   options.members.push_back(Member::kLogger);
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   LONGS_EQUAL(2, tick(bus, 0).size());
   bms.silent = true;
   const std::vector<std::uint32_t> master_only = {0x0C2};
@@ -155,7 +155,7 @@ TEST(LockstepBus, LostLoggerDoesNotDriveTheCar) {
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)), logger(Member::kLogger, [](auto) { return TxQueue{}; });
   options.members.push_back(Member::kLogger);
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   logger.silent = true;
   for (std::uint32_t n = 0; n < 20; ++n) LONGS_EQUAL(2, tick(bus, n).size());
   LONGS_EQUAL(1, bus.lost().size());
@@ -166,7 +166,7 @@ TEST(LockstepBus, LostLoggerDoesNotDriveTheCar) {
 TEST(LockstepBus, WordOfADeadProcessEndsTheWaitAtOnce) {
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2));
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   bms.silent = true;
   can::MemberLost lost;
   lost.member = Member::kBms;
@@ -180,7 +180,7 @@ TEST(LockstepBus, AbsentMembersAreStoodInForWithoutBeingLost) {
   options.members = {Member::kMaster};
   Answering master(Member::kMaster, one(0x0C2));
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   for (std::uint32_t n = 0; n < 10; ++n) LONGS_EQUAL(1, tick(bus, n).size());
   CHECK(bus.lost().empty());
   bus.stop();
@@ -189,7 +189,7 @@ TEST(LockstepBus, AbsentMembersAreStoodInForWithoutBeingLost) {
 TEST(LockstepBus, OverrideHoldsFromItsTickAndFaultsActOnce) {
   options.members.clear();
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   tick(bus, 0);
   can::DriverOverride pedal;
   pedal.tick = 3;
@@ -218,7 +218,7 @@ TEST(LockstepBus, StopRequestSaysHowTheRunEnds) {
   options.members = {Member::kBms};
   Answering bms(Member::kBms, one(0x0C0));
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   tick(bus, 0);
   CHECK(bus.stop_asked() == StopAsked::kNo);
   can::StopRequest stop;
@@ -235,13 +235,13 @@ TEST(LockstepBus, ForeignFramesAreCountedAndGoNowhere) {
   Answering bms(Member::kBms, one(0x0C0));
   LockstepBus bus(options);
   bus.attach(seen);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   tick(bus, 0);
   send({0x555, 8, {}});
   send({0x0B0, 8, {}});                             // the plant's, and not by the plant
   send({0x0C0 | Frame::kExtendedFlag, 8, {}});      // looks like the BMS's
   LONGS_EQUAL(1, tick(bus, 1).size());
-  LONGS_EQUAL(3, bus.facts().foreign_frames);
+  LONGS_EQUAL(3, bus.statistics().foreign_frames);
   LONGS_EQUAL(4, seen.rows.size());
   bus.stop();
 }
@@ -256,10 +256,10 @@ TEST(LockstepBus, FramesThatWereAnnouncedAndNeverCameAreCounted) {
     const Frame done = port::done_frame(Member::kBms, 0, 4, false);
     port::SocketCan("vcan0", {}).send(&done, 1);
   });
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   tick(bus, 0);
   liar.join();
-  LONGS_EQUAL(4, bus.facts().missing_frames);
+  LONGS_EQUAL(4, bus.statistics().missing_frames);
 }
 
 TEST(LockstepBus, NamesWhoIsNotReady) {
@@ -284,7 +284,7 @@ TEST(LockstepBus, InterruptionEndsTheStartAndTheWait) {
   options.interrupted = [&] { return interrupted; };
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2));
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   bms.silent = true;
   interrupted = true;
   tick(bus, 0);
@@ -324,7 +324,7 @@ TEST(LockstepBus, OverrideThatCameBeforeTheStartHoldsFromTheFirstTick) {
   pedal.brake_ok = true;
   pedal.brake_ppm = 1'000'000;
   send(framed(pedal));
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   CHECK(bus.begin_tick(0).driver.brake_ok);
 }
 
@@ -332,7 +332,7 @@ TEST(LockstepBus, PaceBoundsTheTicks) {
   options.members.clear();
   options.pace = 2.0;
   LockstepBus bus(options);
-  CHECK(bus.gather());
+  CHECK(bus.await_members());
   const auto begin = std::chrono::steady_clock::now();
   for (std::uint32_t n = 0; n <= 20; ++n) tick(bus, n);
   CHECK(std::chrono::steady_clock::now() - begin >= std::chrono::milliseconds(100));

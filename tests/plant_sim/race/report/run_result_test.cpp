@@ -13,7 +13,7 @@ TEST_GROUP(RunResult) {
 
   nlohmann::json json() {
     const RunDescription run{.vehicle = "car", .course = "course", .lap_start = "flying", .cells = "all", .seed = 18446744073709551615ULL, .laps = 2};
-    return nlohmann::json::parse(run_result_json(run, car, result, {"t", "p", "b", "m"}, 1.5));
+    return nlohmann::json::parse(run_result_json(run, car, {result, {"t", "p", "b", "m"}, 1.5}));
   }
 };
 

@@ -107,7 +107,7 @@ TEST(SensorFrames, PedalsAreTwoSensorsOfDifferentSlopeAndTwoPressures) {
 
 TEST(SensorFrames, ContactorsAndSwitchesAreReportedAsTheyAre) {
   bench.switches = {.shutdown_closed = true, .ts_on = false, .ready_to_drive = true, .reset = false};
-  bench.car.contactors.air_minus.plant(ContactorFault::kWelded);
+  bench.car.contactors.air_minus.set_fault(ContactorFault::kWelded);
   const auto m = bench.first<can::VehicleIo>();
   CHECK(m.air_minus_aux && m.shutdown_closed && m.rtd_button);
   CHECK_FALSE(m.air_plus_aux || m.precharge_aux || m.ts_on_button || m.reset_button);

@@ -6,7 +6,7 @@
 
 namespace voltlap::plant {
 
-struct BusFacts {
+struct BusStatistics {
   std::string interface{}, pacing{};  ///< pacing: lockstep | realtime
   std::uint64_t foreign_frames = 0;   ///< not of this bus, or of the plant's ids and not by the plant
   std::uint64_t missing_frames = 0;   ///< announced by the control units and not seen

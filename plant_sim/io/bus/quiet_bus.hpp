@@ -11,6 +11,6 @@ enum class Pacing { kLockstep, kRealTime };
 
 /// Listens for 0.2 s, adds what arrives to `arrivals`, and throws port::BusSetupError when it belongs to another run.
 /// Nodes that wait for their plant are no run yet; by the wall clock control units may be awake before their plant.
-void refuse_company(port::SocketCan& socket, Pacing pacing, std::vector<port::Arrival>& arrivals);
+void require_quiet_bus(port::SocketCan& socket, Pacing pacing, std::vector<port::Arrival>& arrivals);
 
 }  // namespace voltlap::plant

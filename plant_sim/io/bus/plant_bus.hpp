@@ -31,9 +31,9 @@ class BusFailure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-class Exchange {
+class PlantBus {
  public:
-  virtual ~Exchange() = default;
+  virtual ~PlantBus() = default;
   /// The sink sees every frame of the plant and of the control units, in the order of the bus.
   virtual void attach(FrameSink& sink) = 0;
 

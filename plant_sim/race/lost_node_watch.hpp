@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/bus/exchange.hpp"
+#include "io/bus/plant_bus.hpp"
 
 namespace voltlap::plant {
 
@@ -18,9 +18,9 @@ struct LostNodeRow {
   std::optional<double> contactors_open_s;  ///< ... until both AIRs were open for good
 };
 
-class LossWatch {
+class LostNodeWatch {
  public:
-  explicit LossWatch(double tick_s) : tick_s_(tick_s) {}
+  explicit LostNodeWatch(double tick_s) : tick_s_(tick_s) {}
 
   /// After every tick: all nodes lost so far, and the car as it is now.
   void observe(std::uint32_t tick, const std::vector<LostNode>& lost, bool torque, bool contactors_closed) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/bus/company.hpp"
+#include "io/bus/quiet_bus.hpp"
 
 #include <fmt/format.h>
 
@@ -30,7 +30,7 @@ bool is_a_plants(const Frame& frame) { return can::sender_of(frame.id) == can::N
 
 }  // namespace
 
-void refuse_company(port::SocketCan& socket, Pacing pacing, std::vector<port::Arrival>& arrivals) {
+void require_quiet_bus(port::SocketCan& socket, Pacing pacing, std::vector<port::Arrival>& arrivals) {
   std::this_thread::sleep_for(kListen);
   socket.drain(arrivals);
   const auto found = std::find_if(arrivals.begin(), arrivals.end(), [&](const port::Arrival& a) {
