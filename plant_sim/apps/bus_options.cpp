@@ -18,7 +18,8 @@ CLI::Option* BusOptions::add_interface(CLI::App& command) {
 }
 
 CLI::Option* BusOptions::add_realtime(CLI::App& command) {
-  return command.add_flag("--realtime", realtime, "Paced by the wall clock, without lockstep frames; late steps are reported");
+  return command.add_flag("--realtime", realtime,
+                          "Paced by the wall clock, without lockstep frames; late steps are reported");
 }
 
 void BusOptions::add_lockstep(CLI::App& command, CLI::Option* realtime_flag) {

@@ -22,9 +22,10 @@ CLI::Option* CarOptions::add_track(CLI::App& command) {
 
 CLI::Option* CarOptions::add_lap_start(CLI::App& command) {
   return command
-      .add_option("--lap-start", lap_start,
-                  "flying: one periodic lap, the run ends when the laps are driven; standing: a lap from rest, repeated "
-                  "in time as in the reference study")
+      .add_option(
+          "--lap-start", lap_start,
+          "flying: one periodic lap, the run ends when the laps are driven; standing: a lap from rest, repeated "
+          "in time as in the reference study")
       ->check(one_of({"flying", "standing"}))
       ->capture_default_str();
 }

@@ -39,10 +39,13 @@ EcuCommand::EcuCommand(CLI::App& app)
   car_.add_vehicle(*command_);
   bus_.add_realtime(*command_);
   command_->footer(
-      "Steps with the plant (voltlap plant) on the same interface until that ends. When the plant falls silent for 2 s, the\n"
-      "nodes step by the wall clock to their safe state and end after 5 s. Give --vehicle and --set as for the plant.\n"
+      "Steps with the plant (voltlap plant) on the same interface until that ends. When the plant falls silent for "
+      "2 s, the\n"
+      "nodes step by the wall clock to their safe state and end after 5 s. Give --vehicle and --set as for the "
+      "plant.\n"
       "Example: voltlap ecu bms --bus vcan0\n"
-      "Exit code: 0 the run is over, 2 usage or interface, 3 the plant fell silent or the interface went down, 130 interrupted.");
+      "Exit code: 0 the run is over, 2 usage or interface, 3 the plant fell silent or the interface went down, 130 "
+      "interrupted.");
 }
 
 int EcuCommand::run(const DataFolder& data) {
@@ -51,7 +54,8 @@ int EcuCommand::run(const DataFolder& data) {
   if (which_ != "master") nodes.push_back(ecu<app::BmsNode>(can::Member::kBms, bms_config(car), can::kBmsRx));
   if (which_ != "bms") nodes.push_back(ecu<app::MasterNode>(can::Member::kMaster, master_config(car), can::kMasterRx));
   catch_interrupt();
-  return bus_.realtime ? run_in_real_time(bus_.interface, std::move(nodes)) : run_in_lockstep(bus_.interface, std::move(nodes));
+  return bus_.realtime ? run_in_real_time(bus_.interface, std::move(nodes))
+                       : run_in_lockstep(bus_.interface, std::move(nodes));
 }
 
 }  // namespace voltlap::plant

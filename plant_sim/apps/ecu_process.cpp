@@ -10,6 +10,7 @@
 #include "apps/exit_code.hpp"
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
+#include "core/demand.hpp"
 #include "port/host/lockstep_member.hpp"
 #include "port/host/pacer.hpp"
 #include "port/host/silence.hpp"
@@ -21,7 +22,7 @@ using port::Wake;
 
 constexpr double kSilence_s = 2.0;            // the plant shows life every 0.5 s, however slow the run
 constexpr std::uint32_t kAlone_ticks = 500;   // 5 s: contactors open and faults stand long before
-constexpr std::size_t kFramesMax = 512;       // 5 times what 500 kbit/s can carry in a tick; more is lost, as in a controller
+constexpr std::size_t kFramesMax = 512;       // 5 times what 500 kbit/s carries in a tick; more is lost
 constexpr std::int64_t kTick_us = can::kTickMs * 1000;
 
 /// A node with its inbox.
@@ -55,7 +56,8 @@ struct InStep {
 
 std::string names_of(const std::deque<InStep>& nodes) {
   std::string out;
-  for (const InStep& n : nodes) out += (out.empty() ? "" : " and ") + std::string(port::member_name(n.runner.node().member));
+  for (const InStep& n : nodes)
+    out += (out.empty() ? "" : " and ") + std::string(port::member_name(n.runner.node().member));
   return out;
 }
 
@@ -83,9 +85,13 @@ Wake await_start(std::deque<InStep>& nodes) {
 
 /// The last wait of a node that is alone: its firmware sees that frames are missing, and says so on the bus.
 int step_alone(std::deque<InStep>& nodes) {
+  VOLTLAP_DEMAND(!nodes.empty());
   const std::uint32_t last = nodes.front().member.tick();
-  fmt::print(stderr, "voltlap ecu: no word from the plant for {} s after tick {} ({:.2f} s): {} by the wall clock to the safe "
-             "state\n", kSilence_s, last, last * can::kTickMs * 1e-3, names_of(nodes));
+  fmt::print(
+      stderr,
+      "voltlap ecu: no word from the plant for {} s after tick {} ({:.2f} s): {} by the wall clock to the "
+      "safe state\n",
+      kSilence_s, last, last * can::kTickMs * 1e-3, names_of(nodes));
   port::Pacer pacer(kTick_us, port::Lag::kCatchUp);
   for (std::uint32_t i = 1; i <= kAlone_ticks && !interrupted(); ++i) {
     pacer.wait();
@@ -100,6 +106,7 @@ int step_alone(std::deque<InStep>& nodes) {
 }  // namespace
 
 int run_in_lockstep(const std::string& interface, std::vector<EcuNode> list) {
+  VOLTLAP_DEMAND(!list.empty());
   std::deque<InStep> nodes;
   for (EcuNode& node : list) nodes.emplace_back(interface, std::move(node));
   Wake wake = await_start(nodes);
@@ -116,6 +123,7 @@ int run_in_lockstep(const std::string& interface, std::vector<EcuNode> list) {
 }
 
 int run_in_real_time(const std::string& interface, std::vector<EcuNode> list) {
+  VOLTLAP_DEMAND(!list.empty());
   struct Node {
     Runner runner;
     port::SocketCan can;
@@ -129,12 +137,14 @@ int run_in_real_time(const std::string& interface, std::vector<EcuNode> list) {
   for (; !interrupted(); ++tick) {
     pacer.wait();
     for (Node& n : nodes) {
-      static_cast<void>(static_cast<port::Can&>(n.can).send(n.runner.step(Instant::from_ms(tick * can::kTickMs), n.can)));
+      static_cast<void>(
+          static_cast<port::Can&>(n.can).send(n.runner.step(Instant::from_ms(tick * can::kTickMs), n.can)));
     }
   }
   for (const Node& n : nodes) {
-    fmt::print(stderr, "voltlap ecu {}: {} steps, {} late, the latest by {:.1f} ms\n", port::member_name(n.runner.node().member),
-               tick, pacer.late_steps(), static_cast<double>(pacer.worst_us()) * 1e-3);
+    fmt::print(stderr, "voltlap ecu {}: {} steps, {} late, the latest by {:.1f} ms\n",
+               port::member_name(n.runner.node().member), tick, pacer.late_steps(),
+               static_cast<double>(pacer.worst_us()) * 1e-3);
   }
   return exit_code_of_interrupt();
 }

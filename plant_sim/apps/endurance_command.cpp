@@ -32,7 +32,9 @@ EnduranceRun::EnduranceRun(CLI::App& command) {
   CLI::Option* start = car_.add_lap_start(command);
   CLI::Option* laps = command.add_option("--laps", laps_, "Number of laps; default: as many as fit into 22 km")
                           ->check(whole_number(1, kLapsMax));
-  command.add_option("--drive", drive_, "A recorded drive instead of a track: CSV with time_s,speed_mps[,accelerator,brake]")
+  command
+      .add_option("--drive", drive_,
+                  "A recorded drive instead of a track: CSV with time_s,speed_mps[,accelerator,brake]")
       ->excludes(track)
       ->excludes(start)
       ->excludes(laps);
@@ -49,7 +51,9 @@ EnduranceRun::EnduranceRun(CLI::App& command) {
       ->needs(csv)
       ->check(positive_number())
       ->capture_default_str();
-  command.add_flag("--bus-load", bus_load_, "Count every bit on the bus and print how full it was, by message; by identifier in --json. Always so on an interface");
+  command.add_flag("--bus-load", bus_load_,
+                   "Count every bit on the bus and print how full it was, by message; by identifier in --json. "
+                   "Always so on an interface");
   add_output_file(command, "--candump", candump_, "Write every frame as a candump log, with simulated time");
   add_output_file(command, "--report", report_,
                   "Write a report as one HTML file for any browser, offline, also when the run fails");
@@ -67,8 +71,8 @@ EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
     out.laps = 1;
   }
   if (cells_ == "representative" && !out.vehicle.battery.cells.empty()) {
-    throw InputError("--cells representative", "settings of single cells (battery.cells.<n>.*)", "cells that are all equal",
-                     "Use --cells all, or leave these settings out");
+    throw InputError("--cells representative", "settings of single cells (battery.cells.<n>.*)",
+                     "cells that are all equal", "Use --cells all, or leave these settings out");
   }
   out.lap_start = car_.start();
   out.representative_cell = cells_ == "representative";
@@ -86,7 +90,8 @@ RunDescription EnduranceRun::description(const EnduranceOptions& options) const 
           .laps = options.laps};
 }
 
-int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, PlantBus& bus, const SocketBus* socket) const {
+int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, PlantBus& bus,
+                        const SocketBus* socket) const {
   const RunDescription run = description(chosen);
   RunRecorder recorder;
   catch_interrupt();  // before there is a file that must not stay behind
@@ -153,23 +158,26 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
 }
 
 EnduranceCommand::EnduranceCommand(CLI::App& app)
-    : command_(app.add_subcommand("endurance", "Drive an endurance with the firmware in the loop and print the result")),
+    : command_(
+          app.add_subcommand("endurance", "Drive an endurance with the firmware in the loop and print the result")),
       run_(*command_) {
   CLI::Option* bus = bus_.add_interface(*command_);
   CLI::Option* realtime = bus_.add_realtime(*command_)->needs(bus);
   bus_.add_lockstep(*command_, realtime);
   for (const char* flag : {"--pace", "--lost-after"}) command_->get_option(flag)->needs(bus);
-  command_->footer("A FILE named - is standard output; the summary then goes to standard error.\n"
-                   "Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
-                   "With --bus, plant, BMS and master controller are processes of their own on the interface, in lockstep: the\n"
-                   "same frames as in one process, for every CAN tool to see.\n"
-                   "Exit code: 0 finished, 2 usage or input, 3 the run failed (with time and cause), 130 interrupted.");
+  command_->footer(
+      "A FILE named - is standard output; the summary then goes to standard error.\n"
+      "Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
+      "With --bus, plant, BMS and master controller are processes of their own on the interface, in lockstep: the\n"
+      "same frames as in one process, for every CAN tool to see.\n"
+      "Exit code: 0 finished, 2 usage or input, 3 the run failed (with time and cause), 130 interrupted.");
 }
 
 int EnduranceCommand::run(const DataFolder& data) {
   const EnduranceOptions options = run_.options(data);
   if (!bus_.interface.empty() && run_.candump() == AtomicFile::kStandardOutput) {
-    throw InputError("--candump with --bus", "- (standard output)", "a file", "Give a name; the logger is a process of its own");
+    throw InputError("--candump with --bus", "- (standard output)", "a file",
+                     "Give a name; the logger is a process of its own");
   }
   if (!bus_.interface.empty()) return supervise(*command_, bus_, run_.candump());
   FirmwareLoop firmware(options.vehicle);

@@ -63,9 +63,10 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--temperature", temperatures_, "degC of the files after it that have no temperature column")
       ->allow_extra_args(false);
   command_
-      ->add_option("--cell", cell_,
-                   "Name of the cell that the files after it are of; several cells give their mean and spread; default: "
-                   "<n> of files named ..._cell<n>.csv, otherwise one cell")
+      ->add_option(
+          "--cell", cell_,
+          "Name of the cell that the files after it are of; several cells give their mean and spread; default: "
+          "<n> of files named ..._cell<n>.csv, otherwise one cell")
       ->allow_extra_args(false);
   command_->add_option("--window", windows_, "T0:T1, seconds: only these rows of the files after it")
       ->allow_extra_args(false);

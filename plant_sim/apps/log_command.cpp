@@ -24,9 +24,10 @@ constexpr double kSilence_s = 2.0;
 /// A frame that was lost on the way makes a log that looks whole and is not.
 void refuse_loss(const port::SocketCan& socket) {
   if (socket.counters().dropped == 0) return;
-  throw OutputError(fmt::format("the log is not whole: {} frames came faster than they were read. Allow a larger buffer (as root: "
-                                "sysctl net.core.rmem_max=8388608), or slow the run down with --pace; no log was written",
-                                socket.counters().dropped));
+  throw OutputError(fmt::format(
+      "the log is not whole: {} frames came faster than they were read. Allow a larger buffer (as root: "
+      "sysctl net.core.rmem_max=8388608), or slow the run down with --pace; no log was written",
+      socket.counters().dropped));
 }
 
 }  // namespace
@@ -37,8 +38,10 @@ LogCommand::LogCommand(CLI::App& app)
   add_output_file(*command_, "--candump", file_, "The log; compressed when the name ends in .gz")->required();
   bus_.add_realtime(*command_);
   command_->footer(
-      "In lockstep it is a member of the run (voltlap plant --members bms,master,logger): simulated time, no frame lost, and\n"
-      "the same file, line for line, as of a run in one process. With --realtime it writes what it hears until Ctrl-C, with\n"
+      "In lockstep it is a member of the run (voltlap plant --members bms,master,logger): simulated time, no frame "
+      "lost, and\n"
+      "the same file, line for line, as of a run in one process. With --realtime it writes what it hears until "
+      "Ctrl-C, with\n"
       "the time of day.\n"
       "Exit code: 0 the run is over, 2 usage, interface or file, 3 the plant fell silent, 130 interrupted.");
 }

@@ -28,7 +28,8 @@ DriverKind driver_kind(const std::string& name) {
 }  // namespace
 
 PlantCommand::PlantCommand(CLI::App& app)
-    : command_(app.add_subcommand("plant", "Run car, sensors and driver as a process on a CAN interface")), run_(*command_) {
+    : command_(app.add_subcommand("plant", "Run car, sensors and driver as a process on a CAN interface")),
+      run_(*command_) {
   bus_.add_interface(*command_)->required();
   CLI::Option* realtime = bus_.add_realtime(*command_);
   bus_.add_lockstep(*command_, realtime);
@@ -42,19 +43,25 @@ PlantCommand::PlantCommand(CLI::App& app)
       ->check(number_between(kReadyMin_s, kReadyMax_s))
       ->excludes(realtime)
       ->capture_default_str();
-  command_->add_option("--driver", driver_, "auto: powers up and drives the laps; stand: powers up and stands; none: nobody")
+  command_
+      ->add_option("--driver", driver_,
+                   "auto: powers up and drives the laps; stand: powers up and stands; none: nobody")
       ->check(one_of({"auto", "stand", "none"}))
       ->capture_default_str();
   command_->add_option("--duration", duration_s_, "Ends then, as finished [s of simulated time since power-on]")
       ->type_name("S")
       ->check(number_between(kDurationMin_s, kDurationMax_s));
-  command_->add_flag("--keep-going", keep_going_,
-                     "What would fail the run is noted in --json, and the run goes on; always so with --driver stand or none");
+  command_->add_flag(
+      "--keep-going", keep_going_,
+      "What would fail the run is noted in --json, and the run goes on; always so with --driver stand or none");
   command_->footer(
-      "A harness on the bus takes over pedals and switches (DriverOverride), plants faults (PlantFault) and ends the run\n"
+      "A harness on the bus takes over pedals and switches (DriverOverride), plants faults (PlantFault) and ends "
+      "the run\n"
       "(StopRequest): can_dbc/lockstep.dbc. With --driver stand or none the run ends only so, or with --duration.\n"
-      "Example: voltlap plant --bus vcan0 --laps 1    beside: voltlap ecu bms --bus vcan0, voltlap ecu master --bus vcan0\n"
-      "Exit code: 0 finished, 2 usage, interface, or a member that is not READY, 3 the run failed, a node was lost or the\n"
+      "Example: voltlap plant --bus vcan0 --laps 1    beside: voltlap ecu bms --bus vcan0, voltlap ecu master "
+      "--bus vcan0\n"
+      "Exit code: 0 finished, 2 usage, interface, or a member that is not READY, 3 the run failed, a node was lost "
+      "or the\n"
       "interface went down, 130 interrupted.");
 }
 

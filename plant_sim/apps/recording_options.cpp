@@ -7,7 +7,10 @@ namespace voltlap::plant {
 
 void RecordingOptions::add(CLI::App& command) {
   command_ = &command;
-  command.add_option("data", files, "Recordings of time, current and voltage: CSV, also gzipped, or a CAN log with its --map")->required();
+  command
+      .add_option("data", files,
+                  "Recordings of time, current and voltage: CSV, also gzipped, or a CAN log with its --map")
+      ->required();
   command
       .add_option("--map", maps,
                   "Role map: name or path; given again, of the files after it; default: by column names, or a shipped "

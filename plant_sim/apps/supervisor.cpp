@@ -17,6 +17,7 @@
 #include "can_dbc/car.hpp"
 #include "can_dbc/lockstep.hpp"
 #include "can_dbc/tables.hpp"
+#include "core/demand.hpp"
 #include "io/bus/quiet_bus.hpp"
 #include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
@@ -107,6 +108,7 @@ class Supervisor {
   }
 
   int run() {
+    VOLTLAP_DEMAND(nodes_.back().member == can::Member::kNone);  // the plant, which the others follow
     while (plant().runs()) {
       if (const int number = signals_.wait(kLook); number != 0) interrupt(number);
       note_tick();
@@ -167,7 +169,8 @@ class Supervisor {
     const bool expected = node.process->exit_code() == kExitOk || interrupted_ != 0 || over_;
     if (node.member == can::Member::kNone && node.process->exit_code()) return;
     if (expected) return;
-    tell(fmt::format("node {} (process {}) {}{}", node.process->name(), node.process->pid(), node.process->end_text(), when()));
+    tell(fmt::format("node {} (process {}) {}{}", node.process->name(), node.process->pid(),
+                     node.process->end_text(), when()));
     lost_ = true;
     if (node.member == can::Member::kNone || bus_.realtime) return;
     can::MemberLost lost;
@@ -200,7 +203,8 @@ class Supervisor {
     }
     const auto text = [](const std::optional<bool>& safe) { return !safe ? "not seen" : *safe ? "yes" : "NO"; };
     tell(fmt::format("{:.1f} s after that, on the bus: contactors commanded open: {}, torque command zero: {}",
-                     std::chrono::duration<double>(Clock::now() - begin).count(), text(contactors_open), text(torque_zero)));
+                     std::chrono::duration<double>(Clock::now() - begin).count(), text(contactors_open),
+                     text(torque_zero)));
   }
 
   /// They end with the run; who does not is asked to, and then made to.
@@ -232,9 +236,10 @@ class Supervisor {
     if (plant_code != kExitOk) return plant_code;
     for (const Node& node : nodes_) {
       const std::optional<int> code = node.process->exit_code();
-      // In real time they are ended by end_all()'s signal, whose number they tell when it comes before the plant's stop.
+      // In real time end_all()'s signal ends them; they tell its number when it comes before the plant's stop.
       const bool asked_to_end = bus_.realtime && (code == kExitInterrupted || code == 128 + SIGTERM);
-      if (node.process->exit_code() != kExitOk && !asked_to_end) return node.process->exit_code().value_or(kExitFailedRun);
+      if (node.process->exit_code() != kExitOk && !asked_to_end)
+        return node.process->exit_code().value_or(kExitFailedRun);
     }
     return lost_ ? kExitFailedRun : kExitOk;
   }

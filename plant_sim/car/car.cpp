@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "car/car.hpp"
 
+#include <cmath>
+
 #include "car/powertrain/driveline.hpp"
+#include "core/demand.hpp"
 
 namespace voltlap::plant {
 
@@ -14,7 +17,9 @@ Car::Car(const VehicleParameters& parameters, bool representative_cell, double s
       vehicle_(parameters_),
       motor_thermal_(parameters.motor, parameters.environment.ambient_c),
       rotors_(parameters.brakes, parameters.environment.ambient_c),
-      dc_link_(parameters.contactors) {}
+      dc_link_(parameters.contactors) {
+  VOLTLAP_DEMAND(step_s > 0.0);
+}
 
 void Car::step(double brake_pedal) {
   const double dc_voltage = dc_link_.voltage();
@@ -69,6 +74,7 @@ void Car::step(double brake_pedal) {
 }
 
 void Car::renew(double elapsed_s) {
+  VOLTLAP_DEMAND(elapsed_s > 0.0);
   const double ambient = parameters_.environment.ambient_c;
   contactors.advance(elapsed_s);
   inverter.advance(elapsed_s);
@@ -76,6 +82,9 @@ void Car::renew(double elapsed_s) {
   motor_thermal_.advance(motor_heat_j_, elapsed_s, ambient);
   rotors_.advance(front_brake_j_, rear_brake_j_, elapsed_s, ambient);
   motor_heat_j_ = front_brake_j_ = rear_brake_j_ = 0.0;
+  // Once a control period for all the steps in it: what is no number stays none.
+  VOLTLAP_DEMAND(std::isfinite(pack_.voltage()) && std::isfinite(dc_link_.voltage()) && std::isfinite(pack_current_));
+  VOLTLAP_DEMAND(std::isfinite(vehicle_.speed_mps()) && std::isfinite(motor_thermal_.copper_c()));
 }
 
 }  // namespace voltlap::plant

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/parameter_check.hpp"
 #include "core/parameter_table.hpp"
@@ -153,6 +154,7 @@ class Store {
   /// Lists within lists, the innermost fastest; those of a level must be equally long.
   void append(const toml::array& array, std::size_t level, std::vector<std::size_t>& shape,
               std::vector<double>& list) const {
+    VOLTLAP_DEMAND(level <= shape.size());
     if (level == shape.size() && list.empty()) shape.push_back(array.size());
     if (level >= shape.size()) ragged(array.size(), 1);
     if (shape[level] != array.size()) ragged(array.size(), shape[level]);
@@ -249,6 +251,8 @@ CellParameters load_cell(const DataFolder& data, const std::string& name_or_path
   if (cell.name.empty()) cell.name = fs::path(path).stem().string();
   for (const auto& [key, assignment] : given) holder.origin.emplace(key, assignment.place);
   check_cell_consistency(holder);
+  VOLTLAP_DEMAND(!cell.name.empty() && !holder.origin.empty());
+  VOLTLAP_DEMAND(increasing(cell.soc_breakpoints));
   return cell;
 }
 
@@ -279,6 +283,8 @@ LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_pa
 
   for (const auto& [key, assignment] : given) out.origin.emplace(key, assignment.place);
   check_consistency(out);
+  VOLTLAP_DEMAND(p.battery.capacity_ah == p.cell.capacity_ah);
+  VOLTLAP_DEMAND(p.battery.cells.size() <= static_cast<std::size_t>(p.battery.cells_in_series));
   return out;
 }
 

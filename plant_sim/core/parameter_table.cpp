@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -87,6 +89,7 @@ std::string value_text(const ParameterRow& row, const VehicleParameters& paramet
 }
 
 std::vector<std::pair<std::string, std::string>> parameter_values(const VehicleParameters& parameters) {
+  VOLTLAP_DEMAND(!parameter_rows().empty());
   std::vector<std::pair<std::string, std::string>> out;
   for (const ParameterRow& row : parameter_rows()) out.emplace_back(row.key, value_text(row, parameters));
   for (std::size_t n = 0; n < parameters.battery.cells.size(); ++n) {

@@ -17,7 +17,7 @@ struct CellParameterMap {
   std::vector<double> table;       ///< [soc][temperature][current], last index fastest; empty: use `value`
 };
 
-/// What a cell does beyond two branches and its tables: car/battery/cell_effects.hpp has the equations. Each is off at 0.
+/// What a cell does beyond two branches and its tables (equations: car/battery/cell_effects.hpp). Each is off at 0.
 struct CellEffects {
   double series_ohm = 0.0;               ///< [ohm] -1..1 effects.series_ohm, added to R0
   double activation_energy_j_per_mol = 0.0;  ///< [J/mol] -60000..60000, of R0, R1 and R2, beyond what the tables say
@@ -43,7 +43,7 @@ struct CellParameters {
   double heat_capacity_j_per_kg_k = 0.0;     ///< [J/kg/K] 100..5000 heat_capacity_j_per_kg_k
   double surface_area_m2 = 0.0;              ///< [m2] 1e-4..10 surface_area_m2
   double convection_w_per_m2_k = 0.0;        ///< [W/m2/K] 0..1000 convection_w_per_m2_k
-  double surface_lag_s = 0.0;                ///< [s] 0..600 surface_lag_s, by which a reading on the surface follows the cell
+  double surface_lag_s = 0.0;                ///< [s] 0..600 surface_lag_s, of a surface reading behind the cell
   double reference_temperature_c = 30.0;     ///< [degC] -40..80 reference_temperature_c
   double reference_current_a = 0.0;          ///< [A] 0..5000 reference_current_a
   std::vector<double> soc_breakpoints;       ///< [1] increasing, 0..1 breakpoints.soc
@@ -53,7 +53,7 @@ struct CellParameters {
   std::vector<double> ocv_polynomial_v;      ///< [V] c0 + c1 SOC + c2 SOC^2 ..., ocv.polynomial_v; or
   std::vector<double> ocv_soc;               ///< [1] increasing, ocv.soc, with
   std::vector<double> ocv_v;                 ///< [V] not decreasing, ocv.voltage_v
-  std::vector<double> ocv_table_v;           ///< [V] [soc][temperature][current] as each test found it, ocv.table; not used by the plant
+  std::vector<double> ocv_table_v;           ///< [V] [soc][temperature][current] ocv.table, by test; unused by the plant
   CellParameterMap r0_ohm, r1_ohm, r2_ohm;   ///< [ohm] > 0, sections [r0] [r1] [r2]
   CellParameterMap tau1_s, tau2_s;           ///< [s] > 0, sections [tau1] [tau2]
   CellEffects effects;                       ///< section [effects]
@@ -166,8 +166,8 @@ struct BatterySection {
   double convection_w_per_m2_k = 0;   ///< [W/m2/K] 0..1000; overrides the cell file
   double initial_soc = 1.0;           ///< [1] 0..1
   double initial_temperature_c = 0;   ///< [degC] -40..80
-  double lookup_current_floor_a = 0;  ///< [A] 0..100, smaller currents keep the last lookup current (per cell-file cell)
-  double contact_resistance_ohm = 0;  ///< [ohm] 0..1, between the cells and the pack's terminals; its heat does not reach the cells
+  double lookup_current_floor_a = 0;  ///< [A] 0..100, per cell-file cell; below it the last lookup current stays
+  double contact_resistance_ohm = 0;  ///< [ohm] 0..1, from cells to terminals; its heat does not reach the cells
   std::vector<CellVariation> cells;   ///< battery.cells.<n>.*; empty or up to cells_in_series entries
 };
 

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -64,6 +66,7 @@ void AtomicFile::fail(const std::string& action) {
 }
 
 void AtomicFile::write(std::string_view text) {
+  VOLTLAP_DEMAND(gzip_ != nullptr || file_ != nullptr);  // nothing is added to a file that is complete
   buffer_.append(text);
   if (buffer_.size() >= kBufferBytes) flush();
 }

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -34,6 +35,7 @@ std::string LineReader::place() const {
 }
 
 bool LineReader::refill() {
+  VOLTLAP_DEMAND(begin_ <= end_ && end_ <= buffer_.size());
   if (at_end_) return false;
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;

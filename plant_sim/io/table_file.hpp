@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Comma-separated tables with a header line, plain or gzipped. Lines that begin with `#` and empty ones are passed over;
-// a byte order mark, Windows line ends, blanks and quotation marks around a field are taken as they come.
+// Comma-separated tables with a header line, plain or gzipped. Lines that begin with `#` and empty ones are passed
+// over; a byte order mark, Windows line ends, blanks and quotation marks around a field are taken as they come.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -12,7 +12,8 @@ namespace voltlap::plant {
 /// A table that somebody wrote for the program (track, drive, reference runs): words and numbers, none missing.
 class InputTable {
  public:
-  /// Throws InputError when the file cannot be read, has no rows, or a row has another number of fields than the header.
+  /// Throws InputError when the file cannot be read, has no rows, or a row has another number of fields than the
+  /// header.
   explicit InputTable(const std::string& path);
 
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }

@@ -40,6 +40,7 @@ class Run {
         frames_(car_.parameters(), options.seed),
         account_(result_, car_),
         assertions_(options.vehicle.assertions, by_position()) {
+    VOLTLAP_DEMAND(options.steps_per_tick > 0);
     bus_.attach(observer);
     cell_voltage_.resize(car_.pack().cells());
     cell_temperature_.resize(car_.pack().cells());

@@ -48,7 +48,9 @@ void override_switches(const can::DriverOverride& by, Switches& switches) {
 bool apply_plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sensors) {
   if (!has_part(fault, car)) return false;
   const auto cell = [&]() -> SensorFaults::Channel& { return SensorFaults::at(sensors.cells, fault.index); };
-  const auto thermistor = [&]() -> SensorFaults::Channel& { return SensorFaults::at(sensors.thermistors, fault.index); };
+  const auto thermistor = [&]() -> SensorFaults::Channel& {
+    return SensorFaults::at(sensors.thermistors, fault.index);
+  };
   switch (fault.fault) {
     case Kind::kClearAll: clear_all(car, sensors); break;
     case Kind::kAirPlusWelded: car.contactors.air_plus.set_fault(ContactorFault::kWelded); break;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/demand.hpp"
 #include "io/bus/plant_bus.hpp"
 
 namespace voltlap::plant {
@@ -24,6 +25,7 @@ class LostNodeWatch {
 
   /// After every tick: all nodes lost so far, and the car as it is now.
   void observe(std::uint32_t tick, const std::vector<LostNode>& lost, bool torque, bool contactors_closed) {
+    VOLTLAP_DEMAND(tick >= now_ && lost.size() >= watched_.size());
     while (watched_.size() < lost.size()) {
       const LostNode& node = lost[watched_.size()];
       watched_.push_back({node.node, node.drives, tick, tick, tick});

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// From low voltage over the active tractive system to ready to drive, as the rules' procedure asks (EV.9): which buttons
-// the driver presses, and how long it may take.
+// From low voltage over the active tractive system to ready to drive, as the rules' procedure asks (EV.9): which
+// buttons the driver presses, and how long it may take.
 #pragma once
 #include "can_dbc/car.hpp"
+#include "core/demand.hpp"
 #include "race/sensors/sensor_frames.hpp"
 
 namespace voltlap::plant {
@@ -13,6 +14,7 @@ class StartUp {
 
   /// The buttons in a tick of `tick_s` that begins `time_s` after power-on, by what the BMS last said.
   void press(double time_s, double tick_s, can::BmsState bms, Switches& switches) {
+    VOLTLAP_DEMAND(tick_s > 0.0 && time_s >= 0.0);
     const bool active = bms == can::BmsState::kTsActive;
     switches.ts_on = !active && time_s >= kTsButton_s;
     active_s_ = active ? active_s_ + tick_s : 0.0;

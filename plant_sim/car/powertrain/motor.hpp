@@ -5,6 +5,9 @@
 //   copper -> insulation -> steel -> aluminium -> air, each a lumped mass
 // Source: reference study, 2016, Eq. 4.15-4.17 (4.16 printed inverted), Fig. 4.24, Table B.5.
 #pragma once
+#include <cmath>
+
+#include "core/demand.hpp"
 #include "core/parameters.hpp"
 
 namespace voltlap::plant {
@@ -35,12 +38,13 @@ class MotorThermal {
 
   /// Explicit step; the quickest mode of the chain is about 0.2 s, so steps of 10 ms are far inside stability.
   void advance(double heat_j, double elapsed_s, double ambient_c) {
+    VOLTLAP_DEMAND(elapsed_s > 0.0 && std::isfinite(heat_j));
     const MotorSection& m = motor_;
     const double to_steel = m.insulation_conductance_w_per_k * (copper_ - steel_);
     const double to_aluminium = m.steel_conductance_w_per_k * (steel_ - aluminium_);
     const double convection = m.convection_w_per_m2_k * m.surface_area_m2;
-    const double to_air = m.aluminium_conductance_w_per_k * convection / (m.aluminium_conductance_w_per_k + convection) *
-                          (aluminium_ - ambient_c);
+    const double to_air = m.aluminium_conductance_w_per_k * convection /
+                          (m.aluminium_conductance_w_per_k + convection) * (aluminium_ - ambient_c);
     copper_ += (heat_j - to_steel * elapsed_s) / (m.copper_mass_kg * m.copper_heat_capacity_j_per_kg_k);
     steel_ += (to_steel - to_aluminium) * elapsed_s / (m.steel_mass_kg * m.steel_heat_capacity_j_per_kg_k);
     aluminium_ += (to_aluminium - to_air) * elapsed_s / (m.aluminium_mass_kg * m.aluminium_heat_capacity_j_per_kg_k);

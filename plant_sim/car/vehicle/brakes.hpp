@@ -4,6 +4,9 @@
 //   T_wheel = pedal F_caliper mu r;  two wheels an axle     m cp dT/dt = Q - h A (T - T_ambient)
 // Source: reference study, 2016, Eq. 4.5-4.8 (the pads' friction does not depend on temperature there, nor here).
 #pragma once
+#include <cmath>
+
+#include "core/demand.hpp"
 #include "core/parameters.hpp"
 
 namespace voltlap::plant {
@@ -23,11 +26,13 @@ struct BrakeTorques {
 /// Rotor temperatures; each rotor takes half of its axle's heat.
 class BrakeRotors {
  public:
-  BrakeRotors(const BrakeSection& brakes, double ambient_c) : brakes_(brakes), front_c_(ambient_c), rear_c_(ambient_c) {}
+  BrakeRotors(const BrakeSection& brakes, double ambient_c)
+      : brakes_(brakes), front_c_(ambient_c), rear_c_(ambient_c) {}
 
   void advance(double front_axle_heat_j, double rear_axle_heat_j, double elapsed_s, double ambient_c) {
-    front_c_ += change(front_axle_heat_j, front_c_ - ambient_c, brakes_.front_rotor_mass_kg, brakes_.front_rotor_area_m2,
-                       elapsed_s);
+    VOLTLAP_DEMAND(elapsed_s > 0.0 && std::isfinite(front_axle_heat_j) && std::isfinite(rear_axle_heat_j));
+    front_c_ += change(front_axle_heat_j, front_c_ - ambient_c, brakes_.front_rotor_mass_kg,
+                       brakes_.front_rotor_area_m2, elapsed_s);
     rear_c_ += change(rear_axle_heat_j, rear_c_ - ambient_c, brakes_.rear_rotor_mass_kg, brakes_.rear_rotor_area_m2,
                       elapsed_s);
   }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "car/vehicle/longitudinal.hpp"
 
+#include <cmath>
+
 #include "car/vehicle/aero.hpp"
 #include "car/vehicle/rolling_resistance.hpp"
+#include "core/demand.hpp"
 
 namespace voltlap::plant {
 
@@ -45,6 +48,7 @@ VehicleEnergy LongitudinalVehicle::advance(double drive_torque_nm, double brake_
 }
 
 void LongitudinalVehicle::set_speed(double speed_mps) {
+  VOLTLAP_DEMAND(std::isfinite(speed_mps));
   speed_ = speed_mps;
   front_omega_ = rear_omega_ = rear_omega_mean_ = speed_mps / car_.tyres.radius_m;
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -24,7 +26,9 @@ double BusLoadResult::share_pct(const BusLoadRow& row) const {
 }
 
 BusLoad::BusLoad(std::uint32_t tick_ms, std::uint32_t bit_rate)
-    : tick_ms_(tick_ms), bit_rate_(bit_rate), window_(std::max(1U, kWindow_ms / tick_ms)) {}
+    : tick_ms_(tick_ms), bit_rate_(bit_rate), window_(tick_ms > 0 ? std::max(1U, kWindow_ms / tick_ms) : 0) {
+  VOLTLAP_DEMAND(tick_ms > 0 && bit_rate > 0);
+}
 
 BusLoad::Counter& BusLoad::counter(std::uint32_t id) {
   std::size_t place = 0;
@@ -46,11 +50,13 @@ BusLoad::Counter& BusLoad::counter(std::uint32_t id) {
 }
 
 void BusLoad::go_to(std::uint32_t tick) {
+  VOLTLAP_DEMAND(tick > tick_);
   peak_ = std::max(peak_, in_window_);
   // After a silence as long as the window nothing of before is in it.
   const std::uint32_t from = tick - tick_ > window_.size() ? tick - static_cast<std::uint32_t>(window_.size()) : tick_;
   for (std::uint32_t t = from + 1; t <= tick; ++t) {
     std::uint64_t& oldest = window_[t % window_.size()];
+    VOLTLAP_DEMAND(oldest <= in_window_);
     in_window_ -= oldest;
     oldest = 0;
   }

@@ -19,7 +19,9 @@ struct BusLoadRow {
   std::uint64_t bits = 0;
   std::uint32_t bits_worst = 0;  ///< of the longest frame seen
 
-  [[nodiscard]] double bits_mean() const { return frames > 0 ? static_cast<double>(bits) / static_cast<double>(frames) : 0.0; }
+  [[nodiscard]] double bits_mean() const {
+    return frames > 0 ? static_cast<double>(bits) / static_cast<double>(frames) : 0.0;
+  }
 };
 
 struct BusLoadResult {

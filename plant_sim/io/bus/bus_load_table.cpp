@@ -31,7 +31,8 @@ struct Line {
 /// "CellVoltages" of CellVoltages_07; empty for a message of no group.
 std::string group_of(const std::string& name) {
   const std::size_t mark = name.rfind('_');
-  const bool numbered = mark != std::string::npos && name.find_first_not_of("0123456789", mark + 1) == std::string::npos;
+  const bool numbered =
+      mark != std::string::npos && name.find_first_not_of("0123456789", mark + 1) == std::string::npos;
   return numbered ? name.substr(0, mark) : "";
 }
 
@@ -58,13 +59,14 @@ std::vector<Line> lines_of(const BusLoadResult& load) {
 std::string bus_load_table(const BusLoadResult& load) {
   std::string out = fmt::format("  bus load at {} kbit/s: {:.1f} % on average, {:.1f} % in the fullest 100 ms\n",
                                 load.bit_rate / 1000, load.total_pct, load.peak_100ms_pct);
-  out += fmt::format("    {:<10}  {:<17} {:>9} {:>9} {:>10} {:>10} {:>8} {:>8}\n", "id", "message", "frames", "frames/s",
-                     "bits, mean", "bits, most", "load, %", "share, %");
+  out += fmt::format("    {:<10}  {:<17} {:>9} {:>9} {:>10} {:>10} {:>8} {:>8}\n", "id", "message", "frames",
+                     "frames/s", "bits, mean", "bits, most", "load, %", "share, %");
   for (const Line& line : lines_of(load)) {
     const BusLoadRow& row = line.sum;
     const std::string name = line.ids == id_text(row.id) ? line.name : group_of(line.name);
-    out += fmt::format("    {:<10}  {:<17} {:>9} {:>9.2f} {:>10.1f} {:>10} {:>8.2f} {:>8.2f}\n", line.ids, name, row.frames,
-                       load.frames_per_s(row), row.bits_mean(), row.bits_worst, load.load_pct(row), load.share_pct(row));
+    out += fmt::format("    {:<10}  {:<17} {:>9} {:>9.2f} {:>10.1f} {:>10} {:>8.2f} {:>8.2f}\n", line.ids, name,
+                       row.frames, load.frames_per_s(row), row.bits_mean(), row.bits_worst, load.load_pct(row),
+                       load.share_pct(row));
   }
   return out;
 }

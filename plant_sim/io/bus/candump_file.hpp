@@ -12,7 +12,8 @@ namespace voltlap::plant {
 /// One line without its end, for a frame at a time in milliseconds since the start of the simulation.
 [[nodiscard]] std::string candump_line(std::uint64_t time_ms, const Frame& frame);
 /// The same for any time and interface.
-[[nodiscard]] std::string candump_line(std::chrono::microseconds time, const Frame& frame, const std::string& interface);
+[[nodiscard]] std::string candump_line(std::chrono::microseconds time, const Frame& frame,
+                                       const std::string& interface);
 
 class CandumpFile : public FrameSink {
  public:

@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -10,9 +12,9 @@ constexpr std::uint32_t kPolynomial = 0x4599U;
 constexpr std::uint32_t kCrcMask = (1U << kCrcBits) - 1U;
 constexpr std::uint32_t kRunMax = 5;  // equal bits, then a stuff bit
 
-// State of the stuffing: bit 2 is the last bit sent, bits 0..1 the length of its run less one. A run of five is ended by
-// its stuff bit at once, so that four lengths are enough. Before the frame the bus is idle: nothing counts, and the
-// dominant SOF begins a run whatever was there; a recessive run of one stands for that.
+// State of the stuffing: bit 2 is the last bit sent, bits 0..1 the length of its run less one. A run of five is
+// ended by its stuff bit at once, so that four lengths are enough. Before the frame the bus is idle: nothing
+// counts, and the dominant SOF begins a run whatever was there; a recessive run of one stands for that.
 constexpr std::uint8_t kIdle = 0b100;
 
 struct Step {
@@ -106,6 +108,7 @@ constexpr HeadBits head_bits(std::uint32_t id, std::uint8_t dlc) {
 }  // namespace
 
 FrameHead frame_head(std::uint32_t id, std::uint8_t dlc) {
+  VOLTLAP_DEMAND(dlc <= Frame::kMaxBytes);
   const HeadBits bits = head_bits(id, dlc);
   FrameHead out;
   out.bits = bits.count;
@@ -124,6 +127,7 @@ FrameHead frame_head(std::uint32_t id, std::uint8_t dlc) {
 }
 
 std::uint16_t frame_crc(const FrameHead& head, const Frame& frame) {
+  VOLTLAP_DEMAND(frame.dlc <= Frame::kMaxBytes);
   std::uint32_t crc = head.crc;
   for (std::size_t i = 0; i < frame.dlc; ++i) crc ^= kCrc[frame.dlc - 1U - i][frame.data[i]];
   return static_cast<std::uint16_t>(crc);

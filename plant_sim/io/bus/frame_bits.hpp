@@ -35,7 +35,8 @@ struct FrameHead {
   return frame_bits(frame_head(frame.id, frame.dlc), frame);
 }
 
-/// The most that stuffing can make of it: g + 8 n + 13 + floor((g + 8 n - 1) / 4), g = 34 or 54 (Davis et al. 2007, Eq. 1).
+/// The most that stuffing can make of it: g + 8 n + 13 + floor((g + 8 n - 1) / 4), g = 34 or 54 (Davis et al. 2007,
+/// Eq. 1).
 [[nodiscard]] constexpr std::uint32_t frame_bits_worst(std::uint8_t dlc, bool extended) {
   const std::uint32_t stuffed = (extended ? 54U : 34U) + 8U * dlc;
   return stuffed + kUnstuffedBits + (stuffed - 1U) / 4U;

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "can_dbc/tables.hpp"
+#include "core/demand.hpp"
 #include "io/bus/quiet_bus.hpp"
 #include "port/host/bus_error.hpp"
 #include "port/host/lockstep_member.hpp"
@@ -29,7 +30,9 @@ Frame framed(const Message& message) {
 }
 
 /// What must reach a plant that waits for somebody.
-std::vector<port::CanFilter> urgent_filters() { return {port::only(can::MemberLost::kId), port::only(can::StopRequest::kId)}; }
+std::vector<port::CanFilter> urgent_filters() {
+  return {port::only(can::MemberLost::kId), port::only(can::StopRequest::kId)};
+}
 
 /// Takes what is due out of `waiting`, in order of arrival.
 template <class Message, class Apply>
@@ -77,8 +80,8 @@ bool LockstepBus::await_members() {
     if (stop_ == StopAsked::kInterrupted) return false;
     if (incomplete.go_on() > options_.ready_within_s) {
       throw port::BusSetupError(fmt::format(
-          "CAN interface \"{0}\": found that {1} did not become READY within {2:g} s; expected READY of every member. Start "
-          "each (voltlap ecu bms|master --bus {0}, voltlap log), or leave it out of --members.",
+          "CAN interface \"{0}\": found that {1} did not become READY within {2:g} s; expected READY of every "
+          "member. Start each (voltlap ecu bms|master --bus {0}, voltlap log), or leave it out of --members.",
           options_.interface, fmt::join(missing(), ", "), options_.ready_within_s));
     }
   }
@@ -126,6 +129,7 @@ const Interventions& LockstepBus::begin_tick(std::uint32_t tick) {
     }
     pacer_->wait();
   }
+  VOLTLAP_DEMAND(tick >= tick_);
   tick_ = tick;
   now_.faults.clear();
   apply_due(overrides_, tick, [&](const can::DriverOverride& m) { now_.driver = m; });
@@ -137,6 +141,7 @@ FrameView LockstepBus::exchange(const TxQueue& plant) {
   try {
     begin_barrier(plant);
     await_barrier();
+    VOLTLAP_DEMAND(all_done() || stop_ == StopAsked::kInterrupted);
     read();
     queue_requests();
     return hand_out(tick_);
@@ -227,7 +232,8 @@ void LockstepBus::add_done_in_place(std::vector<Frame>& batch) {
     set_done(m);
   };
   if (!takes_part(Member::kBms) && !is_done(Member::kBms)) done_in_place(Member::kBms);
-  if (!takes_part(Member::kMaster) && is_done(Member::kBms) && !is_done(Member::kMaster)) done_in_place(Member::kMaster);
+  if (!takes_part(Member::kMaster) && is_done(Member::kBms) && !is_done(Member::kMaster))
+    done_in_place(Member::kMaster);
   for (const Member m : {Member::kLogger, Member::kHil}) {
     if (was_lost(m) && is_done(Member::kMaster) && !is_done(m)) done_in_place(m);
   }
@@ -241,9 +247,12 @@ void LockstepBus::send_done_in_place() {
 
 void LockstepBus::drop(Member member) {
   if (member == Member::kNone || !takes_part(member)) return;
-  if (!running_) throw port::BusSetupError(fmt::format(
-      "CAN interface \"{}\": found that node {} ended before it was READY; expected it to wait for the first tick. What it "
-      "said above tells why.", options_.interface, port::member_name(member)));
+  if (!running_) {
+    throw port::BusSetupError(fmt::format(
+        "CAN interface \"{}\": found that node {} ended before it was READY; expected it to wait for the first "
+        "tick. What it said above tells why.",
+        options_.interface, port::member_name(member)));
+  }
   present_[static_cast<std::size_t>(member)] = false;
   lost_.push_back({port::member_name(member), member == Member::kBms || member == Member::kMaster});
   if (!running_) return;
@@ -278,7 +287,8 @@ void LockstepBus::queue_requests() {
 }
 
 bool LockstepBus::was_lost(Member member) const {
-  return std::any_of(lost_.begin(), lost_.end(), [&](const LostNode& node) { return node.node == port::member_name(member); });
+  return std::any_of(lost_.begin(), lost_.end(),
+                     [&](const LostNode& node) { return node.node == port::member_name(member); });
 }
 
 void LockstepBus::send_alive() {
@@ -291,7 +301,8 @@ void LockstepBus::send_alive() {
 BusStatistics LockstepBus::statistics() const {
   BusStatistics out = SocketBus::statistics();
   out.pacing = "lockstep";
-  const std::uint64_t seen = frames_of_[static_cast<std::size_t>(Sender::kBms)] + frames_of_[static_cast<std::size_t>(Sender::kMaster)];
+  const std::uint64_t seen =
+      frames_of_[static_cast<std::size_t>(Sender::kBms)] + frames_of_[static_cast<std::size_t>(Sender::kMaster)];
   out.missing_frames = announced_ > seen ? announced_ - seen : 0;
   return out;
 }

@@ -38,7 +38,8 @@ void require_quiet_bus(port::SocketCan& socket, Pacing pacing, std::vector<port:
   });
   if (found == arrivals.end()) return;
   throw port::BusSetupError(fmt::format(
-      "CAN interface \"{0}\": found frame {1:03X} before the start: somebody already drives there; expected a quiet bus. "
+      "CAN interface \"{0}\": found frame {1:03X} before the start: somebody already drives there; expected a "
+      "quiet bus. "
       "End the other plant or the nodes of an earlier run (candump {0} shows them), or use another interface.",
       socket.interface(), found->frame.id));
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/bus/realtime_bus.hpp"
 
+#include "core/demand.hpp"
 #include "io/bus/quiet_bus.hpp"
 #include "port/host/bus_error.hpp"
 
@@ -12,6 +13,7 @@ RealtimeBus::RealtimeBus(const std::string& interface) : SocketBus(interface) {
 }
 
 const Interventions& RealtimeBus::begin_tick(std::uint32_t tick) {
+  VOLTLAP_DEMAND(tick >= tick_);
   pacer_.wait();
   tick_ = tick;
   return none_;

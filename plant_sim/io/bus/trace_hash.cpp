@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -50,6 +52,7 @@ std::string Sha256::finish() {
 }
 
 void TraceHash::on_frame(std::uint32_t tick, Sender sender, const Frame& frame) {
+  VOLTLAP_DEMAND(static_cast<std::size_t>(sender) < kSenders);
   constexpr std::size_t kHead = 10;
   std::array<std::uint8_t, kHead + Frame::kMaxBytes> record;
   put_u32(record.data(), tick);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <unordered_map>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/logs/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
@@ -134,6 +135,7 @@ class CanTaps {
   CanTaps(DriveLog& log, const RoleMap& map) : log_(log), map_(map) {}
 
   void add(const std::string& role, const RoleSource& source) {
+    VOLTLAP_DEMAND(source.frame.has_value());
     const std::string place = fmt::format("{}: roles.{}", map_.source, role);
     const DbcFile& dbc = dbc_of(source.dbc);
     const DbcMessage& message = message_in(dbc, *source.frame, place);
@@ -220,6 +222,7 @@ class CanTaps {
 
 void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path,
                       const std::map<std::string, RoleSource>& roles, bool main) {
+  VOLTLAP_DEMAND(!roles.empty());
   CanTaps taps(log, map);
   for (const auto& [role, source] : roles) taps.add(role, source);
   const double shift_s = roles.begin()->second.shift_s;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -144,6 +145,8 @@ bool CanRecording::next(TimedFrame& out) {
 }
 
 void CanRecording::give(const TimedFrame& frame) {
+  VOLTLAP_DEMAND(summary_.frames == 0 || !(frame.time_s < summary_.end_s));
+  VOLTLAP_DEMAND(frame.frame.dlc <= Frame::kMaxBytes);
   if (summary_.frames++ == 0) summary_.begin_s = frame.time_s;
   summary_.end_s = frame.time_s;
 }

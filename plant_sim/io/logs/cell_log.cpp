@@ -8,6 +8,7 @@
 #include <iterator>
 #include <numeric>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
 
@@ -39,6 +40,7 @@ std::vector<double> column(const MeasuredTable& table, const RoleMap& map, const
 /// joined on.
 std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vector<double>& current, CellLog& log,
                                        std::vector<bool>& joined) {
+  VOLTLAP_DEMAND(time.size() == current.size());
   std::vector<std::size_t> keep;
   std::size_t holes = 0, repeated = 0, backward = 0, restarts = 0;
   constexpr double kJoin = 60.0;  // assumed pause between two parts; the state after it is left free
@@ -78,12 +80,14 @@ std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vec
   note(repeated, "rows that repeat a time left out");
   note(backward, "rows with a time that goes back left out");
   note(restarts, "restarts of the clock: parts joined with 60 s between them, state after each left free");
+  VOLTLAP_DEMAND(joined.size() == keep.size());
   return keep;
 }
 
 std::vector<double> picked(const std::vector<double>& values, const std::vector<std::size_t>& rows) {
   std::vector<double> out;
   if (values.empty()) return out;
+  VOLTLAP_DEMAND(rows.empty() || rows.back() < values.size());
   out.reserve(rows.size());
   for (const std::size_t row : rows) out.push_back(values[row]);
   return out;
@@ -100,6 +104,7 @@ std::vector<std::size_t> rows_in_window(const std::vector<double>& time, const L
 
 /// Volts of one cell: unit from the size of the numbers when it is not what the map says.
 void bring_to_one_cell(CellLog& log, int series) {
+  VOLTLAP_DEMAND(series >= 1);
   double typical = median(log.voltage_v) / series;
   double scale = 1.0 / series;
   if (typical > 1e3 * kCellVoltageMin && typical < 1e3 * kCellVoltageMax) {
@@ -192,6 +197,7 @@ bool counter_disagrees(const CellLog& log, std::size_t row, double tolerance_ah)
 
 /// Gaps: an interval far longer than the recorder's habit, or one in which the counter saw what the rows did not.
 void find_gaps(CellLog& log, const std::vector<bool>& joined) {
+  VOLTLAP_DEMAND(joined.size() == log.rows());
   constexpr double kLeast = 600.0, kTimes = 10.0, kUnseen = 0.001;
   constexpr double kUsual = 0.9;  // of the intervals: a recorder may be slower at rest
   const double long_interval = std::max(kLeast, kTimes * quantile(differences(log.time_s), kUsual));
@@ -279,6 +285,8 @@ CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOpt
   settle_sign(log, sign->discharge);
   settle_counter(log);
   note_held_rows(log);
+  VOLTLAP_DEMAND(log.current_a.size() == log.rows() && log.voltage_v.size() == log.rows());
+  VOLTLAP_DEMAND(log.gap.size() == log.rows() && !log.gap.front());
   return log;
 }
 
@@ -344,6 +352,8 @@ CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
 }
 
 std::vector<double> charge_drawn_ah(const CellLog& log, CurrentHold hold) {
+  VOLTLAP_DEMAND(log.current_a.size() == log.rows() && log.gap.size() == log.rows());
+  VOLTLAP_DEMAND(log.charge_ah.empty() || log.charge_ah.size() == log.rows());
   std::vector<double> drawn(log.rows(), 0.0);
   for (std::size_t row = 1; row < log.rows(); ++row) {
     const double a = hold == CurrentHold::kNext ? log.current_a[row] : log.current_a[row - 1];
@@ -357,6 +367,7 @@ std::vector<double> charge_drawn_ah(const CellLog& log, CurrentHold hold) {
 
 std::vector<HoldEvidence> hold_from_counter(const CellLog& log) {
   if (log.charge_ah.empty()) return {};
+  VOLTLAP_DEMAND(log.charge_ah.size() == log.rows() && log.gap.size() == log.rows());
   HoldEvidence out{};
   double sum[3] = {}, count = 0.0, finest = 1e300;
   for (std::size_t row = 1; row < log.rows(); ++row) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/demand.hpp"
 #include "core/signal.hpp"
 
 namespace voltlap::plant {
@@ -71,6 +72,7 @@ void ChannelBuilder::add_lost_frames(double from_s, double to_s, std::size_t fra
 }
 
 void ChannelBuilder::finish() {
+  VOLTLAP_DEMAND(channel_.time_s.size() == channel_.value.size() && usable_ <= channel_.value.size());
   const double usual = quantile(differences(channel_.time_s), kUsual);
   const double gap = std::max(kGapLeast, kGapTimes * usual);
   for (std::size_t k = 1; k < channel_.time_s.size(); ++k) {

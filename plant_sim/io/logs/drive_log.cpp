@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
 #include "io/logs/can_recording.hpp"
@@ -45,7 +46,7 @@ void add_file(DriveLog& log, const RoleMap& map, const std::string& path,
   if (is_can) {
     std::map<std::string, RoleSource> frames = roles;
     frames.erase("time");
-    add_can_channels(log, map, path, frames, main);
+    if (!frames.empty()) add_can_channels(log, map, path, frames, main);
   } else {
     add_table_channels(log, map, path, roles, main);
   }
@@ -123,6 +124,7 @@ void settle_sign(DriveLog& log, const RoleMap& map) {
 }
 
 std::map<long, double> block_means(const Channel& channel, double block_s) {
+  VOLTLAP_DEMAND(channel.time_s.size() == channel.value.size() && block_s > 0.0);
   std::map<long, std::pair<double, double>> sums;
   for (std::size_t k = 0; k < channel.size(); ++k) {
     if (!std::isfinite(channel.value[k])) continue;
@@ -183,10 +185,13 @@ DriveLog read_drive_log(const std::string& path, const RoleMap* given, const Dat
                      "Check that map and recording belong together");
   }
   settle_sign(log, map);
+  VOLTLAP_DEMAND(!log.map.empty() && log.path == path);
   return log;
 }
 
 std::vector<double> held_at(const Channel& channel, const std::vector<double>& time_s, double longest_s) {
+  VOLTLAP_DEMAND(channel.time_s.size() == channel.value.size());
+  VOLTLAP_DEMAND(longest_s >= 0.0);
   std::vector<double> out(time_s.size(), std::numeric_limits<double>::quiet_NaN());
   std::size_t next = 0;
   double value = std::numeric_limits<double>::quiet_NaN(), since = -std::numeric_limits<double>::infinity();
@@ -216,6 +221,7 @@ double sign_evidence(const Channel& current, const Channel& voltage) {
     di.push_back(after->second - at->second);
     du.push_back(u1->second - u0->second);
   }
+  VOLTLAP_DEMAND(di.size() == du.size());
   clip_to_usual(di);
   clip_to_usual(du);
   double with = 0.0, size = 0.0;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -32,6 +34,8 @@ std::size_t points_of(const std::vector<RowBucket>& buckets) {
 
 std::vector<RowBucket> growing_buckets(const std::vector<double>& time_s, const std::vector<bool>& step,
                                        std::size_t points_max, double share) {
+  VOLTLAP_DEMAND(step.size() == time_s.size());
+  VOLTLAP_DEMAND(share > 0.0 && points_max > 0);
   std::vector<RowBucket> out = buckets_of(time_s, step, share);
   while (points_of(out) > points_max && share < 1.0) out = buckets_of(time_s, step, share *= 1.5);
   // Too many steps for that, as in a drive: buckets of equal length.
@@ -40,6 +44,7 @@ std::vector<RowBucket> growing_buckets(const std::vector<double>& time_s, const 
     for (std::size_t row = 0; row < time_s.size(); row += rows)
       out.push_back({row, std::min(row + rows, time_s.size())});
   }
+  VOLTLAP_DEMAND(time_s.empty() || (out.front().first == 0 && out.back().last == time_s.size()));
   return out;
 }
 
@@ -65,6 +70,7 @@ HtmlSeries bucket_times(const std::vector<RowBucket>& buckets, const std::vector
 
 HtmlSeries bucket_extremes(const std::vector<RowBucket>& buckets, const std::string& name, double resolution,
                            const std::vector<double>& values) {
+  VOLTLAP_DEMAND(buckets.empty() || buckets.back().last <= values.size());
   HtmlSeries out(name, resolution);
   for (const RowBucket& b : buckets) {
     const auto begin = values.begin() + static_cast<std::ptrdiff_t>(b.first),

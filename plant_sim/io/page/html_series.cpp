@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -33,6 +35,7 @@ std::string base64_of(const Bytes& bytes) {
 }  // namespace
 
 void HtmlSeries::add(double value) {
+  VOLTLAP_DEMAND(resolution_ > 0.0);
   constexpr double kLimit = std::numeric_limits<std::int32_t>::max();
   const double steps = std::round(value / resolution_);
   steps_.push_back(std::isfinite(steps) ? static_cast<std::int32_t>(std::clamp(steps, -kLimit, kLimit)) : 0);

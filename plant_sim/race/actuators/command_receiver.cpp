@@ -23,7 +23,8 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
   forget_unless_fresh(now, bms_);
   forget_unless_fresh(now, master_);
   if (!monitor_.fresh(can::ContactorCommand::kId, now)) {
-    for (Contactor* c : {&car.contactors.air_plus, &car.contactors.air_minus, &car.contactors.precharge}) c->command(false);
+    for (Contactor* c : {&car.contactors.air_plus, &car.contactors.air_minus, &car.contactors.precharge})
+      c->command(false);
   }
 }
 

@@ -31,7 +31,8 @@ class PiDriver {
     if (brakes) {
       return {0.0, follow(target.brake_base, -error, driver_.brake_gain_per_mps, driver_.brake_integral_per_m, step_s)};
     }
-    return {follow(target.accelerator_base, error, driver_.accelerator_gain_per_mps, driver_.accelerator_integral_per_m, step_s),
+    return {follow(target.accelerator_base, error, driver_.accelerator_gain_per_mps,
+                   driver_.accelerator_integral_per_m, step_s),
             0.0};
   }
 

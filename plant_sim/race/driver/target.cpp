@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/table_file.hpp"
 
@@ -42,7 +43,8 @@ double pedal_at(const InputTable& table, std::size_t row, const char* column) {
 
 double RecordedDrive::length_m() const {
   double sum = 0.0;
-  for (std::size_t i = 1; i < time_s.size(); ++i) sum += 0.5 * (speed_mps[i] + speed_mps[i - 1]) * (time_s[i] - time_s[i - 1]);
+  for (std::size_t i = 1; i < time_s.size(); ++i)
+    sum += 0.5 * (speed_mps[i] + speed_mps[i - 1]) * (time_s[i] - time_s[i - 1]);
   return sum;
 }
 
@@ -72,10 +74,13 @@ RecordedDrive load_drive(const std::string& path) {
   if (drive.time_s.size() < 2) {
     throw InputError(path, "one row", "a drive of two or more", "Add rows");
   }
+  VOLTLAP_DEMAND(increasing(drive.time_s) && all_finite(drive.speed_mps));
+  VOLTLAP_DEMAND(drive.accelerator.size() == drive.brake.size());
   return drive;
 }
 
 void TargetCursor::close(double end_x) {
+  VOLTLAP_DEMAND(points_.size() >= 2 && end_x > 0.0);
   length_ = end_x;
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
     points_[i].slope = (points_[i + 1].speed - points_[i].speed) / (points_[i + 1].x - points_[i].x);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/demand.hpp"
 #include "io/page/html_page.hpp"
 #include "race/report/endurance_report_body.hpp"
 #include "race/report/run_text.hpp"
@@ -125,6 +126,8 @@ HtmlReport::HtmlReport(const std::string& path) : file_(path) {
 }
 
 void HtmlReport::add(const TimeSample& sample) {
+  VOLTLAP_DEMAND(sample.cell_voltage_v != nullptr && !sample.cell_voltage_v->empty());
+  VOLTLAP_DEMAND(columns_.size() == std::size(kColumns));
   if (count_ == 0) first_s_ = sample.time_s;
   if (count_++ % every_ != 0) return;
   for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].add(kColumns[i].value(sample));

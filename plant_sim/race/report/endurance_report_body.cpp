@@ -42,7 +42,8 @@ std::string tiles(const ReportedRun& reported) {
   out += html_tile("Energy out", fmt::format("{:.3f}", r.energy_out_kwh), "kWh", "at the pack's terminals");
   if (drove) {
     out += html_tile("Hottest cell", fmt::format("{:.1f}", r.max_battery_temp_c), "°C", at_time(at.battery_temp_s));
-    out += html_tile("Peak current", fmt::format("{:.1f}", r.max_battery_current_a), "A", at_time(at.battery_current_s));
+    out += html_tile("Peak current", fmt::format("{:.1f}", r.max_battery_current_a), "A",
+                     at_time(at.battery_current_s));
     out +=
         html_tile("Lowest pack voltage", fmt::format("{:.1f}", r.min_pack_voltage_v), "V", at_time(at.pack_voltage_s));
     out += html_tile("Lowest cell voltage", fmt::format("{:.3f}", r.min_cell_voltage_v), "V",
@@ -119,11 +120,13 @@ std::string run_facts(const ReportedRun& reported) {
   const RunDescription& run = reported.run;
   std::string settings;
   for (const std::string& setting : run.settings) settings += (settings.empty() ? "" : " ") + setting;
-  return html_fact("vehicle", run.vehicle) + html_fact("course", run.course) + html_fact("lap start", run.lap_start) +
-         html_fact("cells", run.cells) + html_fact("--set", settings.empty() ? "nothing" : settings) +
+  return html_fact("vehicle", run.vehicle) + html_fact("course", run.course) +
+         html_fact("lap start", run.lap_start) + html_fact("cells", run.cells) +
+         html_fact("--set", settings.empty() ? "nothing" : settings) +
          html_fact("seed", fmt::format("{}", run.seed)) + html_fact("version", VOLTLAP_VERSION) +
          html_fact("CAN frames", fmt::format("{}", reported.result.frames)) +
-         html_fact("computed in", fmt::format("{:.1f} s", reported.wall_s)) + html_fact("trace hash", reported.hash.trace) +
+         html_fact("computed in", fmt::format("{:.1f} s", reported.wall_s)) +
+         html_fact("trace hash", reported.hash.trace) +
          html_fact("hash of the plant's frames", reported.hash.plant) +
          html_fact("hash of the BMS's frames", reported.hash.bms) +
          html_fact("hash of the master's frames", reported.hash.master);

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
+
 #include "core/demand.hpp"
 #include "core/parameter_table.hpp"
 #include "io/bus/bus_load_table.hpp"
@@ -69,9 +71,14 @@ Json bus_load(const BusLoadResult* load) {
   if (load == nullptr) return nullptr;
   Json ids = Json::array();
   for (const BusLoadRow& row : load->rows) {
-    ids.push_back({{"id", id_text(row.id)}, {"message", message_name(row.id)}, {"frames", row.frames},
-                   {"frames_per_s", load->frames_per_s(row)}, {"bits_mean", row.bits_mean()},
-                   {"bits_worst", row.bits_worst}, {"load_pct", load->load_pct(row)}, {"share_pct", load->share_pct(row)}});
+    ids.push_back({{"id", id_text(row.id)},
+                   {"message", message_name(row.id)},
+                   {"frames", row.frames},
+                   {"frames_per_s", load->frames_per_s(row)},
+                   {"bits_mean", row.bits_mean()},
+                   {"bits_worst", row.bits_worst},
+                   {"load_pct", load->load_pct(row)},
+                   {"share_pct", load->share_pct(row)}});
   }
   return {{"bitrate", load->bit_rate}, {"total_pct", load->total_pct}, {"peak_100ms_pct", load->peak_100ms_pct},
           {"ids", ids}};
@@ -91,7 +98,7 @@ Json parameters(const VehicleParameters& car) {
 
 std::string run_result_json(const RunDescription& run, const VehicleParameters& car, const RunOutcome& outcome) {
   const EnduranceResult& result = outcome.result;
-  VOLTLAP_DEMAND(outcome.wall_s >= 0.0);
+  VOLTLAP_DEMAND(outcome.wall_s >= 0.0 && std::isfinite(result.end_soc_pct));
   const Json json = {
       {"status", result.finished ? "finished" : "failed"},
       {"failure", failure(result)},

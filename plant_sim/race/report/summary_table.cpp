@@ -64,19 +64,23 @@ std::string summary_table(const RunDescription& run, const EnduranceResult& resu
   };
   const Line lines[] = {
       {"end SOC", "%", 1, result.end_soc_pct, of(&ReferenceRow::end_soc_pct), ErrorKind::kAbsolute},
-      {"battery, hottest", "degC", 1, result.max_battery_temp_c, of(&ReferenceRow::max_battery_temp_c), ErrorKind::kAbsolute},
+      {"battery, hottest", "degC", 1, result.max_battery_temp_c, of(&ReferenceRow::max_battery_temp_c),
+       ErrorKind::kAbsolute},
       {"total time", "s", 1, result.total_time_s, of(&ReferenceRow::total_time_s), ErrorKind::kPercent},
-      {"peak battery current", "A", 1, result.max_battery_current_a, of(&ReferenceRow::max_battery_current_a), ErrorKind::kPercent},
-      {"lowest pack voltage", "V", 1, result.min_pack_voltage_v, of(&ReferenceRow::min_pack_voltage_v), ErrorKind::kPercent},
+      {"peak battery current", "A", 1, result.max_battery_current_a, of(&ReferenceRow::max_battery_current_a),
+       ErrorKind::kPercent},
+      {"lowest pack voltage", "V", 1, result.min_pack_voltage_v, of(&ReferenceRow::min_pack_voltage_v),
+       ErrorKind::kPercent},
       {"top speed", "m/s", 1, result.max_speed_mps, of(&ReferenceRow::max_speed_mps), ErrorKind::kAbsolute},
       {"lowest cell voltage", "V", 3, result.min_cell_voltage_v, std::nullopt, ErrorKind::kAbsolute},
       {"energy out", "kWh", 3, result.energy_out_kwh, std::nullopt, ErrorKind::kAbsolute},
       {"distance", "km", 3, result.distance_m / 1000.0, std::nullopt, ErrorKind::kAbsolute},
   };
-  std::string out = result.finished
-                        ? fmt::format("Finished {} on {} in {}.\n", run.vehicle, run.course, duration_text(result.total_time_s))
-                        : fmt::format("FAILED {} on {} after {:.2f} s, {} laps done: {}.\n", run.vehicle, run.course,
-                                      result.failure_time_s, result.laps, result.failure_cause);
+  std::string out =
+      result.finished
+          ? fmt::format("Finished {} on {} in {}.\n", run.vehicle, run.course, duration_text(result.total_time_s))
+          : fmt::format("FAILED {} on {} after {:.2f} s, {} laps done: {}.\n", run.vehicle, run.course,
+                        result.failure_time_s, result.laps, result.failure_cause);
   out += fmt::format("  {:<24}{:>10}", "", "this run");
   out += reference ? fmt::format("{:>15}{:>14}\n", "reference", "error") : "\n";
   for (const Line& line : lines) out += text(line);
@@ -87,7 +91,8 @@ std::string summary_table(const RunDescription& run, const EnduranceResult& resu
 }
 
 std::string bus_statistics_text(const BusStatistics& bus, double simulated_s, double wall_s) {
-  std::string out = fmt::format("  bus: {}, {}, {:.1f} times real time", bus.interface, bus.pacing, simulated_s / wall_s);
+  std::string out =
+      fmt::format("  bus: {}, {}, {:.1f} times real time", bus.interface, bus.pacing, simulated_s / wall_s);
   if (bus.pacing == "realtime") {
     out += fmt::format(", {} late steps, the latest by {:.1f} ms", bus.late_steps, 1e3 * bus.late_worst_s);
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/parameter_table.hpp"
 
@@ -26,8 +27,8 @@ long long samples_per_line(double rate_hz) {
 TimeSeriesFile::TimeSeriesFile(const std::string& path, double rate_hz, const RunDescription& run,
                                const VehicleParameters& car)
     : every_(samples_per_line(rate_hz)), file_(path) {
-  file_.write(fmt::format("# voltlap {} endurance: {} on {}, laps {}, lap start {}, cells {}, seed {}\n", VOLTLAP_VERSION,
-                          run.vehicle, run.course, run.laps, run.lap_start, run.cells, run.seed));
+  file_.write(fmt::format("# voltlap {} endurance: {} on {}, laps {}, lap start {}, cells {}, seed {}\n",
+                          VOLTLAP_VERSION, run.vehicle, run.course, run.laps, run.lap_start, run.cells, run.seed));
   for (const auto& [key, value] : parameter_values(car)) file_.write(fmt::format("# {} = {}\n", key, value));
   columns(car.battery.cells_in_series);
 }
@@ -44,11 +45,13 @@ void TimeSeriesFile::columns(int cells) {
 }
 
 void TimeSeriesFile::add(const TimeSample& s) {
+  VOLTLAP_DEMAND(s.cell_voltage_v != nullptr && s.cell_temperature_c != nullptr);
+  VOLTLAP_DEMAND(s.cell_voltage_v->size() == s.cell_temperature_c->size());
   if (count_++ % every_ != 0) return;
   line_.clear();
   auto out = std::back_inserter(line_);
-  fmt::format_to(out, "{:.2f},{:.3f},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{:.4f},{:.4f},{:.3f},{:.1f},{:.1f},{},", s.time_s,
-                 s.distance_m, s.lap, s.speed_mps, s.target_mps, s.accelerator, s.brake, s.pack_current_a,
+  fmt::format_to(out, "{:.2f},{:.3f},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{:.4f},{:.4f},{:.3f},{:.1f},{:.1f},{},",
+                 s.time_s, s.distance_m, s.lap, s.speed_mps, s.target_mps, s.accelerator, s.brake, s.pack_current_a,
                  s.pack_voltage_v, s.dc_link_v, s.phase_current_a, s.discharge_limit_a, s.charge_limit_a,
                  limit_reason_name(s.limit_reason));
   fmt::format_to(out, "{:.6f},{:.6f},{:.3f},{:.3f},{:.2f},{:.2f}", s.soc, s.bms_soc, s.battery_temperature_c,

@@ -10,6 +10,7 @@
 #include "car/vehicle/aero.hpp"
 #include "car/vehicle/brakes.hpp"
 #include "car/vehicle/chassis.hpp"
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -22,7 +23,8 @@ class Particle {
  public:
   explicit Particle(const VehicleParameters& car)
       : car_(car),
-        effective_mass_(total_mass(car) + car.powertrain.driveline_inertia_kg_m2 / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
+        effective_mass_(total_mass(car) +
+                        car.powertrain.driveline_inertia_kg_m2 / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
         wheel_per_motor_(car.powertrain.final_drive / car.tyres.lap_radius_m),
         rolling_(car.tyres.rolling_resistance * total_mass(car) * car.environment.gravity_mps2) {
     const BrakeTorques full = brake_torques(car.brakes, 1.0);
@@ -43,7 +45,8 @@ class Particle {
   [[nodiscard]] double max_acceleration(double v) const {
     const double place = v * curve_per_speed_;
     const auto i = static_cast<std::size_t>(std::min(place, static_cast<double>(kCurvePoints)));
-    const double torque = i >= kCurvePoints ? 0.0 : curve_[i] + (curve_[i + 1] - curve_[i]) * (place - static_cast<double>(i));
+    const double torque =
+        i >= kCurvePoints ? 0.0 : curve_[i] + (curve_[i + 1] - curve_[i]) * (place - static_cast<double>(i));
     const double motor = torque * wheel_per_motor_ * car_.powertrain.driveline_efficiency;
     // Rear load rises with acceleration; the force at the edge of grip solves both at once: F = mu (N_0 + F h / L).
     const double rear_static = axle_loads(car_, 0.0, v).rear_n;
@@ -73,7 +76,8 @@ double speed_after(double v, double way, const Acceleration& a) {
   return std::sqrt(std::max(0.0, v * v + 2.0 * a(std::sqrt(half)) * way));
 }
 
-void lay_grid(const VehicleParameters& car, const Track& track, double step_m, SpeedProfile& p, std::vector<double>& limit) {
+void lay_grid(const VehicleParameters& car, const Track& track, double step_m, SpeedProfile& p,
+              std::vector<double>& limit) {
   double at = 0.0;
   for (const Segment& segment : track.segments) {
     const auto pieces = static_cast<std::size_t>(std::ceil(segment.length_m / step_m));
@@ -85,6 +89,7 @@ void lay_grid(const VehicleParameters& car, const Track& track, double step_m, S
     }
     at += segment.length_m;
   }
+  VOLTLAP_DEMAND(!limit.empty());
   p.distance_m.push_back(at);
   p.curvature_per_m.push_back(p.curvature_per_m.back());
   limit.push_back(limit.back());
@@ -116,15 +121,20 @@ double corner_speed(const VehicleParameters& car, double curvature_per_m) {
   const double weight = m * car.environment.gravity_mps2;
   const double lift = downforce(car, 1.0);  // per (m/s)^2
   const double rear = car.vehicle.cg_rear_fraction;
-  const auto speed_at = [](double constant, double per_v2) { return per_v2 > 0.0 ? std::sqrt(constant / per_v2) : kUnbounded; };
+  const auto speed_at = [](double constant, double per_v2) {
+    return per_v2 > 0.0 ? std::sqrt(constant / per_v2) : kUnbounded;
+  };
   const double grip = speed_at(car.tyres.friction * weight, m * c - car.tyres.friction * lift);
-  const double front_lift = speed_at(weight * (1.0 - rear) / 2.0,
-                                     m * (1.0 - rear) * c * car.vehicle.cg_height_m / car.vehicle.track_front_m - lift / 4.0);
-  const double rear_lift = speed_at(weight * rear / 2.0, m * rear * c * car.vehicle.cg_height_m / car.vehicle.track_rear_m - lift / 4.0);
+  const double front_lift =
+      speed_at(weight * (1.0 - rear) / 2.0,
+               m * (1.0 - rear) * c * car.vehicle.cg_height_m / car.vehicle.track_front_m - lift / 4.0);
+  const double rear_lift =
+      speed_at(weight * rear / 2.0, m * rear * c * car.vehicle.cg_height_m / car.vehicle.track_rear_m - lift / 4.0);
   return std::min({grip, front_lift, rear_lift, kUnbounded});
 }
 
 SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStart start, double step_m) {
+  VOLTLAP_DEMAND(step_m > 0.0 && !track.segments.empty());
   check_corners(car, track);
   const Particle particle(car);
   SpeedProfile p;
@@ -172,6 +182,8 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
     if (std::abs(change) > 1e-9) p.phase[i] = change > 0.0 ? LapPhase::kAccelerate : LapPhase::kBrake;
   }
   p.phase[last] = p.phase[last - 1];
+  VOLTLAP_DEMAND(all_finite(p.speed_mps) && std::is_sorted(p.time_s.begin(), p.time_s.end()));
+  VOLTLAP_DEMAND(p.distance_m.size() == p.speed_mps.size() && p.curvature_per_m.size() == p.speed_mps.size());
   return p;
 }
 

@@ -34,8 +34,10 @@ struct SpeedProfile {
   [[nodiscard]] double max_speed_mps() const;
 };
 
-/// `step_m`: longest grid interval (segments are divided evenly). Throws InputError when the car cannot drive the course.
-[[nodiscard]] SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStart start, double step_m = 1.0);
+/// `step_m`: longest grid interval (segments are divided evenly). Throws InputError when the car cannot drive the
+/// course.
+[[nodiscard]] SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStart start,
+                                     double step_m = 1.0);
 
 /// Greatest cornering speed [m/s] at a curvature [1/m]; a very large number on a straight.
 [[nodiscard]] double corner_speed(const VehicleParameters& car, double curvature_per_m);

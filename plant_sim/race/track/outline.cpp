@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -15,6 +17,7 @@ double chord_ratio(double half_turn) {
 }  // namespace
 
 std::vector<OutlinePoint> outline(const Track& track, double step_m) {
+  VOLTLAP_DEMAND(step_m > 0.0);
   std::vector<OutlinePoint> points{{0.0, 0.0, 0.0}};
   double heading = 0.0;
   for (const Segment& segment : track.segments) {
@@ -28,6 +31,7 @@ std::vector<OutlinePoint> outline(const Track& track, double step_m) {
       heading += 2.0 * half_turn;
     }
   }
+  VOLTLAP_DEMAND(points.size() > track.segments.size());
   return points;
 }
 

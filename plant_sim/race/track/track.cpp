@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "race/track/track.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include <fmt/format.h>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/table_file.hpp"
 
@@ -83,6 +85,9 @@ Track load_track(const std::string& path) {
                      fmt::format("{:.0f} to {:.0f} m", kLengthMin_m, kLengthMax_m),
                      "Check the lengths; they are in metres, angles in radians");
   }
+  VOLTLAP_DEMAND(std::all_of(track.segments.begin(), track.segments.end(), [](const Segment& s) {
+    return s.length_m > 0.0 && std::isfinite(s.curvature_per_m);
+  }));
   return track;
 }
 

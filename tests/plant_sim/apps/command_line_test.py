@@ -106,7 +106,8 @@ def frames_hash(lines):
         name, _, data = frame.partition("#")
         number, payload = int(name, 16), bytes.fromhex(data)
         sender = 2 if number in master else 1 if number in bms else 0
-        digest.update(tick.to_bytes(4, "little") + bytes([sender]) + number.to_bytes(4, "little") + bytes([len(payload)]) + payload)
+        head = tick.to_bytes(4, "little") + bytes([sender]) + number.to_bytes(4, "little") + bytes([len(payload)])
+        digest.update(head + payload)
     return digest.hexdigest()
 
 

@@ -16,7 +16,8 @@ extern const voltlap::bms::Config pack;
 const voltlap::bms::Config pack = voltlap::bms::kPackConfig;
 """
 COMPILERS = {"host": ["c++"],
-             "Cortex-M4": ["arm-none-eabi-g++", "-mcpu=cortex-m4", "-mthumb", "-ffreestanding", "-fno-exceptions", "-fno-rtti"]}
+             "Cortex-M4": ["arm-none-eabi-g++", "-mcpu=cortex-m4", "-mthumb", "-ffreestanding", "-fno-exceptions",
+                           "-fno-rtti"]}
 
 
 def tables(*arguments, folder=None):
@@ -39,11 +40,12 @@ def test_header_is_a_constant_of_an_image(where, tmp_path):
     assert tables(CELL, "--out", tmp_path / "pack_config.hpp").returncode == 0
     (tmp_path / "image.cpp").write_text(IMAGE)
     codecs = BUILD / "can_dbc" / "generated"
-    run = subprocess.run([*compiler, "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", "-c", "image.cpp",
-                          "-I", ".", "-I", ROOT / "firmware", "-I", codecs], cwd=tmp_path, capture_output=True, text=True)
+    run = subprocess.run([*compiler, "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", "-c",
+                          "image.cpp", "-I", ".", "-I", ROOT / "firmware", "-I", codecs],
+                         cwd=tmp_path, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
-    sections = subprocess.run(["objdump" if where == "host" else "arm-none-eabi-objdump", "-h", "image.o"], cwd=tmp_path,
-                              capture_output=True, text=True).stdout
+    sections = subprocess.run(["objdump" if where == "host" else "arm-none-eabi-objdump", "-h", "image.o"],
+                              cwd=tmp_path, capture_output=True, text=True).stdout
     size = {name: int(digits, 16) for name, digits in re.findall(r"\d+ (\.[\w.]+) +([0-9a-f]{8})", sections)}
     assert size.get(".text", 0) == 0 and ".init_array" not in size  # no code runs to build it
     assert any(name.startswith(".rodata") and length > 500 for name, length in size.items())
@@ -79,7 +81,8 @@ def test_vehicle_and_settings_shape_the_pack(tmp_path):
 
 BAD = {
     "OCV that falls": (("polynomial_v = [3.00, 5.98", "polynomial_v = [3.00, -5.98"), "a voltage that falls"),
-    "OCV that is flat": (("polynomial_v = [3.00, 5.98, -14.1, 15.2, -6.79, 0.88]", "polynomial_v = [3.6]"), "so flat at SOC"),
+    "OCV that is flat": (("polynomial_v = [3.00, 5.98, -14.1, 15.2, -6.79, 0.88]", "polynomial_v = [3.6]"),
+                         "so flat at SOC"),
     "capacity beyond the count": (("capacity_ah = 55.2 ", "capacity_ah = 5000"), "capacity_ah"),
     "resistance in kiloohm": (("value = [0.0012", "value = [120.0"), "r0.value"),
     "voltage limits crossed": (("voltage_min_v = 2.5 ", "voltage_min_v = 4.3"), "voltage_min_v"),

@@ -32,6 +32,7 @@ def test_every_number_has_unit_and_source(path):
     assert unexplained(path.read_text()) == []
 
 
-@pytest.mark.parametrize("line", ["mass_kg = 3.0", "mass_kg = 3.0  # kg", "mass_kg = 3.0  # kg; from somewhere", "mass_kg = 3.0  # ; assumed"])
+@pytest.mark.parametrize("line", ["mass_kg = 3.0", "mass_kg = 3.0  # kg", "mass_kg = 3.0  # kg; from somewhere",
+                                  "mass_kg = 3.0  # ; assumed"])
 def test_a_number_without_unit_or_source_is_found(line):
     assert unexplained(line)

@@ -23,7 +23,8 @@ TEST(ParameterCheck, VehicleOfTheProjectIsConsistent) {
 }
 
 TEST(ParameterCheck, BreakpointsThatDoNotRiseAreNamedWithTheirFileAndLine) {
-  const std::string message = complaint_after([](VehicleParameters& p) { std::swap(p.cell.soc_breakpoints[1], p.cell.soc_breakpoints[2]); });
+  const std::string message = complaint_after(
+      [](VehicleParameters& p) { std::swap(p.cell.soc_breakpoints[1], p.cell.soc_breakpoints[2]); });
   STRCMP_CONTAINS("aesc_e5_2p.toml:", message.c_str());
   STRCMP_CONTAINS("cell.breakpoints.soc", message.c_str());
 }
@@ -35,7 +36,8 @@ TEST(ParameterCheck, TwoEqualBreakpointsAreRefused) {
 }
 
 TEST(ParameterCheck, CurveWithAPointMissingIsRefused) {
-  STRCMP_CONTAINS("motor.curve_torque_nm", complaint_after([](VehicleParameters& p) { p.motor.curve_torque_nm.pop_back(); }).c_str());
+  STRCMP_CONTAINS("motor.curve_torque_nm",
+                  complaint_after([](VehicleParameters& p) { p.motor.curve_torque_nm.pop_back(); }).c_str());
   STRCMP_CONTAINS("cell.r0.value", complaint_after([](VehicleParameters& p) {
     p.motor.curve_torque_nm.push_back(0.0);
     p.cell.r0_ohm.value.pop_back();
@@ -71,7 +73,9 @@ TEST(ParameterCheck, FullTableNeedsAValueForEveryPoint) {
     return [missing](VehicleParameters& p) {
       const auto& c = p.cell;
       p.cell.r1_ohm.value.clear();
-      p.cell.r1_ohm.table.assign(c.soc_breakpoints.size() * c.temperature_breakpoints_c.size() * c.current_breakpoints_a.size() - missing, 1e-3);
+      p.cell.r1_ohm.table.assign(
+          c.soc_breakpoints.size() * c.temperature_breakpoints_c.size() * c.current_breakpoints_a.size() - missing,
+          1e-3);
     };
   };
   STRCMP_EQUAL("no error", complaint_after(table(0)).c_str());
@@ -79,9 +83,12 @@ TEST(ParameterCheck, FullTableNeedsAValueForEveryPoint) {
 }
 
 TEST(ParameterCheck, VoltageLimitsStandInOrder) {
-  STRCMP_CONTAINS("less than voltage_max_v", complaint_after([](VehicleParameters& p) { p.cell.voltage_min_v = p.cell.voltage_max_v; }).c_str());
+  STRCMP_CONTAINS("less than voltage_max_v", complaint_after([](VehicleParameters& p) {
+                                               p.cell.voltage_min_v = p.cell.voltage_max_v;
+                                             }).c_str());
 }
 
 TEST(ParameterCheck, UnknownPowertrainIsRefused) {
-  STRCMP_CONTAINS("\"electric\" or \"none\"", complaint_after([](VehicleParameters& p) { p.powertrain.kind = "steam"; }).c_str());
+  STRCMP_CONTAINS("\"electric\" or \"none\"",
+                  complaint_after([](VehicleParameters& p) { p.powertrain.kind = "steam"; }).c_str());
 }

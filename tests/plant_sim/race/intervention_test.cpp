@@ -158,8 +158,9 @@ TEST(Intervention, ResistanceOfOneCellIsScaledInTheTruth) {
 
 TEST(Intervention, ClearingAllLeavesTheCarAsItWas) {
   const auto cell = sent<can::CellVoltages>(0).cell_100uv[0];
-  for (const Kind kind : {Kind::kAirPlusWelded, Kind::kAirMinusWelded, Kind::kPrechargeWelded, Kind::kPrechargeResistorOpen,
-                          Kind::kCellLost, Kind::kThermistorLost, Kind::kCurrentLost, Kind::kBrakeLost}) {
+  for (const Kind kind :
+       {Kind::kAirPlusWelded, Kind::kAirMinusWelded, Kind::kPrechargeWelded, Kind::kPrechargeResistorOpen,
+        Kind::kCellLost, Kind::kThermistorLost, Kind::kCurrentLost, Kind::kBrakeLost}) {
     plant(kind);
   }
   plant(Kind::kApps1Offset, 0, 100);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Signals over time: how to read what HtmlSeries wrote (io/page/html_series.hpp has the encoding), and what charts draw.
+// Signals over time: how to read what HtmlSeries wrote (encoding: io/page/html_series.hpp), and what charts draw.
 "use strict";
 
 /** @returns {Float64Array} the samples in the signal's unit */

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One chart over time, a member of voltlap.TimeCharts.
 //
-// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, events, note};
+// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, events,
+// note};
 // a level {low, high, color, text} is a stretch of the value axis that is coloured all along.
 // A series is {name, color, role, values, extreme, remark}: values at the shared times; role "reference" is drawn broad
 // and pale under the others, "limit" dashed; a true extreme {time_s, value, text, below} may fall between two samples.

@@ -122,7 +122,9 @@ TEST(FrameBits, RandomFramesOfEveryLengthHaveTheBitsOfTheirRowAndNoMoreThanTheWo
     f.dlc = static_cast<std::uint8_t>(random() % 9);
     const std::uint32_t kind = random() % 3;  // any bytes, or few different ones: long runs
     for (std::size_t b = 0; b < f.dlc; ++b) {
-      f.data[b] = static_cast<std::uint8_t>(kind == 0 ? random() : kind == 1 ? 0xFF * (random() & 1U) : 0xF0 >> (random() % 5));
+      f.data[b] = static_cast<std::uint8_t>(kind == 0   ? random()
+                                            : kind == 1 ? 0xFF * (random() & 1U)
+                                                        : 0xF0 >> (random() % 5));
     }
     LONGS_EQUAL(length_of(f), frame_bits(f));
     CHECK(frame_bits(f) <= frame_bits_worst(f.dlc, extended));

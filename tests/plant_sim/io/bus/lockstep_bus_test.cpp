@@ -63,7 +63,9 @@ struct Seen : FrameSink {
     std::uint32_t id;
     friend bool operator==(const Row&, const Row&) = default;
   };
-  void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override { rows.push_back({tick, sender, frame.id}); }
+  void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override {
+    rows.push_back({tick, sender, frame.id});
+  }
   std::vector<Row> rows;
 };
 
@@ -137,7 +139,8 @@ TEST(LockstepBus, SilentMasterIsLostAndItsDoneStoodInFor) {
 
 TEST(LockstepBus, SilentBmsIsLostAndTheMasterIsCalledInItsPlace) {
   options.lost_after_s = 0.5;
-  Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)), logger(Member::kLogger, [](auto) { return TxQueue{}; });
+  Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)),
+      logger(Member::kLogger, [](auto) { return TxQueue{}; });
   options.members.push_back(Member::kLogger);
   LockstepBus bus(options);
   CHECK(bus.await_members());
@@ -152,7 +155,8 @@ TEST(LockstepBus, SilentBmsIsLostAndTheMasterIsCalledInItsPlace) {
 
 TEST(LockstepBus, LostLoggerDoesNotDriveTheCar) {
   options.lost_after_s = 0.5;
-  Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)), logger(Member::kLogger, [](auto) { return TxQueue{}; });
+  Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)),
+      logger(Member::kLogger, [](auto) { return TxQueue{}; });
   options.members.push_back(Member::kLogger);
   LockstepBus bus(options);
   CHECK(bus.await_members());
@@ -291,7 +295,7 @@ TEST(LockstepBus, InterruptionEndsTheStartAndTheWait) {
   CHECK(bus.stop_asked() == StopAsked::kInterrupted);
   bus.stop();
   LockstepBus other(options);
-  CHECK_FALSE(other.gather());
+  CHECK_FALSE(other.await_members());
 }
 
 TEST(LockstepBus, RunOfSomebodyElseIsRefused) {

@@ -99,7 +99,8 @@ TEST(CanRecording, EveryKindOfBadLineIsCountedByItself) {
 TEST(CanRecording, HopelessFilesAreRefusedByFileAndLine) {
   STRCMP_CONTAINS("no frame in the first 1000 lines",
                   complaint([&] { times_of("time,id,len,data\n1,2,3,4\n"); }).c_str());
-  STRCMP_CONTAINS("no file that can be opened", complaint([&] { CanRecording absent(scratch.file("absent")); }).c_str());
+  STRCMP_CONTAINS("no file that can be opened",
+                  complaint([&] { CanRecording absent(scratch.file("absent")); }).c_str());
   std::string mixed = "(1.0) c 044#00\n";
   for (int k = 0; k < 600; ++k) mixed += "rubbish\n";
   STRCMP_CONTAINS("a.log:502", complaint([&] { times_of(mixed); }).c_str());

@@ -37,9 +37,9 @@ TEST(HtmlPage, NothingInsideDataOrScriptsEndsAScript) {
 }
 
 TEST(HtmlPage, LibraryComesWithItsLicencesAndTheBrowserIsToldToLoadNothing) {
-  for (const char* words :
-       {"Apache ECharts", "The Apache Software Foundation", "Copyright (c) 2017, Baidu Inc.",
-        "Copyright 2010-2016 Mike Bostock", "default-src 'none'", "<p>x</p>", "<main>", "<noscript>", "voltlap.decode ="}) {
+  for (const char* words : {"Apache ECharts", "The Apache Software Foundation", "Copyright (c) 2017, Baidu Inc.",
+                            "Copyright 2010-2016 Mike Bostock", "default-src 'none'", "<p>x</p>", "<main>",
+                            "<noscript>", "voltlap.decode ="}) {
     STRCMP_CONTAINS(words, page.c_str());
   }
 }

@@ -269,7 +269,8 @@ def test_a_phone_shows_it_without_sideways_scroll(browser, endurance, width):
     widths = [ask(page, f"box('{name}')")[2] for name in [*TIME_CHARTS, "chart-energy", "chart-track"]]
     assert min(widths) > 0.8 * width
     parts = "[...document.querySelectorAll('.tiles, .tile, .card, .toolbar')]"
-    assert page.run(parts + ".filter(part => part.scrollWidth > part.clientWidth + 1).map(part => part.innerText)") == []
+    too_wide = parts + ".filter(part => part.scrollWidth > part.clientWidth + 1).map(part => part.innerText)"
+    assert page.run(too_wide) == []
     page.run("document.body.append(Object.assign(document.createElement('div'), {style: 'width: 900px; height: 1px'}))")
     assert page.run("document.documentElement.scrollWidth") > width  # a part that is too wide is seen
 

@@ -12,7 +12,12 @@ TEST_GROUP(RunResult) {
   EnduranceResult result;
 
   nlohmann::json json() {
-    const RunDescription run{.vehicle = "car", .course = "course", .lap_start = "flying", .cells = "all", .seed = 18446744073709551615ULL, .laps = 2};
+    const RunDescription run{.vehicle = "car",
+                             .course = "course",
+                             .lap_start = "flying",
+                             .cells = "all",
+                             .seed = 18446744073709551615ULL,
+                             .laps = 2};
     return nlohmann::json::parse(run_result_json(run, car, {result, {"t", "p", "b", "m"}, 1.5}));
   }
 };
@@ -33,10 +38,31 @@ TEST(RunResult, FailedRunCarriesTimeAndCause) {
 
 TEST(RunResult, EveryPromisedFieldIsThere) {
   const nlohmann::json written = json();
-  for (const char* key : {"status", "failure", "end_soc_pct", "max_battery_temp_c", "total_time_s", "max_battery_current_a",
-                          "min_pack_voltage_v", "min_cell_voltage_v", "min_cell", "max_speed_mps", "distance_m", "laps",
-                          "energy_out_kwh", "energy_ledger_error_pct", "frames", "trace_hash", "hash_plant", "hash_bms",
-                          "hash_master", "limit_active_s", "wall_s", "seed", "version", "lap_rows", "parameters"}) {
+  for (const char* key : {"status",
+                          "failure",
+                          "end_soc_pct",
+                          "max_battery_temp_c",
+                          "total_time_s",
+                          "max_battery_current_a",
+                          "min_pack_voltage_v",
+                          "min_cell_voltage_v",
+                          "min_cell",
+                          "max_speed_mps",
+                          "distance_m",
+                          "laps",
+                          "energy_out_kwh",
+                          "energy_ledger_error_pct",
+                          "frames",
+                          "trace_hash",
+                          "hash_plant",
+                          "hash_bms",
+                          "hash_master",
+                          "limit_active_s",
+                          "wall_s",
+                          "seed",
+                          "version",
+                          "lap_rows",
+                          "parameters"}) {
     CHECK_TRUE_TEXT(written.contains(key), key);
   }
 }
@@ -47,7 +73,8 @@ TEST(RunResult, LapsLimitsAndHashesKeepTheirPlaces) {
   const nlohmann::json written = json();
   DOUBLES_EQUAL(97.0, written["lap_rows"][0]["end_soc_pct"].get<double>(), 0.0);
   DOUBLES_EQUAL(3.5, written["limit_active_s"]["cell_voltage"].get<double>(), 0.0);
-  CHECK(written["trace_hash"] == "t" && written["hash_plant"] == "p" && written["hash_bms"] == "b" && written["hash_master"] == "m");
+  CHECK(written["trace_hash"] == "t" && written["hash_plant"] == "p" && written["hash_bms"] == "b" &&
+        written["hash_master"] == "m");
 }
 
 TEST(RunResult, LargestSeedIsKeptExactly) { CHECK(json()["seed"].get<std::uint64_t>() == 18446744073709551615ULL); }

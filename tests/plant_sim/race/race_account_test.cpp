@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "race/race_account.hpp"
+
+#include <stdexcept>
+
+#include "ecu_words.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap;
+using namespace voltlap::plant;
+using namespace voltlap::plant::test;
+
+TEST_GROUP(RaceAccount) {
+  EcuWords bus;
+  Car& car = bus.car;
+  EnduranceResult result;
+  RaceAccount account{result, car};
+};
+
+TEST(RaceAccount, AnExtremeKeepsTheTimeWhenItFirstCame) {
+  car.vehicle().set_speed(10.0);
+  account.note_step(car, 1.0);
+  account.note_step(car, 2.0);
+  car.vehicle().set_speed(5.0);
+  account.note_step(car, 3.0);
+  DOUBLES_EQUAL(10.0, result.max_speed_mps, 0.0);
+  DOUBLES_EQUAL(1.0, result.extreme_times.speed_s, 0.0);
+  DOUBLES_EQUAL(car.pack().voltage(), result.min_pack_voltage_v, 0.0);
+  LONGS_EQUAL(1, result.min_cell);
+}
+
+TEST(RaceAccount, ALimitIsActiveForTheTicksInWhichItBound) {
+  account.open(car);
+  account.note_tick(car, bus.ecus, 2, 0.01, 0.01);
+  account.note_tick(car, bus.ecus, 0, 0.02, 0.01);
+  account.note_tick(car, bus.ecus, 2, 0.03, 0.01);
+  DOUBLES_EQUAL(0.02, result.limit_active_s[2], 1e-12);
+  DOUBLES_EQUAL(0.0, result.limit_active_s[0], 0.0);
+}
+
+TEST(RaceAccount, TheBmssSocCountsOnceItHasOne) {
+  account.open(car);
+  can::BmsStatus status;
+  status.soc_ppm = 900'000;
+  bus.say(status);
+  account.note_tick(car, bus.ecus, 0, 0.01, 0.01);
+  DOUBLES_EQUAL(0.0, result.bms_soc_error_pct, 0.0);
+  status.soc_ok = true;
+  bus.say(status);
+  account.note_tick(car, bus.ecus, 0, 0.02, 0.01);
+  DOUBLES_EQUAL(100.0 * (car.pack().soc_mean() - 0.9), result.bms_soc_error_pct, 1e-9);
+}
+
+TEST(RaceAccount, ALapIsWrittenDownOnceWithItsOwnTime) {
+  account.open(car);
+  account.close_laps(car, 0, 10.0);
+  account.close_laps(car, 1, 80.0);
+  account.close_laps(car, 1, 80.01);
+  account.close_laps(car, 2, 155.0);
+  LONGS_EQUAL(2, result.lap_rows.size());
+  LONGS_EQUAL(2, result.laps);
+  DOUBLES_EQUAL(80.0, result.lap_rows[0].time_s, 0.0);
+  DOUBLES_EQUAL(75.0, result.lap_rows[1].time_s, 0.0);
+  DOUBLES_EQUAL(155.0, account.lap_start_s(), 0.0);
+}
+
+TEST(RaceAccount, ACarThatNeverDroveShowsTheStateItIsIn) {
+  account.close(car);
+  DOUBLES_EQUAL(car.pack().voltage(), result.min_pack_voltage_v, 0.0);
+  DOUBLES_EQUAL(car.pack().temperature_max_c(), result.max_battery_temp_c, 0.0);
+  DOUBLES_EQUAL(100.0, result.end_soc_pct, 1e-9);
+}
+
+TEST(RaceAccount, BooksThatAreNotOpenTakeNoLap) {
+  CHECK_THROWS(std::logic_error, account.close_laps(car, 1, 80.0));
+  CHECK_THROWS(std::logic_error, account.note_tick(car, bus.ecus, 0, 0.01, 0.01));
+}
