@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/limits.hpp"
 
+#include "base/ramp.hpp"
 #include "base/require.hpp"
 
 namespace voltlap::bms {
@@ -85,11 +86,9 @@ Limit charge_ceiling(const Config& config, const State& s) {
 
 // BMS-043: falls at once, rises slowly.
 Limit follow(const Config& config, Limit previous, Limit ceiling, Duration elapsed) {
-  VOLTLAP_REQUIRE(elapsed >= Duration{});
-  const std::int64_t rise = std::int64_t{config.limit_rise_per_s.raw()} * elapsed.ms() / 1000;
-  const Current highest = Current::saturated(previous.value.raw() + rise);
-  if (ceiling.value <= highest) return ceiling;
-  return Limit{highest, previous.reason, previous.cell};
+  const Ramp<Current> ramp{config.limit_rise_per_s};
+  const Current value = ramp.toward(ceiling.value, previous.value, elapsed);
+  return value == ceiling.value ? ceiling : Limit{value, previous.reason, previous.cell};
 }
 
 void update_limits(const Config& config, Duration elapsed, State& state) {

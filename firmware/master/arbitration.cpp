@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/arbitration.hpp"
 
+#include "base/ramp.hpp"
+#include "base/require.hpp"
 #include "master/derating.hpp"
 
 namespace voltlap::master {
@@ -103,15 +105,10 @@ Ceiling regen_ceiling(const Config& config, const Input& input, const Arbitratio
 }
 
 // MST-036: down at once, up at the configured rate; the last reason stays until the ceiling is back.
-void apply(const Ceiling& target, Current rise, Current& ceiling, TorqueReason& reason) {
-  const Current reachable = ceiling + rise;
-  if (target.current <= reachable) {
-    ceiling = target.current;
-    reason = target.reason;
-  } else {
-    ceiling = reachable;
-    if (reason == TorqueReason::kNone) reason = target.reason;
-  }
+void apply(const Config& config, const Ceiling& target, Duration elapsed, Current& ceiling, TorqueReason& reason) {
+  const Ramp<Current> ramp{Current::from_raw(config.ceiling_rise_ma_per_s)};
+  ceiling = ramp.toward(target.current, ceiling, elapsed);
+  if (ceiling == target.current || reason == TorqueReason::kNone) reason = target.reason;
 }
 
 Faults find_faults(const Input& input, const Sample<Speed>& wheels) {
@@ -157,9 +154,8 @@ void arbitration_step(const Config& config, const Input& input, Current request,
   state.discharge_open = hysteresis(config, input.discharge_limit, state.discharge_open);
   state.charge_open = hysteresis(config, input.charge_limit, state.charge_open);
 
-  const Current rise = Current::saturated(std::int64_t{config.ceiling_rise_ma_per_s} * elapsed.ms() / 1'000);
-  apply(drive_ceiling(config, input, state), rise, state.drive_ceiling, state.drive_reason);
-  apply(regen_ceiling(config, input, state), rise, state.regen_ceiling, state.regen_reason);
+  apply(config, drive_ceiling(config, input, state), elapsed, state.drive_ceiling, state.drive_reason);
+  apply(config, regen_ceiling(config, input, state), elapsed, state.regen_ceiling, state.regen_reason);
   state.discharge_limit_before = input.discharge_limit.good() ? input.discharge_limit.value : Current{};
 
   // MST-031 (Eq. 4.13): the request where it is below its ceiling, else the ceiling; the sign never changes.
