@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "apps/exit_code.hpp"
+#include "apps/firmware_config.hpp"
 #include "apps/firmware_loop.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
@@ -77,6 +78,7 @@ EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
   out.lap_start = car_.start();
   out.representative_cell = cells_ == "representative";
   out.seed = seed_;
+  out.pedal_sensors = pedal_sensors(master_config(out.vehicle));
   return out;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/interpolate.hpp"
 #include "car/battery/cell_tables.hpp"
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -123,6 +124,11 @@ void round_ocv(const CellTables& tables, const bms::OcvTable& table, TableRoundi
   }
 }
 
+AppsCurve curve(const master::AppsChannel& channel) {
+  constexpr double kPerVolt = 1e4;
+  return {channel.released.raw() / kPerVolt, channel.full.raw() / kPerVolt};
+}
+
 const char* key_of(master::ConfigError error) {
   switch (error) {
     case master::ConfigError::kRequest: return "inverter.current_max_a";
@@ -204,6 +210,11 @@ master::Config master_config(const VehicleParameters& car) {
                      "1 to 550 A (the range of InverterCommand in car.dbc), 0.001 to 10 Nm/A", "Correct the value");
   }
   return config;
+}
+
+PedalSensors pedal_sensors(const master::Config& config) {
+  VOLTLAP_DEMAND(master::config_check(config) != master::ConfigError::kAppsChannel);
+  return {.apps1 = curve(config.apps1), .apps2 = curve(config.apps2)};
 }
 
 }  // namespace voltlap::plant

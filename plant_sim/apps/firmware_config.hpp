@@ -5,12 +5,16 @@
 #include "bms/config.hpp"
 #include "core/parameters.hpp"
 #include "master/config.hpp"
+#include "race/sensors/pedal_sensors.hpp"
 
 namespace voltlap::plant {
 
 /// Throws InputError, with the keys to look at, when the firmware refuses the result.
 [[nodiscard]] bms::Config bms_config(const VehicleParameters& car);
 [[nodiscard]] master::Config master_config(const VehicleParameters& car);
+
+/// The pedal box that a master controller with this configuration expects.
+[[nodiscard]] PedalSensors pedal_sensors(const master::Config& config);
 
 /// How far the firmware's integers and straight lines are from the cell's curves.
 struct TableRounding {

@@ -5,7 +5,7 @@
 
 namespace voltlap::plant {
 
-FirmwareLoop::FirmwareLoop(const VehicleParameters& car) : bms_(bms_config(car)), master_(master_config(car)) {}
+FirmwareLoop::FirmwareLoop(const VehicleParameters& car) : FirmwareLoop(bms_config(car), master_config(car)) {}
 
 void FirmwareLoop::bms(Instant now, FrameView rx, TxQueue& tx) { bms_.tick(now, rx, tx); }
 

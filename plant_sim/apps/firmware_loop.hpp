@@ -11,6 +11,7 @@ class FirmwareLoop final : public Ecus {
  public:
   /// Both nodes, configured for this car. Throws InputError when the firmware refuses the configuration.
   explicit FirmwareLoop(const VehicleParameters& car);
+  FirmwareLoop(const bms::Config& bms, const master::Config& master) : bms_(bms), master_(master) {}
 
   void bms(Instant now, FrameView rx, TxQueue& tx) override;
   void master(Instant now, FrameView rx, TxQueue& tx) override;

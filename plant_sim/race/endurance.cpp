@@ -37,7 +37,7 @@ class Run {
         driver_(options.vehicle.driver),
         step_s_(kTick_s / options.steps_per_tick),
         car_(options.vehicle, options.representative_cell, step_s_),
-        frames_(car_.parameters(), options.seed),
+        frames_(car_.parameters(), options.seed, options.pedal_sensors),
         account_(result_, car_),
         assertions_(options.vehicle.assertions, by_position()) {
     VOLTLAP_DEMAND(options.steps_per_tick > 0);

@@ -11,6 +11,7 @@
 #include "io/bus/in_process_loop.hpp"
 #include "race/driver/target.hpp"
 #include "race/endurance_result.hpp"
+#include "race/sensors/pedal_sensors.hpp"
 #include "race/track/lap_solver.hpp"
 #include "race/track/track.hpp"
 
@@ -31,6 +32,7 @@ struct EnduranceOptions {
   LapStart lap_start = LapStart::kFlying;
   bool representative_cell = false;
   std::uint64_t seed = 1;
+  PedalSensors pedal_sensors{};
   int steps_per_tick = 10;             ///< integration steps in a control period of 10 ms
   DriverKind driver = DriverKind::kLaps;
   std::optional<double> duration_s;    ///< ends then, finished; counted from power-on

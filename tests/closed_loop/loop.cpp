@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "loop.hpp"
 
+#include "apps/firmware_config.hpp"
 #include "fixtures.hpp"
 
 namespace voltlap::plant::test {
@@ -25,6 +26,7 @@ EnduranceOptions nominal(int laps) {
   options.track = michigan(2015);
   options.laps = laps;
   options.representative_cell = true;
+  options.pedal_sensors = pedal_sensors(master_config(options.vehicle));
   return options;
 }
 

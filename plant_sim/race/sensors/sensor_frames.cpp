@@ -6,15 +6,14 @@
 
 #include "codec/message_table.hpp"
 #include "codec/send.hpp"
+#include "core/demand.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 constexpr double kRpmPerRadPerS = 30.0 / M_PI;
 
-// The APPS that the master's default configuration expects (firmware/master/config.hpp): the second has half the slope.
-constexpr double kApps1ReleasedV = 0.5, kApps1SpanV = 4.0;
-constexpr double kApps2ReleasedV = 0.25, kApps2SpanV = 2.0;
+bool rises(const AppsCurve& curve) { return std::isfinite(curve.full_v) && curve.full_v > curve.released_v; }
 
 /// SI to the codec's integers, to nearest.
 std::int32_t to_units(double value, double units_per_si) {
@@ -30,6 +29,11 @@ bool row_due(std::uint32_t id, Instant now) {
 }
 
 }  // namespace
+
+SensorFrames::SensorFrames(const VehicleParameters& car, std::uint64_t seed, const PedalSensors& pedal_sensors)
+    : parameters_(car), pedal_sensors_(pedal_sensors), sensors_(car.sensors, seed) {
+  VOLTLAP_DEMAND(rises(pedal_sensors.apps1) && rises(pedal_sensors.apps2));
+}
 
 void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const Switches& switches, TxQueue& tx) {
   send_pack(car, tx);
@@ -53,8 +57,8 @@ void SensorFrames::send_pack(const Car& car, TxQueue& tx) {
 
 void SensorFrames::send_pedals(const Pedals& pedals, TxQueue& tx) {
   can::Pedals m;
-  m.apps1_100uv = to_100uv(kApps1ReleasedV + kApps1SpanV * pedals.accelerator + faults.apps1_offset_v);
-  m.apps2_100uv = to_100uv(kApps2ReleasedV + kApps2SpanV * pedals.accelerator);
+  m.apps1_100uv = to_100uv(pedal_sensors_.apps1.voltage(pedals.accelerator) + faults.apps1_offset_v);
+  m.apps2_100uv = to_100uv(pedal_sensors_.apps2.voltage(pedals.accelerator));
   m.brake_front_mbar = m.brake_rear_mbar = to_units(pedals.brake * parameters_.brakes.full_pedal_pressure_bar, 1e3);
   m.apps1_ok = m.apps2_ok = true;
   m.brake_front_ok = !faults.brake_lost[0];

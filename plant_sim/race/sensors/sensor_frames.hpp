@@ -8,6 +8,7 @@
 #include "car/car.hpp"
 #include "codec/seal.hpp"
 #include "race/driver/pi_driver.hpp"
+#include "race/sensors/pedal_sensors.hpp"
 #include "race/sensors/sensor_faults.hpp"
 #include "race/sensors/sensors.hpp"
 
@@ -21,7 +22,7 @@ struct Switches {
 /// Sends everything that is due at `now`, each message on the cycle that the DBC gives it.
 class SensorFrames {
  public:
-  SensorFrames(const VehicleParameters& car, std::uint64_t seed) : parameters_(car), sensors_(car.sensors, seed) {}
+  SensorFrames(const VehicleParameters& car, std::uint64_t seed, const PedalSensors& pedal_sensors = {});
 
   void send(Instant now, const Car& car, const Pedals& pedals, const Switches& switches, TxQueue& tx);
 
@@ -38,6 +39,7 @@ class SensorFrames {
   void send_motor_temperatures(Instant now, const Car& car, TxQueue& tx);
 
   const VehicleParameters& parameters_;
+  PedalSensors pedal_sensors_;
   Sensors sensors_;
   codec::Sealer sealer_;
 };

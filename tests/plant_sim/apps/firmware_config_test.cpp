@@ -95,6 +95,16 @@ TEST(FirmwareConfig, MasterFollowsInverterAndMotor) {
   LONGS_EQUAL(150'000, config.motor_constant_unm_per_a);
 }
 
+TEST(FirmwareConfig, PedalSensorsAreTheMastersChannelsInVolts) {
+  master::Config config = master_config(car);
+  config.apps2.full = Potential::from_raw(22'001);
+  const PedalSensors sensors = pedal_sensors(config);
+  DOUBLES_EQUAL(0.5, sensors.apps1.released_v, 0.0);
+  DOUBLES_EQUAL(4.5, sensors.apps1.full_v, 0.0);
+  DOUBLES_EQUAL(0.25, sensors.apps2.released_v, 0.0);
+  DOUBLES_EQUAL(2.2001, sensors.apps2.full_v, 0.0);
+}
+
 TEST(FirmwareConfig, InverterBeyondTheCommandsRangeIsRefusedByName) {
   car.inverter.current_max_a = 551.0;
   STRCMP_CONTAINS("inverter.current_max_a", complaint([&] { (void)master_config(car); }).c_str());

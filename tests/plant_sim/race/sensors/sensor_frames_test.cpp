@@ -105,6 +105,17 @@ TEST(SensorFrames, PedalsAreTwoSensorsOfDifferentSlopeAndTwoPressures) {
   DOUBLES_EQUAL(35.0, m.brake_rear_mbar * 1e-3, 0.026);
 }
 
+TEST(SensorFrames, PedalsPutOutTheVoltagesOfTheGivenSensors) {
+  bench.pedals = {0.5, 0.0};
+  SensorFrames other(bench.car.parameters(), 1, {.apps1 = {1.0, 4.0}, .apps2 = {0.4, 1.4}});
+  TxQueue tx;
+  other.send(Instant{}, bench.car, bench.pedals, bench.switches, tx);
+  can::Pedals m;
+  CHECK(std::any_of(tx.begin(), tx.end(), [&m](const Frame& f) { return can::decode(f, m); }));
+  DOUBLES_EQUAL(2.5, m.apps1_100uv * 1e-4, 0.0011);
+  DOUBLES_EQUAL(0.9, m.apps2_100uv * 1e-4, 0.0011);
+}
+
 TEST(SensorFrames, ContactorsAndSwitchesAreReportedAsTheyAre) {
   bench.switches = {.shutdown_closed = true, .ts_on = false, .ready_to_drive = true, .reset = false};
   bench.car.contactors.air_minus.set_fault(ContactorFault::kWelded);
