@@ -51,12 +51,13 @@ class Refused(Exception):
 def arguments():
     parser = argparse.ArgumentParser(
         prog="voltlap same-firmware", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Example: ./voltlap same-firmware HEAD~1\nExit code: 0 equal, 1 different, 2 usage, 5 a version does not "
-               "build or does not fit, 130 interrupted.")
+        epilog="Example: ./voltlap same-firmware HEAD~1\n"
+               "Exit code: 0 equal, 1 different, 2 usage, 5 a version does not build or does not fit, 130 interrupted.")
     parser.add_argument("old", metavar="OLD_COMMIT", help="the version to compare with, as git names it")
     parser.add_argument("--calls", type=int, default=10_000_000, metavar="N", help="calls of a node (10 million)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything drawn, 0 to 2^31 - 1 (1)")
-    parser.add_argument("--present", type=Path, default=ROOT, metavar="DIR", help="instead of this checkout, another one")
+    parser.add_argument("--present", type=Path, default=ROOT, metavar="DIR",
+                        help="another checkout in place of this one")
     given = parser.parse_args()
     if given.calls < 1:
         parser.error(f"--calls {given.calls}: 1 or more is expected")
@@ -144,10 +145,11 @@ def build(folder, old_name):
     text.append(f"build {program}: comparison {' '.join(map(str, sources))}")
     (folder / "build.ninja").write_text("\n".join(text) + "\n")
     ninja = ["ninja", "-C", folder, "--quiet"]
-    checked([*ninja, program, libraries[present]], EXIT_BUILD, "the present version does not build, or no longer has the "
-            f"interface that {DRIVER.name}/nodes.cpp is written for:")
-    checked([*ninja, libraries[old]], EXIT_BUILD, f"{old_name} does not build with {DRIVER.name}/nodes.cpp: its nodes do "
-            "not have the interface that the present ones have:")
+    door = DRIVER.name + "/nodes.cpp"
+    checked([*ninja, program, libraries[present]], EXIT_BUILD,
+            f"the present version does not build, or no longer has the interface that {door} is written for:")
+    checked([*ninja, libraries[old]], EXIT_BUILD,
+            f"{old_name} does not build with {door}: its nodes do not have the interface that the present ones have:")
     return program, libraries[old], libraries[present]
 
 
@@ -162,7 +164,8 @@ class Words:
         self.base = cantools.database.Database()
         for file in files:
             self.base.add_dbc_file(file)
-        self.bits = {(m.name, s.name): s.bit_names for m in model.load(files).messages for s in m.signals if s.bit_names}
+        self.bits = {(message.name, s.name): s.bit_names for message in model.load(files).messages
+                     for s in message.signals if s.bit_names}
 
     def codes(self, message, signal_name):
         choices = self.base.get_message_by_name(message).get_signal_by_name(signal_name).choices
@@ -189,7 +192,8 @@ class Words:
 
     def text(self, frame):
         name, signals = self.signals(frame)
-        return f"{name}: " + ", ".join(f"{key} {value}" for key, value in signals.items() if key not in ("Crc", "Counter"))
+        told = (f"{key} {value}" for key, value in signals.items() if key not in ("Crc", "Counter"))
+        return f"{name}: " + ", ".join(told)
 
 
 def entered(words, message, signal_name, counts):
@@ -198,11 +202,12 @@ def entered(words, message, signal_name, counts):
 
 
 def text_of_equal(result, words, old_name, seed):
-    text = (f"equal: {result['calls']} node calls in {result['runs']} runs, seed {seed}, {old_name} and present; entered: "
-            f"drive states {entered(words, 'MasterStatus', 'DriveState', result['drive_states'])}; "
-            f"BMS states {entered(words, 'BmsStatus', 'State', result['bms_states'])}; torque in {result['torque_ticks']} "
-            f"ticks; faults seen: {sum(map(bool, result['master_faults']))} of the master, "
-            f"{sum(map(bool, result['bms_faults']))} of the BMS")
+    drive_states = entered(words, "MasterStatus", "DriveState", result["drive_states"])
+    bms_states = entered(words, "BmsStatus", "State", result["bms_states"])
+    master_faults, bms_faults = (sum(map(bool, result[name])) for name in ("master_faults", "bms_faults"))
+    text = (f"equal: {result['calls']} node calls in {result['runs']} runs, seed {seed}, {old_name} and present; "
+            f"entered: drive states {drive_states}; BMS states {bms_states}; torque in {result['torque_ticks']} ticks; "
+            f"faults seen: {master_faults} of the master, {bms_faults} of the BMS")
     return text + (f"; {result['failures']} requirements failed in both" if result["failures"] else "")
 
 

@@ -22,7 +22,7 @@ class Duration {
   std::int32_t ms_ = 0;
 };
 
-/// A point in time, milliseconds since the node started; wraps after 49 days and differences stay right across the wrap.
+/// A point in time, milliseconds since the node started; wraps after 49 days, and differences stay right across it.
 class Instant {
  public:
   constexpr Instant() = default;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/balancing.hpp"
 
+#include "base/require.hpp"
+
 namespace voltlap::bms {
 namespace {
 
@@ -17,6 +19,7 @@ bool allowed(const Config& config, const State& s) {
 }  // namespace
 
 void request_balancing(const Config& config, State& state) {
+  VOLTLAP_REQUIRE(config.cells_in_series <= kMaxCells);
   const bool allow = allowed(config, state);
   const CellVoltage level = state.pack.cell_min + config.balancing_difference;
   for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/contactors.hpp"
 
+#include "base/require.hpp"
+
 namespace voltlap::bms {
 namespace {
 
@@ -83,21 +85,14 @@ bool closed_or_closing(const Contactors& c) {
   return c.state == BmsState::kPrecharge || c.state == BmsState::kTsActive;
 }
 
-}  // namespace
+/// AIR+ and the precharge relay close only on top of AIR-, and nothing closes outside of precharge and active.
+bool command_fits_state(const Contactors& c) {
+  const bool any = c.command.air_plus || c.command.air_minus || c.command.precharge;
+  return closed_or_closing(c) ? c.command.air_minus : !any;
+}
 
-// BMS-030, EV.7.2.2: whatever asks for open contactors gets them in the same step.
-void sequence_contactors(const Config& config, Instant now, State& state) {
+void advance(const Config& config, Instant now, State& state) {
   Contactors& c = state.contactors;
-  c.precharge_failed = false;
-  c.precharge_too_fast = false;
-  if (state.faults.open && c.state != BmsState::kInvalid) {
-    if (c.state != BmsState::kFault) enter(BmsState::kFault, now, c);
-    return;
-  }
-  if (closed_or_closing(c) && (!requested(state.measured) || !shutdown_closed(state.measured))) {
-    enter(BmsState::kOpen, now, c);
-    return;
-  }
   switch (c.state) {
     case BmsState::kInvalid: from_invalid(config, now, state); break;
     case BmsState::kIdle: from_idle(config, now, state); break;
@@ -106,6 +101,24 @@ void sequence_contactors(const Config& config, Instant now, State& state) {
     case BmsState::kOpen: from_open(now, state); break;
     case BmsState::kFault: enter(BmsState::kOpen, now, c); break;
   }
+}
+
+}  // namespace
+
+// BMS-030, EV.7.2.2: whatever asks for open contactors gets them in the same step.
+void sequence_contactors(const Config& config, Instant now, State& state) {
+  Contactors& c = state.contactors;
+  VOLTLAP_REQUIRE(command_fits_state(c));
+  c.precharge_failed = false;
+  c.precharge_too_fast = false;
+  if (state.faults.open && c.state != BmsState::kInvalid) {
+    if (c.state != BmsState::kFault) enter(BmsState::kFault, now, c);
+  } else if (closed_or_closing(c) && (!requested(state.measured) || !shutdown_closed(state.measured))) {
+    enter(BmsState::kOpen, now, c);
+  } else {
+    advance(config, now, state);
+  }
+  VOLTLAP_REQUIRE(command_fits_state(c));
 }
 
 }  // namespace voltlap::bms

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/faults.hpp"
 
+#include "base/require.hpp"
 #include "bms/plausibility.hpp"
 
 namespace voltlap::bms {
@@ -194,6 +195,7 @@ void judge_faults(const Config& config, Instant now, State& state) {
   for (const FaultRow& row : kTable) {
     if (row.effect != Effect::kReport && is_set(state.faults, row.fault)) state.faults.open = true;
   }
+  VOLTLAP_REQUIRE(state.faults.latched == 0 || state.faults.open);
 }
 
 }  // namespace voltlap::bms

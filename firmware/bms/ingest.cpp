@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/ingest.hpp"
 
+#include "base/require.hpp"
 #include "codec/refresh.hpp"
 
 namespace voltlap::bms {
@@ -75,6 +76,8 @@ void pair_cells_with_current(const Config& config, Instant now, Measured& out) {
 
 // BMS-001: a missing, late, repeated, damaged or impossible sample refreshes nothing.
 void ingest(const Config& config, const Input& input, State& state) {
+  VOLTLAP_REQUIRE(input.frames.count == 0 || input.frames.first != nullptr);
+  VOLTLAP_REQUIRE(config.cells_in_series <= kMaxCells && config.temperature_sensors <= kMaxTemperatures);
   for (const Frame& frame : input.frames) {
     if (state.rx.receive(frame, input.now) == codec::RxVerdict::kAccepted) {
       take_frame(config, frame, input.now, state.measured);

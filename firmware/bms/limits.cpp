@@ -49,6 +49,8 @@ Current derated_by_heat(const Config& config, const State& s, Current full) {
   return share(full, (config.temperature_trip - hottest).raw(), span.raw());
 }
 
+bool within(Limit limit, Current most) { return Current{} <= limit.value && limit.value <= most; }
+
 }  // namespace
 
 // BMS-040: no cell below its minimum voltage.
@@ -66,6 +68,7 @@ Limit discharge_ceiling(const Config& config, const State& s) {
     lower(limit, s.measured.cell_current[k] + over_resistance(margin, s.cell_resistance), LimitReason::kCellVoltage,
           static_cast<std::uint8_t>(k));
   }
+  VOLTLAP_REQUIRE(within(limit, config.discharge_current_max));
   return limit;
 }
 
@@ -81,6 +84,7 @@ Limit charge_ceiling(const Config& config, const State& s) {
     lower(limit, over_resistance(margin, s.cell_resistance) - s.measured.cell_current[k], LimitReason::kCellVoltage,
           static_cast<std::uint8_t>(k));
   }
+  VOLTLAP_REQUIRE(within(limit, config.charge_current_max));
   return limit;
 }
 

@@ -65,6 +65,8 @@ void summarise(const Config& config, const Measured& measured, Instant start, Pa
   VOLTLAP_REQUIRE(config.temperature_sensors > 0 && config.temperature_sensors <= kMaxTemperatures);
   summarise_cells(config, measured, start, pack);
   summarise_temperatures(config, measured, start, pack);
+  VOLTLAP_REQUIRE(pack.weakest_cell == kNoCell || pack.cell_min <= pack.cell_max);
+  VOLTLAP_REQUIRE(pack.hottest_sensor == kNoCell || pack.temperature_min <= pack.temperature_max);
   if (pack.cells_good && pack.temperatures_good && measured.current.good()) pack.complete_once = true;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/transmit.hpp"
 
+#include "base/require.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/orion.hpp"
 #include "codec/message_table.hpp"
@@ -100,6 +101,7 @@ bool limit_broadcast_due(Instant now) {
 }  // namespace
 
 void transmit(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
+  VOLTLAP_REQUIRE(output.limits.discharge.value >= Current{} && output.limits.charge.value >= Current{});
   codec::send(contactor_command(output), sealer, tx);
   codec::send(bms_limits(output), sealer, tx);
   codec::send(bms_status(output), sealer, tx);

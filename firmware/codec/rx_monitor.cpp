@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codec/rx_monitor.hpp"
 
+#include "base/require.hpp"
 #include "codec/seal.hpp"
 
 namespace voltlap::codec {
@@ -21,6 +22,7 @@ bool in_time(const can::MessageRow& row, const RxRow& state, Instant now) {
 
 // BMS-001: a frame that is late, repeated or damaged refreshes nothing.
 RxVerdict judge(const can::MessageRow& row, RxRow& state, const Frame& frame, Instant now) {
+  VOLTLAP_REQUIRE(frame.id == row.id);
   if (frame.dlc != row.dlc) return RxVerdict::kWrongLength;
   if (!sealed_ok(row, frame)) return RxVerdict::kCorrupt;
   const std::uint8_t counter = counter_of(row, frame);

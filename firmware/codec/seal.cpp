@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codec/seal.hpp"
 
+#include "base/require.hpp"
 #include "codec/crc8.hpp"
 
 namespace voltlap::codec {
@@ -34,6 +35,7 @@ std::uint8_t orion_sum_of(const can::MessageRow& row, const Frame& frame) {
 }  // namespace
 
 void seal(const can::MessageRow& row, Frame& frame, std::uint8_t counter) {
+  VOLTLAP_REQUIRE(frame.id == row.id);
   switch (row.protection) {
     case can::Protection::kCounterCrc: {
       std::uint8_t& byte = frame.data[row.counter_bit / 8];

@@ -149,6 +149,7 @@ Sample<Speed> lowest_wheel_speed(const Input& input) {
 
 void arbitration_step(const Config& config, const Input& input, Current request, Duration elapsed,
                       ArbitrationState& state) {
+  VOLTLAP_REQUIRE(elapsed >= Duration{});
   state.faults = find_faults(input, lowest_wheel_speed(input));
   update_trim(config, input, elapsed, state);
   state.discharge_open = hysteresis(config, input.discharge_limit, state.discharge_open);

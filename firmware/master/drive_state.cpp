@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/drive_state.hpp"
 
+#include "base/require.hpp"
+
 namespace voltlap::master {
 namespace {
 
@@ -86,6 +88,9 @@ void drive_state_step(const Config& config, const Input& input, const PedalState
   } else {
     enter(next_mode(config, input, pedals, state), input.now, state);
   }
+
+  VOLTLAP_REQUIRE(state.mode != DriveState::kInvalid);
+  VOLTLAP_REQUIRE(state.config_good || state.mode == DriveState::kFault);
 
   state.ts_request = state.mode == DriveState::kTsRequested || state.mode == DriveState::kTsActive ||
                      state.mode == DriveState::kReadyToDrive;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/ingest.hpp"
 
+#include "base/require.hpp"
 #include "codec/refresh.hpp"
 
 namespace voltlap::master {
@@ -108,6 +109,7 @@ void expire_all(Input& in) {
 
 // MST-060: a missing, late, repeated, damaged or impossible frame refreshes nothing.
 void ingest(Instant now, FrameView frames, Receiver& receiver) {
+  VOLTLAP_REQUIRE(frames.count == 0 || frames.first != nullptr);
   receiver.input.now = now;
   for (const Frame& frame : frames) {
     if (receiver.rx.receive(frame, now) == codec::RxVerdict::kAccepted) take_frame(frame, receiver.input);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/master_step.hpp"
 
+#include "base/require.hpp"
 #include "master/inverter_command.hpp"
 #include "master/tx_gate.hpp"
 
@@ -31,6 +32,8 @@ Output report(const State& state, const InverterCommand& command, bool allowed) 
   out.faults.set(MasterFault::kGateVeto, !allowed);
   out.torque_reason = allowed ? state.arbitration.reason : TorqueReason::kGate;
   out.pedal_request = state.request.pedal;
+  VOLTLAP_REQUIRE(out.enable || out.phase_current == Current{});
+  VOLTLAP_REQUIRE(!out.enable || out.drive_state == DriveState::kReadyToDrive);
   return out;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/pedals.hpp"
 
+#include "base/require.hpp"
+
 namespace voltlap::master {
 namespace {
 
@@ -70,6 +72,7 @@ void pedals_step(const Config& config, const Input& input, PedalState& state) {
   if (state.released) state.latched = Faults{};
   state.latched.add(active);
   state.position = a.in_range && !state.latched.any() ? a.low : Ratio{};
+  VOLTLAP_REQUIRE(Ratio{} <= a.low && a.low <= a.high && a.high <= Ratio::from_raw(kFull));
 }
 
 }  // namespace voltlap::master

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/request.hpp"
 
+#include "base/require.hpp"
+
 namespace voltlap::master {
 namespace {
 
@@ -38,6 +40,7 @@ Ratio beyond_dead_zone(Ratio position, Ratio zone) {
 
 void request_step(const Config& config, const Input& input, const PedalState& pedals, DriveState mode,
                   Duration elapsed, RequestState& state) {
+  VOLTLAP_REQUIRE(elapsed >= Duration{});
   // MST-020: after every interruption torque comes back only from a released pedal.
   const bool permitted = mode == DriveState::kReadyToDrive && !pedals.latched.any() && inverter_usable(input);
   state.armed = permitted && (state.armed || pedals.released);
@@ -51,6 +54,7 @@ void request_step(const Config& config, const Input& input, const PedalState& pe
   const Current target = drive > Current{} ? drive : regen_request(config, pedals);
   const Current step = Current::saturated(std::int64_t{config.request_rise_ma_per_ms} * elapsed.ms());
   state.current = rate_limited(target, state.current, step);
+  VOLTLAP_REQUIRE(-config.regen_current_max <= state.current && state.current <= config.phase_current_max);
 }
 
 }  // namespace voltlap::master

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/transmit.hpp"
 
+#include "base/require.hpp"
 #include "codec/send.hpp"
 
 namespace voltlap::master {
@@ -30,6 +31,7 @@ can::MasterStatus status_frame(const Output& out) {
 }  // namespace
 
 void transmit(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
+  VOLTLAP_REQUIRE(output.enable || output.phase_current == Current{});
   codec::send(inverter_frame(output), sealer, tx);
   codec::send(status_frame(output), sealer, tx);
 }

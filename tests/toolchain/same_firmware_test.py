@@ -81,7 +81,7 @@ def test_a_small_change_is_found_and_shown(project, tmp_path, what):
 
 
 def test_a_version_without_the_interface_is_refused_in_words(project, tmp_path):
-    other = planted(project, tmp_path, "firmware/app/bms_node.hpp", "void tick(Instant now", "void step_once(Instant now")
+    other = planted(project, tmp_path, "firmware/app/bms_node.hpp", "void tick(Instant", "void step_once(Instant")
     done = same_firmware(project, "HEAD", "--calls", "1000", "--present", other)
     assert done.returncode == 5
     assert "no longer has the interface" in done.stderr and "bms_node" in done.stderr
@@ -101,8 +101,8 @@ def test_what_cannot_be_compared_is_refused(project, arguments, words):
 
 
 def test_an_interrupted_comparison_leaves_nothing_behind(project):
-    process = subprocess.Popen([sys.executable, project / "toolchain" / "same_firmware.py", "HEAD", "--calls", "10000000000"],
-                               stderr=subprocess.PIPE, text=True, preexec_fn=hear_interruptions)
+    endless = [sys.executable, project / "toolchain" / "same_firmware.py", "HEAD", "--calls", str(10**12)]
+    process = subprocess.Popen(endless, stderr=subprocess.PIPE, text=True, preexec_fn=hear_interruptions)
     place = project / "build" / "same_firmware"
     deadline = time.monotonic() + 60
     while not list(place.glob("*/same_firmware")):  # the comparison is built and about to run

@@ -14,6 +14,12 @@ using voltlap::Frame;
 namespace can = voltlap::can;
 
 constexpr std::size_t kFramesMax = 100;  // in a tick; what a delay releases beyond is lost
+// Most identifiers of the bus are cell voltages; half of the damage goes to these.
+constexpr std::uint32_t kOftenHarmed[] = {can::PackSensor::kId,     can::Pedals::kId,
+                                          can::InverterStatus::kId, can::VehicleIo::kId,
+                                          can::BmsLimits::kId,      can::BmsStatus::kId,
+                                          can::MasterStatus::kId,   can::MotorTemperatures::kId,
+                                          can::CellVoltages::kBaseId, can::Temperatures::kBaseId};
 
 }  // namespace
 
@@ -29,7 +35,7 @@ void Bus::plant_damage() {
   const auto kind = static_cast<Kind>(draw_.below(7));
   const std::uint32_t id = can::kMessages[draw_.below(std::size(can::kMessages))].id;
   Damage damage{kind, id, id, draw_.duration(draw_.chance(0.2) ? 300 : 8)};
-  if (draw_.chance(0.5)) damage.first_id = damage.last_id = draw_.of({0x0A0U, 0x0B0U, 0x0B1U, 0x0B3U, 0x0B4U, 0x0C0U, 0x0C1U, 0x0C2U, 0x0D0U, 0x200U, 0x240U});
+  if (draw_.chance(0.5)) damage.first_id = damage.last_id = draw_.of(kOftenHarmed);
   if (draw_.chance(0.1)) damage = {kind, can::BmsLimits::kId, can::BmsStatus::kId, damage.ticks_left};
   if (draw_.chance(0.05)) damage = {kind, 0, 0x7FF, damage.ticks_left};
   damages_.push_back(damage);

@@ -213,7 +213,8 @@ void Car::suffer_in_pack(const Active& t) {
       if (sensors) temperature_ok_[sensor] = false;
       break;
     case Trouble::kCurrentHigh:
-      pack_.pack_current_ma = (t.index % 2 == 0 ? settings_.discharge_current_trip : -settings_.charge_current_trip) + step;
+      pack_.pack_current_ma = t.index % 2 == 0 ? settings_.discharge_current_trip : -settings_.charge_current_trip;
+      pack_.pack_current_ma += step;
       break;
     case Trouble::kCurrentInvalid: pack_.pack_current_ok = false; break;
     case Trouble::kVoltageOff: pack_.pack_voltage_100uv += pack_.pack_voltage_100uv / 10'000 * (t.size - 500); break;

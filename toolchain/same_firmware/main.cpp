@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // same_firmware OLD.so PRESENT.so CALLS SEED: drawn runs of both versions until CALLS calls of a node are made. Prints
-// one JSON object: what was reached, or the difference with a short input that shows it. Exit code: 0 equal, 1 different.
+// one JSON object: what was reached, or the difference with a short input that shows it. Exit code: 0 equal, 1 not.
 #include <cstdio>
 #include <cstdlib>
 

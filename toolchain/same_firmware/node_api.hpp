@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one door between the comparison and the nodes of a version of the firmware. Each version is a shared object of its
-// own, with hidden symbols, because both have the same names inside.
+// The one door between the comparison and the nodes of a version of the firmware. Each version is a shared object of
+// its own, with hidden symbols, because both have the same names inside.
 #pragma once
 #include <cstddef>
 #include <cstdint>

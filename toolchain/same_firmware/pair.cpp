@@ -20,7 +20,9 @@ const char* failure = nullptr;
   failure = condition;
   siglongjmp(back, 1);
 }
-void on_signal(int number) { node_failed(number == SIGFPE ? "division by zero" : "access to memory that is not its own"); }
+void on_signal(int number) {
+  node_failed(number == SIGFPE ? "that a divisor is not zero" : "that memory is the node's own");
+}
 
 const NodeApi* load(const char* file) {
   // RTLD_LOCAL: the two versions have the same names inside.

@@ -68,11 +68,12 @@ class Run {
   }
 
   void listen() {
-    const can::DriveState drive_before = heard_.master.drive_state;
+    const can::DriveState mode_before = heard_.master.drive_state;
     const can::BmsState bms_before = heard_.bms.state;
     for (const WireFrame& wire : bms_.of_old().frames()) heard_.read(frame_of(wire));
     for (const WireFrame& wire : master_.of_old().frames()) heard_.read(frame_of(wire));
-    if (heard_.master.drive_state != drive_before) ++reached_.drive_states[static_cast<std::size_t>(heard_.master.drive_state)];
+    const can::DriveState mode = heard_.master.drive_state;
+    if (mode != mode_before) ++reached_.drive_states[static_cast<std::size_t>(mode)];
     if (heard_.bms.state != bms_before) ++reached_.bms_states[static_cast<std::size_t>(heard_.bms.state)];
     count_new(heard_.master.faults, master_faults_, reached_.master_faults);
     count_new(heard_.bms.faults, bms_faults_, reached_.bms_faults);

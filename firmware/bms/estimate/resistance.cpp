@@ -2,6 +2,7 @@
 #include "bms/estimate/resistance.hpp"
 
 #include "base/interpolate.hpp"
+#include "base/require.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -26,6 +27,7 @@ std::int64_t temperature_factor(const ResistanceTable& table, Temperature temper
 }  // namespace
 
 Resistance cell_resistance(const ResistanceTable& table, const SocEstimate& soc, Temperature temperature) {
+  VOLTLAP_REQUIRE(table.count > 0 && table.count <= kMaxTablePoints);
   const Resistance at_reference =
       soc.valid ? interpolate(table.soc, table.resistance, table.count, soc.value) : highest(table);
   return Resistance::saturated(divide_rounded(at_reference.raw() * temperature_factor(table, temperature), kOnePpm));

@@ -2,6 +2,7 @@
 #include "bms/estimate/soc_coulomb.hpp"
 
 #include "base/interpolate.hpp"
+#include "base/require.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -32,6 +33,7 @@ void start(const Config& config, const SocInput& input, SocEstimate& state) {
 }  // namespace
 
 Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells) {
+  VOLTLAP_REQUIRE(cells != nullptr && config.cells_in_series > 0);
   std::int64_t sum = 0;
   for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {
     sum += interpolate(config.ocv.voltage, config.ocv.soc, config.ocv.count, cells[i].value).raw();
@@ -41,6 +43,7 @@ Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells) {
 
 // BMS-003: SOC within 0.5 points over an endurance with an ideal current sensor.
 void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state) {
+  VOLTLAP_REQUIRE(config.capacity_mah > 0);
   if (!state.valid) {
     start(config, input, state);
     return;
@@ -53,6 +56,7 @@ void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state
   state.charge -= twice_mean * elapsed_ms;
   state.last_current = input.current;
   state.value = as_soc(config, state.charge);
+  VOLTLAP_REQUIRE(Soc{} <= state.value && state.value <= Soc::from_raw(kFullPpm));
 }
 
 }  // namespace voltlap::bms

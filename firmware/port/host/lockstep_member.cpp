@@ -33,7 +33,9 @@ const char* member_name(can::Member member) {
   return kNames[static_cast<std::size_t>(member)];
 }
 
-bool is_lockstep(std::uint32_t id) { return (id & Frame::kExtendedFlag) == 0 && (id & kLockstepMask) == kLockstepFirst; }
+bool is_lockstep(std::uint32_t id) {
+  return (id & Frame::kExtendedFlag) == 0 && (id & kLockstepMask) == kLockstepFirst;
+}
 
 Frame done_frame(can::Member member, std::uint32_t tick, std::size_t frames_sent, bool in_place) {
   can::DoneBms m;

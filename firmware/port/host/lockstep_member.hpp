@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A process as a member of the lockstep: READY until the run begins, then one step for each tick that it is its turn.
 //
-//   plant frames, Sync | BMS frames, DoneBms | master frames, DoneMaster | DoneLogger, DoneHil      can_dbc/lockstep.dbc
+//   plant frames, Sync | BMS frames, DoneBms | master frames, DoneMaster | DoneLogger, DoneHil
+// as in can_dbc/lockstep.dbc
 //
 // It sleeps on a socket that only the one frame reaches on which it is its turn. The bus keeps its order, so whatever
 // was sent before that frame then waits on the second socket.

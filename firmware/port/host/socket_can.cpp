@@ -46,15 +46,17 @@ void check_interface(int socket, const std::string& interface) {
   }
   std::copy(interface.begin(), interface.end(), request.ifr_name);
   if (::ioctl(socket, SIOCGIFHWADDR, &request) != 0) {
-    throw BusSetupError(quoted(interface) + ": found no such interface; expected one that exists. " + how_to_get_one(interface));
+    throw BusSetupError(quoted(interface) + ": found no such interface; expected one that exists. " +
+                        how_to_get_one(interface));
   }
   if (request.ifr_hwaddr.sa_family != ARPHRD_CAN) {
-    throw BusSetupError(quoted(interface) + ": found a network interface that is no CAN interface; expected one that is. "
-                        "Give another, such as vcan0.");
+    throw BusSetupError(quoted(interface) + ": found a network interface that is no CAN interface; expected one that "
+                        "is. Give another, such as vcan0.");
   }
   if (::ioctl(socket, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) == 0) {
-    throw BusSetupError(quoted(interface) + ": found that it is down; expected it up. As root: ip link set " + interface +
-                        " up (a real one needs its bit rate first: ip link set " + interface + " type can bitrate 500000).");
+    throw BusSetupError(quoted(interface) + ": found that it is down; expected it up. As root: ip link set " +
+                        interface + " up (a real one needs its bit rate first: ip link set " + interface +
+                        " type can bitrate 500000).");
   }
 }
 
@@ -63,8 +65,8 @@ int open_socket(const std::string& interface) {
   if (socket >= 0) return socket;
   if (errno == EPERM || errno == EACCES) {
     throw BusSetupError(quoted(interface) + ": found that CAN sockets are not permitted here (" + std::strerror(errno) +
-                        "); expected leave to open one. Ask who runs this container or sandbox, or run: ./voltlap with-vcan "
-                        "COMMAND.");
+                        "); expected leave to open one. Ask who runs this container or sandbox, or run: "
+                        "./voltlap with-vcan COMMAND.");
   }
   throw BusSetupError(quoted(interface) + ": found a kernel without CAN sockets (" + std::strerror(errno) +
                       "); expected one that has them. Run the command in such a one: ./voltlap with-vcan COMMAND.");
@@ -117,7 +119,8 @@ SocketCan::SocketCan(std::string interface, const SocketOptions& options)
     address.can_ifindex = static_cast<int>(::if_nametoindex(interface_.c_str()));
     if (::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
       throw BusSetupError(quoted(interface_) + ": found that it cannot be used (" + std::strerror(errno) +
-                          "); expected a CAN interface that is up. ip -details link show " + interface_ + " says more.");
+                          "); expected a CAN interface that is up. ip -details link show " + interface_ +
+                          " says more.");
     }
   } catch (...) {
     ::close(socket_);
@@ -133,8 +136,9 @@ void SocketCan::filter(const std::vector<CanFilter>& filters) {
   for (const CanFilter& f : filters) kernel.push_back({f.id, f.mask});
   if (::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, kernel.data(),
                    static_cast<socklen_t>(kernel.size() * sizeof(can_filter))) != 0) {
-    throw BusSetupError(quoted(interface_) + ": found that the kernel refuses " + std::to_string(filters.size()) + " filters (" +
-                        std::strerror(errno) + "); expected room for them. Use another kernel: ./voltlap with-vcan COMMAND.");
+    throw BusSetupError(quoted(interface_) + ": found that the kernel refuses " + std::to_string(filters.size()) +
+                        " filters (" + std::strerror(errno) +
+                        "); expected room for them. Use another kernel: ./voltlap with-vcan COMMAND.");
   }
 }
 
@@ -251,8 +255,8 @@ bool SocketCan::send(const TxQueue& frames) {
 void SocketCan::fail(int error, const char* action) const {
   if (is_gone(error)) throw BusDownError(quoted(interface_) + " went down or was removed: " + std::strerror(error));
   if (error == ENOBUFS) {
-    throw BusDownError(quoted(interface_) + " took no frame for 100 ms: its queue stays full. On a real bus another node "
-                       "must acknowledge; a longer queue: ip link set " + interface_ + " txqueuelen 1000");
+    throw BusDownError(quoted(interface_) + " took no frame for 100 ms: its queue stays full. On a real bus another "
+                       "node must acknowledge; a longer queue: ip link set " + interface_ + " txqueuelen 1000");
   }
   throw BusDownError(quoted(interface_) + ": cannot " + action + ": " + std::strerror(error));
 }

@@ -45,7 +45,9 @@ std::vector<Tick> read_log(const char* path) {
     frame.can_id = static_cast<canid_t>(std::stoul(text.substr(0, text.find('#')), nullptr, 16));
     const std::string data = text.substr(text.find('#') + 1);
     frame.len = static_cast<std::uint8_t>(data.size() / 2);
-    for (std::size_t i = 0; i < frame.len; ++i) frame.data[i] = static_cast<std::uint8_t>(std::stoul(data.substr(2 * i, 2), nullptr, 16));
+    for (std::size_t i = 0; i < frame.len; ++i) {
+      frame.data[i] = static_cast<std::uint8_t>(std::stoul(data.substr(2 * i, 2), nullptr, 16));
+    }
     ticks.resize(std::max(ticks.size(), tick + 1));
     ticks[tick].sent[node_of(frame.can_id)].push_back(frame);
   }
@@ -65,7 +67,8 @@ class Node {
   Node(const char* interface, const std::vector<can_filter>& filters) : socket_(::socket(PF_CAN, SOCK_RAW, CAN_RAW)) {
     const int own = filters.front().can_mask == 0 ? 1 : 0, buffer = 4 << 20;
     ::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &own, sizeof own);
-    ::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), static_cast<socklen_t>(filters.size() * sizeof(can_filter)));
+    const auto bytes = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
+    ::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), bytes);
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
     sockaddr_can address{};
     address.can_family = AF_CAN;
@@ -108,7 +111,9 @@ class Node {
 std::size_t heard(const std::vector<can_frame>& frames, const std::vector<can_filter>& filters) {
   std::size_t count = 0;
   for (const can_frame& f : frames) {
-    for (const can_filter& filter : filters) count += (f.can_id & filter.can_mask) == (filter.can_id & filter.can_mask) ? 1 : 0;
+    for (const can_filter& filter : filters) {
+      if ((f.can_id & filter.can_mask) == (filter.can_id & filter.can_mask)) ++count;
+    }
   }
   return count;
 }

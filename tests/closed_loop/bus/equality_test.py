@@ -16,7 +16,8 @@ def laps(tmp_path_factory):
     for where, more in {"inside": [], "bus": ["--bus", BUS]}.items():
         done = run(*flags, *more, "--json", folder / f"{where}.json", "--candump", folder / f"{where}.log")
         assert done.returncode == 0, done.stderr
-        out[where] = {"result": result(folder / f"{where}.json"), "log": folder / f"{where}.log", "printed": done.stdout}
+        out[where] = {"result": result(folder / f"{where}.json"), "log": folder / f"{where}.log",
+                      "printed": done.stdout}
     return out
 
 
@@ -27,7 +28,8 @@ def test_hashes_over_what_was_read_back_equal_those_of_one_process(laps):
 
 
 def test_another_seed_has_other_hashes(laps, tmp_path):
-    done = run("endurance", "--laps", 1, "--seed", 8, "--set", "sensors.noise=true", "--bus", BUS, "--json", tmp_path / "o.json")
+    done = run("endurance", "--laps", 1, "--seed", 8, "--set", "sensors.noise=true", "--bus", BUS,
+               "--json", tmp_path / "o.json")
     assert done.returncode == 0, done.stderr
     other = result(tmp_path / "o.json")
     for name in HASHES[:3]:
@@ -36,7 +38,8 @@ def test_another_seed_has_other_hashes(laps, tmp_path):
 
 def test_summary_is_the_same_but_for_the_bus_and_the_clock(laps):
     def lines(where):
-        return [line for line in laps[where]["printed"].splitlines() if "bus:" not in line and "computed in" not in line]
+        return [line for line in laps[where]["printed"].splitlines()
+                if "bus:" not in line and "computed in" not in line]
     assert lines("inside") == lines("bus")
     assert "bus: vcan0, lockstep" in laps["bus"]["printed"]
 

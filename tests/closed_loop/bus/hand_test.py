@@ -120,7 +120,8 @@ def override(tick, accelerator=0xFF, brake=0xFF, ts_on=0, ready=0):
 
 def test_harness_powers_up_and_drives_off_where_nobody_sits(tmp_path, started):
     started("ecu", "all", "--bus", BUS)
-    plant = started("plant", "--bus", BUS, "--driver", "none", "--duration", 9, "--pace", 4, "--json", tmp_path / "r.json")
+    plant = started("plant", "--bus", BUS, "--driver", "none", "--duration", 9, "--pace", 4,
+                    "--json", tmp_path / "r.json")
     wait_for_tick(1)
     with Bus([]) as bus:
         for frame in (override(0, 0, 200), override(60, 0, 200, ts_on=2), override(400, 0, 200, ready=2),
@@ -188,7 +189,8 @@ def test_interfaces_that_cannot_be_used_are_named_with_the_way_out():
 def test_real_time_run_takes_as_long_as_its_drive_and_reports_late_steps(tmp_path, drive):
     begin = time.monotonic()
     with Bus() as bus:
-        done = run("endurance", "--bus", BUS, "--realtime", *drive, "--json", tmp_path / "r.json", "--candump", tmp_path / "r.log")
+        done = run("endurance", "--bus", BUS, "--realtime", *drive, "--json", tmp_path / "r.json",
+                   "--candump", tmp_path / "r.log")
         heard = bus.drain()
     took_s = time.monotonic() - begin
     outcome = result(tmp_path / "r.json")
