@@ -37,11 +37,12 @@ Car::Car(const Settings& settings, Draw& draw) : settings_(settings.bms), draw_(
   for (std::int32_t& offset : cell_offset_) offset = draw.between(-200, 200);
   temperature_dc_.resize(static_cast<std::size_t>(std::max(settings_.temperature_sensors, 0)));
   temperature_ok_.resize(temperature_dc_.size());
+  if (draw.chance(0.2)) plant_trouble();
 }
 
 void Car::plant_trouble() {
   troubles_.push_back({static_cast<Trouble>(draw_.below(kTroubles)), draw_.between(0, 200), draw_.between(0, 1000),
-                       draw_.duration(draw_.chance(0.1) ? 2'000 : 200)});
+                       draw_.duration(draw_.chance(0.2) ? 2'000 : 200)});
 }
 
 void Car::step(const Heard& heard) {
@@ -69,7 +70,9 @@ void Car::drive(const Heard& heard) {
     const bool braking = ready ? draw_.chance(0.3) : draw_.chance(0.8);
     const std::int32_t share[] = {0, 49, 50, 51, 249, 250, 251, 1000, draw_.between(0, 1000), draw_.between(0, 1000)};
     pedal_permille_ = braking || (!ready && draw_.chance(0.95)) ? 0 : draw_.of(share);
-    brake_mbar_ = braking ? draw_.chance(0.7) ? kBrakePressed : draw_.between(2'900, 45'000) : 0;
+    const std::int32_t pressure[] = {kBrakePressed, kBrakePressed, draw_.between(2'950, 3'050),
+                                     draw_.between(0, 45'000)};
+    brake_mbar_ = braking ? draw_.of(pressure) : 0;
   }
   pedals_.apps1_100uv = 5'000 + 40 * pedal_permille_ + draw_.between(-20, 20);
   pedals_.apps2_100uv = 2'500 + 20 * pedal_permille_ + draw_.between(-20, 20);
@@ -173,8 +176,14 @@ void Car::suffer(const Active& t) {
     }
     case Trouble::kLinkHigh: inverter_.dc_link_voltage_100uv = pack_.pack_voltage_100uv; break;
     case Trouble::kLinkLow: inverter_.dc_link_voltage_100uv = pack_.pack_voltage_100uv / 1000 * t.size; break;
-    case Trouble::kAppsOffset: pedals_.apps1_100uv += 4 * t.size; break;
-    case Trouble::kAppsRange: (t.index % 2 == 0 ? pedals_.apps1_100uv : pedals_.apps2_100uv) = 48 * t.size; break;
+    case Trouble::kAppsOffset: pedals_.apps1_100uv += 5 * t.size; break;
+    case Trouble::kAppsRange: {
+      constexpr std::int32_t kEnds1[] = {3'000, 47'000}, kEnds2[] = {1'500, 23'500};
+      const std::int32_t off = t.size % 2 == 0 ? 10 * (t.size % 9 - 4) : 10 * (t.size - 500);
+      if (t.index % 2 == 0) pedals_.apps1_100uv = kEnds1[t.index / 2 % 2] + off;
+      if (t.index % 2 == 1) pedals_.apps2_100uv = kEnds2[t.index / 2 % 2] + off;
+      break;
+    }
     case Trouble::kBothPedals:
       pedals_.apps1_100uv = 5'000 + 40 * t.size;
       pedals_.apps2_100uv = 2'500 + 20 * t.size;
@@ -206,15 +215,15 @@ void Car::suffer_in_pack(const Active& t) {
     case Trouble::kCellLow: cell_[cell] = (t.size < 500 ? 24'000 : 25'000) + step; break;
     case Trouble::kCellHigh: cell_[cell] = (t.size < 500 ? 42'500 : 42'000) + step; break;
     case Trouble::kCellInvalid: cell_ok_[cell] = false; break;
-    case Trouble::kPackHot:
-      if (sensors) temperature_dc_[sensor] = t.size < 500 ? 600 + step : 540 + t.size / 15;
+    case Trouble::kPackAtLimit:
+      if (sensors) temperature_dc_[sensor] = t.size < 250 ? 600 + step : t.size < 500 ? step : 540 + t.size / 15;
       break;
     case Trouble::kThermistorInvalid:
       if (sensors) temperature_ok_[sensor] = false;
       break;
-    case Trouble::kCurrentHigh:
-      pack_.pack_current_ma = t.index % 2 == 0 ? settings_.discharge_current_trip : -settings_.charge_current_trip;
-      pack_.pack_current_ma += step;
+    case Trouble::kCurrentAtLimit:
+      pack_.pack_current_ma = step + std::array{settings_.discharge_current_trip, -settings_.charge_current_trip, 1'000,
+                                                -1'000}[static_cast<std::size_t>(t.index % 4)];
       break;
     case Trouble::kCurrentInvalid: pack_.pack_current_ok = false; break;
     case Trouble::kVoltageOff: pack_.pack_voltage_100uv += pack_.pack_voltage_100uv / 10'000 * (t.size - 500); break;

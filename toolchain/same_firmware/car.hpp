@@ -28,11 +28,12 @@ struct Heard {
 
 /// What can be wrong in the car, for a time.
 enum class Trouble : std::uint8_t {
-  kShutdownOpen, kContactWelded, kContactOpen, kLinkHigh, kLinkLow, kCellLow, kCellHigh, kCellInvalid, kPackHot,
-  kThermistorInvalid, kCurrentHigh, kCurrentInvalid, kVoltageOff, kAppsOffset, kAppsRange, kBothPedals, kBrakeInvalid,
-  kWheelsInvalid, kInverterFault, kInverterSilent, kMotorHot, kInverterHot, kNoSpeed, kReverse, kButtonsStuck,
+  kShutdownOpen, kContactWelded, kContactOpen, kLinkHigh, kLinkLow, kCellLow, kCellHigh, kCellInvalid,
+  kPackAtLimit, kThermistorInvalid, kCurrentAtLimit, kCurrentInvalid, kVoltageOff, kAppsOffset, kAppsRange,
+  kBothPedals, kBrakeInvalid, kWheelsInvalid, kInverterFault, kInverterSilent, kMotorHot, kInverterHot, kNoSpeed,
+  kReverse, kButtonsStuck,
 };
-inline constexpr std::size_t kTroubles = 25;
+inline constexpr std::size_t kTroubles = static_cast<std::size_t>(Trouble::kButtonsStuck) + 1;
 
 class Car {
  public:
