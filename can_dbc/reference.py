@@ -111,7 +111,8 @@ def layout(m: model.Message) -> list[str]:
     """A picture of the payload; numbers behind a name are the bits of that signal, 0 the lowest."""
     lines = ["<table>", "<tr><th>byte</th>" + "".join(f"<th>bit {b}</th>" for b in range(7, -1, -1)) + "</tr>"]
     for byte in range(m.dlc):
-        cells = "".join(f'<td colspan="{width}" align="center">{words or "&nbsp;"}</td>' for words, width in pieces(m, byte))
+        cells = "".join(f'<td colspan="{width}" align="center">{words or "&nbsp;"}</td>'
+                        for words, width in pieces(m, byte))
         lines.append(f"<tr><th>{byte}</th>{cells}</tr>")
     return [*lines, "</table>", ""]
 
@@ -159,12 +160,12 @@ def page(file: Path, folder_bus: model.Bus) -> str:
     lines = [f"# {file.name}", "", bus.comment, "", MADE]
     if file.name != "lockstep.dbc":
         loads = ", ".join(f"{check.load_pct(folder_bus, n):.1f} % with {n} cells" for n in (48, 144))
-        lines += [f"{bus.bit_rate // 1000} kbit/s. Load of car.dbc and orion.dbc together with every stuff bit that can "
-                  f"occur: {loads}.", ""]
+        lines += [f"{bus.bit_rate // 1000} kbit/s. Load of car.dbc and orion.dbc together with every stuff bit that "
+                  f"can occur: {loads}.", ""]
     lines += table(["id", "message", "sender", "receivers", "cycle", "lost after", "bytes", "protection"],
                    [message_row(entry, bus) for entry in entries(bus.messages)])
-    lines.append('Numbers behind a name in the pictures are bits of that signal, 0 the lowest. "No value" is the raw code '
-                 "that says: no measurement.\n")
+    lines.append('Numbers behind a name in the pictures are bits of that signal, 0 the lowest. "No value" is the raw '
+                 "code that says: no measurement.\n")
     for entry in entries(bus.messages):
         lines += message_section(entry, bus)
     return "\n".join(lines).rstrip() + "\n"
@@ -192,7 +193,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing, say which pages are out of date")
     parser.add_argument("--dbc", type=Path, default=HERE, metavar="DIR", help="folder of the DBC files (can_dbc)")
-    parser.add_argument("--out", type=Path, default=HERE / "doc", metavar="DIR", help="folder of the pages (can_dbc/doc)")
+    parser.add_argument("--out", type=Path, default=HERE / "doc", metavar="DIR",
+                        help="folder of the pages (can_dbc/doc)")
     arguments = parser.parse_args()
     made = pages(arguments.dbc)
     if not arguments.check:

@@ -36,13 +36,14 @@ class Row:
 
 
 ROWS = (
-    Row("ucd", "2019 endurance, 28 in series, plain", (UCD, "--cells-in-series", 28, *PLAIN, "--blocks", "60:even"), UCD,
+    Row("ucd", "2019 endurance, 28 in series, plain", (UCD, "--cells-in-series", 28, *PLAIN, "--blocks", "60:even"),
+        UCD,
         ("--set", "battery.cells_in_series=28", "explain.fit_blocks=even")),
     Row("ksu", "2023 endurance, 72 in series, 8 in parallel, plain",
         (KSU, "--cells-in-series", 72, "--cells-in-parallel", 8, *PLAIN, "--blocks", "60:even"), KSU,
         ("--set", "battery.cells_in_series=72", "battery.cells_in_parallel=8", "explain.fit_blocks=even")),
-    Row("plett", "A123 dynamic test, 25 degC, tables over SOC", ("--temperature", 25, A123, "--rc", 2, "--blocks", "60:even"),
-        A123, ("--set", "explain.fit_blocks=even")),
+    Row("plett", "A123 dynamic test, 25 degC, tables over SOC",
+        ("--temperature", 25, A123, "--rc", 2, "--blocks", "60:even"), A123, ("--set", "explain.fit_blocks=even")),
     Row("leaf", "Leaf stack 6s2p at 1C, cell from another cell's pulses",
         ("--temperature", 25, "leaf_cell_ornl/hppc_25C.csv.gz"), STACK,
         ("--set", "battery.cells_in_series=6", "battery.cells_in_parallel=2")),
@@ -84,8 +85,8 @@ def size_of(cause):
 
 def row_text(row, found, said):
     rival = next((line.strip() for line in said.splitlines() if line.startswith("  runner-up")), "none")
-    gain = "; ".join(f"{channel} {g['heldout_rms_before']:.4g} to {g['heldout_rms_after']:.4g}, floor {g['noise_floor']:.2g}"
-                     for channel, g in found.get("gain", {}).items())
+    gain = "; ".join(f"{channel} {g['heldout_rms_before']:.4g} to {g['heldout_rms_after']:.4g}, "
+                     f"floor {g['noise_floor']:.2g}" for channel, g in found.get("gain", {}).items())
     causes = "; ".join(size_of(cause) for cause in found["causes"]) or found.get("unknown_in") or "-"
     return f"| {row.what} | `{found['verdict']}` | {causes} | {gain or '-'} | {rival.removeprefix('runner-up ')} |"
 
@@ -101,7 +102,8 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = given.keep or pathlib.Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        print("| recording, model | verdict | causes, size with its 95 % interval | RMS before to after, V or K | runner-up |")
+        print("| recording, model | verdict | causes, size with its 95 % interval | RMS before to after, V or K "
+              "| runner-up |")
         print("|---|---|---|---|---|")
         for row in ROWS:
             if not given.only or row.name in given.only:

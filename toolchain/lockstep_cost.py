@@ -39,8 +39,8 @@ def measure(build, interface, rounds):
 def main():
     parser = argparse.ArgumentParser(prog="voltlap benchmark-bus", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=Path, default=Path(os.environ.get("VOLTLAP_BUILD_DIR", ROOT / "build" / "default")),
-                        help=argparse.SUPPRESS)
+    build = Path(os.environ.get("VOLTLAP_BUILD_DIR", ROOT / "build" / "default"))
+    parser.add_argument("--build", type=Path, default=build, help=argparse.SUPPRESS)
     parser.add_argument("--bus", default="vcan0", metavar="IF", help="CAN interface (vcan0)")
     parser.add_argument("--rounds", type=int, default=3, metavar="N", help="runs of each, in turns (3)")
     arguments = parser.parse_args()

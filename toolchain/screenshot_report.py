@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of reports in docs/: `python3 toolchain/screenshot_report.py`, with the program built and Chromium there."""
+"""Pictures of reports in docs/: `python3 toolchain/screenshot_report.py`, with the program built and Chromium there."""
 import argparse
 import os
 import pathlib

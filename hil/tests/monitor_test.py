@@ -14,15 +14,16 @@ from voltlap_hil.record import Recorder
 def log(request, tmp_path, frame):
     path = tmp_path / f"run{request.param}"
     with Recorder(path, "vcan0") as record:
-        record.write(frame("BmsLimits", 1000.0 + 10.0 * i, counter=i, DischargeLimit=float(i), DischargeReason="Temperature")
-                     for i in range(200))
+        record.write(frame("BmsLimits", 1000.0 + 10.0 * i, counter=i, DischargeLimit=float(i),
+                           DischargeReason="Temperature") for i in range(200))
     return path
 
 
 def test_log_is_shown_as_at_its_end(log, capsys):
     assert main(["--log", str(log), "--json"]) == 0
     snapshot = json.loads(capsys.readouterr().out)
-    assert snapshot["limits"][0] == {"what": "discharge", "value": 199.0, "unit": "A", "reason": "Temperature", "cell": 0}
+    assert snapshot["limits"][0] == {"what": "discharge", "value": 199.0, "unit": "A", "reason": "Temperature",
+                                     "cell": 0}
     assert snapshot["channel"] == str(log) and snapshot["time_s"] == pytest.approx(1.99, abs=0.01)
     assert snapshot["messages"]["BmsLimits"]["counter_gaps"] == 0
 

@@ -46,7 +46,8 @@ def test_no_limiting_cell_is_none(picture, frame):
 
 def test_states_and_faults_have_their_names(picture, dbc, frame):
     faults = 1 << dbc.signal("BmsStatus.Faults").bit("PrechargeTimeout")
-    picture.update([frame("BmsStatus", 0.0, State="Fault", Faults=faults), frame("MasterStatus", 0.0, TorqueReason="Power")])
+    picture.update([frame("BmsStatus", 0.0, State="Fault", Faults=faults),
+                    frame("MasterStatus", 0.0, TorqueReason="Power")])
     states = picture.snapshot()["states"]
     assert states["BMS"] == {"state": "Fault", "faults": ["PrechargeTimeout"]}
     assert states["MASTER"]["TorqueReason"] == "Power"

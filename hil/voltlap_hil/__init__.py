@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from .scenario_file import Scenario, load
 
 __all__ = ["Bus", "Check", "Dbc", "HilError", "InputError", "Result", "Rig", "Scenario", "load"]
-_HOME = {"Bus": "bus", "Check": "checks", "Result": "checks", "Dbc": "dbc", "HilError": "errors", "InputError": "errors",
-         "Rig": "scenario", "Scenario": "scenario_file", "load": "scenario_file"}
+_HOME = {"Bus": "bus", "Check": "checks", "Result": "checks", "Dbc": "dbc", "HilError": "errors",
+         "InputError": "errors", "Rig": "scenario", "Scenario": "scenario_file", "load": "scenario_file"}
 
 
 def __getattr__(name: str) -> Any:

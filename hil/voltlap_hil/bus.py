@@ -69,14 +69,14 @@ class Bus:
         """Frames as they came, without a time; [] when none came in time."""
         if self._batch is not None:
             return self._batch.receive(timeout_s)
-        return [_to_frame(m, 0.0) for m in self._messages(timeout_s)]
+        return [to_frame(m, 0.0) for m in self._messages(timeout_s)]
 
     def read(self, timeout_s: float = 0.0) -> list[Frame]:
         """Frames with the bus's time since the first frame read; `signals` knows them afterwards."""
         if self._batch is not None:
             frames = self._batch.receive(timeout_s, stamped=True)
         else:
-            frames = [_to_frame(m, m.timestamp * 1e3) for m in self._messages(timeout_s)]
+            frames = [to_frame(m, m.timestamp * 1e3) for m in self._messages(timeout_s)]
         if frames and self._first_ms is None:
             self._first_ms = frames[0].time_ms
         frames = [f._replace(time_ms=round(f.time_ms - (self._first_ms or 0.0), 3)) for f in frames]
@@ -125,6 +125,6 @@ def _open(channel: str, interface: str, ids: Iterable[int] | None) -> can.BusABC
         raise HilError(f"cannot open {interface} channel {channel!r}: {error}") from None
 
 
-def _to_frame(message: can.Message, time_ms: float) -> Frame:
+def to_frame(message: can.Message, time_ms: float) -> Frame:
     can_id = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
     return Frame(can_id, bytes(message.data), time_ms)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sentences about signals: `BmsStatus.State = Fault`, `PackSensor.PackCurrent > 9 A and BmsStatus.Faults has MasterLost`.
+"""Sentences about signals: `PackSensor.PackCurrent > 9 A and BmsStatus.Faults has MasterLost`.
 
 A clause is SIGNAL OP VALUE with OP one of = != < <= > >=, or SIGNAL has BIT, or SIGNAL lacks BIT; clauses are joined by
 `and`. A number carries the unit of its signal. A signal that was not heard or says "no measurement" fulfils nothing.

@@ -14,10 +14,10 @@ import can
 from rich.console import Console
 from rich.live import Live
 
-from .bus import Bus
+from .bus import Bus, to_frame
 from .dbc import Dbc
 from .errors import HilError, InputError
-from .frame import EXTENDED, Frame
+from .frame import Frame
 from .monitor_view import view
 from .picture import Picture
 
@@ -53,7 +53,7 @@ def _frames_of(path: Path, until_s: float | None) -> Iterator[Frame]:
             if until_s is not None and time_s > until_s:
                 return
             if not m.is_error_frame and not m.is_remote_frame:
-                yield Frame(m.arbitration_id | (EXTENDED if m.is_extended_id else 0), bytes(m.data), round(time_s * 1e3, 3))
+                yield to_frame(m, round(time_s * 1e3, 3))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
     except (ValueError, IndexError, can.CanError) as error:

@@ -37,7 +37,8 @@ def _parser() -> argparse.ArgumentParser:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--bus", metavar="IF", help="CAN interface, for instance vcan0 or can0")
-    source.add_argument("--log", type=Path, metavar="FILE", help="a log instead (candump -l, .asc, .blf); shown as at its end")
+    source.add_argument("--log", type=Path, metavar="FILE",
+                        help="a log instead (candump -l, .asc, .blf); shown as at its end")
     parser.add_argument("--once", action="store_true", help="listen, print once and end")
     parser.add_argument("--wait", type=_seconds, default=1.0, metavar="S", help="how long --once listens (1)")
     parser.add_argument("--at", type=_seconds, metavar="S", help="with --log: as after S seconds of it")

@@ -11,18 +11,30 @@ from rich.text import Text
 
 _COLOURS = {"fresh": "green", "late": "yellow", "lost": "bold red", "never": "dim"}
 _GROUPS = ("CellVoltages", "Temperatures")
-_GOOD_STATES = ("TsActive", "ReadyToDrive", "Enabled")
+_STATE_STYLES = {**dict.fromkeys(("TsActive", "ReadyToDrive", "Enabled"), "green"),
+                 **dict.fromkeys(("Fault", "CommandTimeout"), "bold red")}
+_NUMBERS = ("age, ms", "1/s", "value")  # columns of numbers
 
 
 def number(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else "no value" if value is None else str(value)
 
 
+def _with_unit(reading: dict[str, Any]) -> str:
+    unit = reading["unit"] if reading["value"] is not None else ""
+    return f"{number(reading['value'])} {unit}".rstrip()
+
+
+def _age(row: dict[str, Any]) -> str:
+    return "" if row["age_ms"] is None else f"{row['age_ms']:.0f}"
+
+
 def header(snapshot: dict[str, Any], channel: str) -> Text:
     clock = "simulated time" if snapshot["clock"] == "lockstep" else "time of the bus"
     pace = f", {snapshot['pace']:g} times real time" if snapshot["pace"] else ""
     text = Text.assemble((channel, "bold"), f"   {snapshot['time_s']:.2f} s ({clock}{pace})   "
-                         f"{snapshot['frames_per_s']:.0f} frames/s   bus load ", (f"{snapshot['bus_load_pct']:.1f} %", "bold"))
+                         f"{snapshot['frames_per_s']:.0f} frames/s   bus load ",
+                         (f"{snapshot['bus_load_pct']:.1f} %", "bold"))
     if snapshot["unknown_ids"]:
         text.append("   unknown: " + ", ".join(f"{i} ({n})" for i, n in snapshot["unknown_ids"].items()), "yellow")
     return text
@@ -31,7 +43,7 @@ def header(snapshot: dict[str, Any], channel: str) -> Text:
 def _table(*columns: str, title: str) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     for column in columns:
-        table.add_column(column, justify="right" if column in ("age, ms", "1/s", "value") else "left", no_wrap=column != "")
+        table.add_column(column, justify="right" if column in _NUMBERS else "left", no_wrap=column != "")
     return table
 
 
@@ -41,8 +53,8 @@ def states(snapshot: dict[str, Any]) -> Table:
         more = [(", ".join(row["faults"]), "bold red")] if row["faults"] else []
         more += [(f"{name} {number(value)}", "yellow" if value not in (None, "None") else "dim")
                  for name, value in row.items() if name not in ("state", "faults")]
-        style = "green" if row["state"] in _GOOD_STATES else "bold red" if row["state"] in ("Fault", "CommandTimeout") else ""
-        table.add_row(node, Text(number(row["state"]), style), Text("  ").join(Text(*m) for m in more))
+        state = Text(number(row["state"]), _STATE_STYLES.get(row["state"], ""))
+        table.add_row(node, state, Text("  ").join(Text(*m) for m in more))
     return table
 
 
@@ -63,8 +75,8 @@ def nodes(snapshot: dict[str, Any]) -> Table:
     table = _table("node", "is", "age, ms", "1/s", "", title="Nodes")
     for node, row in snapshot["nodes"].items():
         lost = ", ".join(row["lost"][:3]) + (" ..." if len(row["lost"]) > 3 else "")
-        table.add_row(node, Text(row["state"], _COLOURS[row["state"]]), "" if row["age_ms"] is None else f"{row['age_ms']:.0f}",
-                      f"{row['per_s']:.0f}", Text(f"lost: {lost}" if lost else "", "red"))
+        table.add_row(node, Text(row["state"], _COLOURS[row["state"]]), _age(row), f"{row['per_s']:.0f}",
+                      Text(f"lost: {lost}" if lost else "", "red"))
     return table
 
 
@@ -73,16 +85,16 @@ def messages(snapshot: dict[str, Any]) -> Table:
     for name, row in snapshot["messages"].items():
         if name.rpartition("_")[0] in _GROUPS:
             continue
-        signals = ", ".join(f"{signal} {number(s['value'])}{' ' + s['unit'] if s['unit'] and s['value'] is not None else ''}"
-                            for signal, s in row["signals"].items())
+        content = Text(", ".join(f"{signal} {_with_unit(reading)}" for signal, reading in row["signals"].items()))
         wrong = [f"{row['bad_seals']} bad CRC"] if row["bad_seals"] else []
         wrong += [f"{row['counter_gaps']} counter gaps"] if row["counter_gaps"] else []
-        table.add_row(row["id"], Text(name, _COLOURS[row["state"]] if row["state"] != "fresh" else ""),
-                      "" if row["age_ms"] is None else f"{row['age_ms']:.0f}", f"{row['per_s']:.0f}",
-                      Text.assemble(signals, (("  " if signals else "") + ", ".join(wrong), "bold red") if wrong else ""))
+        if wrong:
+            content.append(("  " if content else "") + ", ".join(wrong), "bold red")
+        table.add_row(row["id"], Text(name, _COLOURS[row["state"]] if row["state"] != "fresh" else ""), _age(row),
+                      f"{row['per_s']:.0f}", content)
     return table
 
 
 def view(snapshot: dict[str, Any], channel: str) -> RenderableType:
-    return Group(header(snapshot, channel), "", Columns([nodes(snapshot), states(snapshot), limits(snapshot)], padding=(0, 4)),
-                 "", messages(snapshot))
+    overview = Columns([nodes(snapshot), states(snapshot), limits(snapshot)], padding=(0, 4))
+    return Group(header(snapshot, channel), "", overview, "", messages(snapshot))

@@ -88,7 +88,8 @@ class Picture:
         if self._sync is None or frame.id != self._sync.id or len(frame.data) != self._sync.dlc:
             return
         now_ms = float(self._sync.signals["Tick"].raw(frame.data) * TICK_MS)
-        if not self.lockstep or now_ms < self.now_ms:  # what came before had another time: the bus's, or an earlier run's
+        # What came before had another time: the bus's, or an earlier run's.
+        if not self.lockstep or now_ms < self.now_ms:
             self.lockstep, self._first_ms, self.now_ms = True, now_ms, now_ms
             self._first_sync = (frame.time_ms, now_ms)
             self._bins.clear()
@@ -140,7 +141,8 @@ class Picture:
             "states": {node: self._state(node) for node in _STATES}, "limits": self._limits(),
             "cells": self._extremes("CellVoltages", "V"), "temperatures": self._extremes("Temperatures", "degC"),
             "messages": messages,
-            "unknown_ids": {f"0x{i & ~EXTENDED:0{8 if i & EXTENDED else 3}X}": n for i, n in sorted(self._unknown.items())},
+            "unknown_ids": {f"0x{i & ~EXTENDED:0{8 if i & EXTENDED else 3}X}": n
+                            for i, n in sorted(self._unknown.items())},
         }
 
     def _window(self) -> tuple[float, int, Counter[str]]:
@@ -220,4 +222,5 @@ class Picture:
         if not values:
             return None
         (least, least_at), (most, most_at) = min(values), max(values, key=lambda v: (v[0], -v[1]))
-        return {"count": len(values), "unit": unit, "least": least, "least_at": least_at, "most": most, "most_at": most_at}
+        return {"count": len(values), "unit": unit, "least": least, "least_at": least_at, "most": most,
+                "most_at": most_at}

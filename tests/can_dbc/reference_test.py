@@ -78,7 +78,8 @@ def test_picture_of_both_byte_orders():
 
 def test_links_lead_to_headings():
     doc = CAN_DBC / "doc"
-    headings = {page.name: {h.lower().replace(" ", "-") for h in re.findall(r"^## (.+)$", page.read_text(), re.MULTILINE)}
+    headings = {page.name: {heading.lower().replace(" ", "-")
+                            for heading in re.findall(r"^## (.+)$", page.read_text(), re.MULTILINE)}
                 for page in doc.glob("*.md")}
     for page in doc.glob("*.md"):
         links = re.findall(r"\]\((\w*\.?m?d?)#([^)]+)\)", page.read_text())

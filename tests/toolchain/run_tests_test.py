@@ -79,7 +79,8 @@ def test_suites_of_a_run_in_the_background_hear_an_interruption(tmp_path):
 def test_interruption_ends_the_run_without_starting_more(tmp_path):
     started = [tmp_path / f"started_{n}" for n in range(2 * os.cpu_count())]
     # Not a shell: one that is just starting its second command may lose an interruption.
-    suites = [{"name": path.name, "command": [sys.executable, "-c", f"import time; open('{path}', 'w'); time.sleep(20)"]}
+    suites = [{"name": path.name,
+               "command": [sys.executable, "-c", f"import time; open('{path}', 'w'); time.sleep(20)"]}
               for path in started]
     ctest = tmp_path / "ctest"
     (tmp_path / "suites.json").write_text(json.dumps({"tests": suites}))

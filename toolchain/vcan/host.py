@@ -89,7 +89,7 @@ class Interfaces:
 
 
 class Namespace:
-    """Interfaces that nobody else sees, in namespaces of the command's own; the kernel removes all of it with the command.
+    """Interfaces that nobody else sees, in namespaces of the command's own; the kernel removes them with the command.
 
     An ordinary user is root in a first user namespace, to make the interfaces, and himself again in a second.
     """

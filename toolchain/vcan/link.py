@@ -3,8 +3,8 @@
 
 frame = kind u8, length u32 little-endian, payload
 Standard input has credit: the runner sends at most CREDIT bytes that the command has not taken yet. So a command that
-never reads keeps no signal from getting through, and the guest's line buffer (4096 bytes) is never full: the line driver
-of the user-mode kernel then throttles, and may never wake up again (seen with 6.1.176).
+never reads keeps no signal from getting through, and the guest's line buffer (4096 bytes) is never full: the line
+driver of the user-mode kernel then throttles, and may never wake up again (seen with 6.1.176).
 """
 import struct
 

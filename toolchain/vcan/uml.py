@@ -52,8 +52,8 @@ def find_kernel():
     path = installed()
     ip = shutil.which("ip", path="/usr/local/sbin:/usr/sbin:/sbin:/usr/bin:/bin")
     if path is None or ip is None:
-        raise CannotRun(f"there is no CAN interface here, and {KERNEL if path is None else 'ip'} is not installed to make "
-                        f"one. This line does it:\n  sudo apt-get install -y --no-install-recommends "
+        raise CannotRun(f"there is no CAN interface here, and {KERNEL if path is None else 'ip'} is not installed to "
+                        f"make one. This line does it:\n  sudo apt-get install -y --no-install-recommends "
                         f"{' '.join(PACKAGES)}", 4)
     return path
 
@@ -100,8 +100,9 @@ def wide_registers(folder):
     path = os.environ.get("PATH", "") + ":/usr/bin"
     compiler = shutil.which("cc", path=path) or shutil.which("gcc", path=path)
     if compiler is None:
-        raise CannotRun("this processor has AMX, whose registers the user-mode kernel does not know; what teaches it takes a C "
-                        "compiler. This line does it:\n  sudo apt-get install -y --no-install-recommends gcc libc6-dev", 4)
+        raise CannotRun("this processor has AMX, whose registers the user-mode kernel does not know; what teaches it "
+                        "takes a C compiler. This line does it:\n  sudo apt-get install -y --no-install-recommends gcc "
+                        "libc6-dev", 4)
     library = folder / "wide_registers.so"
     built = subprocess.run([compiler, "-O2", "-shared", "-fPIC", "-o", library, HERE / "wide_registers.c"],
                            capture_output=True, text=True, check=False)

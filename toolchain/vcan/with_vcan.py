@@ -9,8 +9,8 @@
      input, output, signals and exit code, and switches itself off. It has the loopback network only. What the command
      leaves running ends with it.
 
-A listener with a large buffer needs net.core.rmem_max of that size: the user-mode kernel allows 128 MB, a host 208 kB until
-`sysctl net.core.rmem_max=BYTES` says otherwise (candump -r, as root, needs no leave).
+A listener with a large buffer needs net.core.rmem_max of that size: the user-mode kernel allows 128 MB, a host 208 kB
+until `sysctl net.core.rmem_max=BYTES` says otherwise (candump -r, as root, needs no leave).
 """
 import argparse
 import re
@@ -48,8 +48,8 @@ def arguments(words):
     parser.add_argument("--interfaces", type=interface_names, default=["vcan0", "vcan1"], metavar="NAME,NAME",
                         help="which ones (vcan0,vcan1)")
     parser.add_argument("--private", action="store_true",
-                        help="interfaces that nobody else sees, for tests: those of a user-mode kernel, or of a network\n"
-                             "namespace where there is none")
+                        help="interfaces that nobody else sees, for tests: those of a user-mode kernel, or of a\n"
+                             "network namespace where there is none")
     parser.add_argument("--force", choices=("uml", "host"), help="only the user-mode kernel, or never")
     parser.add_argument("--memory", type=megabytes, default=512, metavar="SIZE",
                         help="most memory of the user-mode kernel (512M)")
@@ -79,8 +79,8 @@ def main(words):
         code = on_host(asked) if place == "host" else in_guest(asked)
         if code is not None:
             return code
-    complain(f"this machine has no {' and '.join(asked.interfaces)}, and they cannot be made here: that takes a kernel with the "
-             "module vcan and root (or sudo without a password). Without --force host a user-mode kernel is used.")
+    complain(f"this machine has no {' and '.join(asked.interfaces)}, and they cannot be made here: that takes a kernel "
+             "with the module vcan and root (or sudo without a password). Without --force host a user-mode kernel is used.")
     return 3
 
 

@@ -58,7 +58,8 @@ REPAIRS = {
     "backward time": (lambda: changed((500, 0, 480.0)), "1 rows with a time that goes back left out"),
     "current that is not a number": (lambda: changed((500, 1, "nan")), "1 rows without a time or current left out"),
     "empty time": (lambda: changed((500, 0, "")), "1 rows without a time or current left out"),
-    "voltage that is not a number": (lambda: changed((500, 2, "NaN"), (501, 2, "")), "2 rows without a voltage are not used"),
+    "voltage that is not a number": (lambda: changed((500, 2, "NaN"), (501, 2, "")),
+                                     "2 rows without a voltage are not used"),
     "voltage of no cell": (lambda: changed((500, 2, 65.535)), "1 rows with a voltage of no cell are not used"),
     "voltage in mV": (lambda: [[t, i, 1000 * v] for t, i, v in recording()], "voltage is in mV"),
     "charge positive": (lambda: [[t, -i, v] for t, i, v in recording()], "sign of the current turned"),
@@ -86,7 +87,8 @@ def test_what_can_be_mended_is_mended_and_said(command, case, tmp_path):
 
 ERRORS = {
     "no rest and one current": (lambda: without_rests(), ("a current of 10 A that never changes", "rests")),
-    "no rest through a resistor": (lambda: [[t, 10 * v / 4.1, v] for t, _, v in without_rests()], ("no step of the current", "pulse")),
+    "no rest through a resistor": (lambda: [[t, 10 * v / 4.1, v] for t, _, v in without_rests()],
+                                   ("no step of the current", "pulse")),
     "a single pulse": (lambda: recording(pulses=1), ("one pulse", "--ocv")),
     "no current": (lambda: [[t, 0.0, v] for t, _, v in recording()], ("no current",)),
     "voltage of a pack": (lambda: [[t, i, 28 * v] for t, i, v in recording()], ("--cells-in-series",)),

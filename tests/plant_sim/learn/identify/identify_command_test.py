@@ -94,7 +94,8 @@ def test_cell_flag_says_whose_the_files_are(bench, tmp_path):
     assert "a: Capacity" in run.stdout and "Mean of 2 cells" in run.stdout
 
 
-@pytest.mark.parametrize("flags, words", [(["--method", "fpq"], "fpo"), (["--method", "ipo", "--rc", "1"], "two branches"),
+@pytest.mark.parametrize("flags, words", [(["--method", "fpq"], "fpo"),
+                                          (["--method", "ipo", "--rc", "1"], "two branches"),
                                           (["--method", "ilo", "--blocks", "60:even"], "--blocks"),
                                           (["--method", "all", "--ocv", "aesc_e5_2p"], "--ocv")])
 def test_what_methods_cannot_do_is_refused(bench, flags, words):

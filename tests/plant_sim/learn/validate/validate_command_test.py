@@ -17,7 +17,8 @@ IDEAL = ("--set", "cells.capacity_scale=[1.0, 1.0, 1.0, 1.0]", "cells.resistance
 
 
 def voltlap(command, *arguments, code=0, folder=None):
-    run = subprocess.run([BINARY, command, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=120)
+    run = subprocess.run([BINARY, command, *map(str, arguments)], cwd=folder, capture_output=True, text=True,
+                         timeout=120)
     assert run.returncode == code, run.stderr
     return run
 
@@ -53,7 +54,8 @@ def test_true_cell_is_met_down_to_the_instruments(bench, tmp_path):
 
 def test_numbers_of_the_study_stand_beside(bench, tmp_path):
     text, found = validated(tmp_path, table(bench / "random_resistors_free"), "--full")
-    for number in ("64.6 mV", "19.2 mV", "60.1 mV", "-0.00099", "-1.4", "(192.8)", "747", "-0.00027 V", "706", "1.4e-05"):
+    for number in ("64.6 mV", "19.2 mV", "60.1 mV", "-0.00099", "-1.4", "(192.8)", "747", "-0.00027 V", "706",
+                   "1.4e-05"):
         assert number in text, number
     assert set(found) >= {"files", "kinds", "reductions", "sensitivity", "thermal", "pack"}
     # The bench knows this cell: per_ampere -0.00034/A about 200 A over breakpoints whose mean is 207 A.
@@ -151,7 +153,8 @@ def test_what_cannot_be_done_is_said(case, bench, tmp_path):
 
 BROKEN_CELLS = {
     "point missing": (lambda text: text.replace("value = [0.0004, 0.0004", "value = [0.0004", 1), "r1.value"),
-    "breakpoints out of order": (lambda text: text.replace("soc = [0.001, 0.05", "soc = [0.05, 0.001"), "breakpoints.soc"),
+    "breakpoints out of order": (lambda text: text.replace("soc = [0.001, 0.05", "soc = [0.05, 0.001"),
+                                 "breakpoints.soc"),
     "OCV of another size": (lambda text: text.replace("[ocv]\n", "[ocv]\ntable = [3.0, 4.0]\n"), "ocv.table"),
     "no TOML": (lambda text: text.replace("[ocv]", "[ocv"), "cell.toml"),
 }
