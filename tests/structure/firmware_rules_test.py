@@ -15,7 +15,6 @@ REFUSED = {
     "a choice by the preprocessor": re.compile(r"^\s*#\s*if", re.MULTILINE),
     "the standard library": re.compile(r"\bstd::(?!u?int(?:8|16|32|64)_t\b|size_t\b|numeric_limits\b|is_)\w+"),
 }
-LINES_MAX = 400
 HOST = ROOT / "firmware" / "port" / "host"
 
 
@@ -41,12 +40,10 @@ def test_firmware_sources_keep_the_rules():
     assert found == {}
 
 
-def test_firmware_sources_are_short_and_carry_the_licence():
+def test_firmware_sources_carry_the_licence():
     assert HOST.is_dir()
     for path in all_sources():
-        lines = path.read_text().splitlines()
-        assert lines[0] == "// SPDX-License-Identifier: Apache-2.0", path
-        assert len(lines) <= LINES_MAX, path
+        assert path.read_text().startswith("// SPDX-License-Identifier: Apache-2.0\n"), path
 
 
 PLANTED = {

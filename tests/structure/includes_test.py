@@ -20,7 +20,7 @@ FIRMWARE = {
     "app": {"base", "codec", "config", "bms", "master", "can_dbc"},
     "port": {"base", "can_dbc"},
 }
-FIRMWARE_HOST = "firmware/port/host/"  # behind the seams on Linux: the system's headers are allowed there, and only there
+FIRMWARE_HOST = "firmware/port/host/"  # behind the seams on Linux: the system's headers are allowed here alone
 FIRMWARE_SYSTEM = {"cstdint", "cstddef", "limits", "type_traits"}
 # What each flow of the plant may include besides itself: a row a flow. discrepancy/ stands in the place of explain/.
 PLANT = {

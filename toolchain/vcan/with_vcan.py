@@ -80,7 +80,8 @@ def main(words):
         if code is not None:
             return code
     complain(f"this machine has no {' and '.join(asked.interfaces)}, and they cannot be made here: that takes a kernel "
-             "with the module vcan and root (or sudo without a password). Without --force host a user-mode kernel is used.")
+             "with the module vcan and root (or sudo without a password). Without --force host a user-mode kernel is "
+             "used.")
     return 3
 
 
