@@ -122,7 +122,7 @@ def test_a_bus_without_plant_is_told(dbc):
 def test_a_process_that_dies_is_told_before_patience_ends(dbc):
     def died():
         raise HilError("bms ended with exit code 3")
-    clock = LockstepClock("nobody", dbc, None, watch_processes=died, interface="virtual")
+    clock = LockstepClock("nobody", dbc, None, check_processes=died, interface="virtual")
     with pytest.raises(HilError, match="bms ended"):
         clock.advance()
     clock.close()

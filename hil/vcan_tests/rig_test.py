@@ -12,7 +12,7 @@ from voltlap_hil.dbc import can_dbc_folder
 from voltlap_hil.errors import HilError, InputError
 from voltlap_hil.frame import EXTENDED, is_lockstep
 from voltlap_hil.nodes import Nodes
-from voltlap_hil.scenario import Rig
+from voltlap_hil.rig import Bench, Rig
 
 FULL_PEDAL = "InverterStatus.PhaseCurrent > 400 A"
 
@@ -133,7 +133,7 @@ def test_nodes_that_run_already_are_followed_by_the_time_of_the_bus(dbc):
         nodes.start("ecus", ["ecu", "all", "--bus", "vcan0", "--realtime"])
         nodes.start("plant", ["plant", "--bus", "vcan0", "--realtime", "--driver", "stand", "--duration", "60"])
         opened = time.monotonic()
-        with Rig("vcan0", start=False, dbc=dbc, operator=asked.append) as rig:
+        with Rig(Bench("vcan0", start=False, operator=asked.append), dbc=dbc) as rig:
             rig.driver(accelerator=0, shutdown="On")
             rig.wait("PackSensor.PackVoltage > 90 V and BmsStatus.State != Invalid", within="20 s")
             begin = rig.now_ms

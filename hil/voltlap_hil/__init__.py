@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from .checks import Check, Result
     from .dbc import Dbc
     from .errors import HilError, InputError
-    from .scenario import Rig
+    from .rig import Bench, Rig
     from .scenario_file import Scenario, load
 
-__all__ = ["Bus", "Check", "Dbc", "HilError", "InputError", "Result", "Rig", "Scenario", "load"]
-_HOME = {"Bus": "bus", "Check": "checks", "Result": "checks", "Dbc": "dbc", "HilError": "errors",
-         "InputError": "errors", "Rig": "scenario", "Scenario": "scenario_file", "load": "scenario_file"}
+__all__ = ["Bench", "Bus", "Check", "Dbc", "HilError", "InputError", "Result", "Rig", "Scenario", "load"]
+_HOME = {"Bench": "rig", "Bus": "bus", "Check": "checks", "Result": "checks", "Dbc": "dbc", "HilError": "errors",
+         "InputError": "errors", "Rig": "rig", "Scenario": "scenario_file", "load": "scenario_file"}
 
 
 def __getattr__(name: str) -> Any:

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from . import report
 from .dbc import Dbc
 from .errors import HilError, InputError
+from .rig import Bench, Rig
 from .runner import Outcome, run
-from .scenario import Rig
 from .scenario_file import Scenario, load
 
 _SIMULATED = "vcan"
@@ -99,7 +100,7 @@ def _run_one(scenario: Scenario, options: argparse.Namespace, dbc: Dbc) -> Outco
     return outcome
 
 
-def open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, **what: object) -> Rig:
+def open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, behind: Sequence[str], **what: object) -> Rig:
     start = options.nodes == "started" if options.nodes else options.channel.startswith(_SIMULATED)
     far = options.far
     if gateway and far is None:
@@ -107,7 +108,8 @@ def open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, **what: objec
             raise InputError(f"this scenario plants faults of the bus: name the channel behind the gateway with --far, "
                              f"beside --channel {options.channel}")
         far = "vcan1"
-    return Rig(options.channel, far if gateway else None, start=start, dbc=dbc, **what)  # type: ignore[arg-type]
+    bench = Bench(options.channel, far if gateway else None, behind, start)
+    return Rig(bench, dbc=dbc, **what)  # type: ignore[arg-type]
 
 
 if __name__ == "__main__":

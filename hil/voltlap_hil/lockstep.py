@@ -20,6 +20,7 @@ from .quantity import TICK_MS
 _READY_EVERY_S = 0.1
 _LOOK_EVERY_S = 0.5
 MEMBERS = {"bms": "Bms", "master": "Master", "logger": "Logger", "hil": "Hil"}
+_BEFORE_US = "DoneMaster"  # the mark after which it is the harness's turn
 NOTHING: Callable[[], None] = lambda: None  # noqa: E731
 
 
@@ -40,12 +41,12 @@ class Clock(Protocol):
 
 
 class LockstepClock:
-    def __init__(self, channel: str, dbc: Dbc, listen_to: Iterable[int] | None, last_node: str = "master",
-                 watch_processes: Callable[[], None] = NOTHING, interface: str = "socketcan",
+    def __init__(self, channel: str, dbc: Dbc, listen_to: Iterable[int] | None,
+                 check_processes: Callable[[], None] = NOTHING, interface: str = "socketcan",
                  patience_s: float = 20.0) -> None:
-        """`last_node`: the ECU that ends a tick; `watch_processes` raises when one that should live has died."""
-        self._dbc, self._watch, self._patience_s = dbc, watch_processes, patience_s
-        self._turn = dbc.message(f"Done{MEMBERS[last_node]}")
+        """`check_processes` raises when one that should live has died."""
+        self._dbc, self._check_processes, self._patience_s = dbc, check_processes, patience_s
+        self._turn = dbc.message(_BEFORE_US)
         self._sync, self._alive = dbc.message("Sync").id, dbc.message("Alive").id
         # Two sockets: one that wakes the harness once a tick, one that gathers what came until then.
         self._barrier = Bus(channel, interface, dbc, [self._turn.id])
@@ -98,14 +99,14 @@ class LockstepClock:
             self._tell("ReadyHil", Member="Hil")
             if self._take_turn(_READY_EVERY_S):
                 return
-            self._watch()
+            self._check_processes()
         raise HilError(f"no tick within {self._patience_s:g} s: plant or a member of its barrier is missing "
                        "on this bus")
 
     def _await_turn(self) -> None:
         give_up = time.monotonic() + self._patience_s
         while not self._take_turn(_LOOK_EVERY_S):
-            self._watch()
+            self._check_processes()
             if any(self._ends_run(frame) for frame in self._gathered()):
                 raise HilError(f"the plant ended the run at {self.now_ms:g} ms")
             if time.monotonic() > give_up:
@@ -115,7 +116,10 @@ class LockstepClock:
         frames = self._barrier.receive(timeout_s)
         if not frames:
             return False
-        self.tick = int(self._turn.signals["Tick"].raw(frames[-1].data))
+        before, self.tick = self.tick, int(self._turn.signals["Tick"].raw(frames[-1].data))
+        if before >= 0 and self.tick != before + 1:
+            raise HilError(f"tick {self.tick} came after tick {before}: the plant went on without the harness, and what "
+                           "was measured is worthless")
         return True
 
     def _gathered(self) -> list[Frame]:
@@ -128,11 +132,15 @@ class LockstepClock:
         return frame.id in (self._sync, self._alive) and bool(self._dbc.by_id[frame.id].signals["Stop"].raw(frame.data))
 
 
+def ask_on_terminal(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
 class BusClock:
     """The time of a bus that nobody holds: a real car, a bench, or a plant in real time."""
 
     def __init__(self, channel: str, dbc: Dbc, listen_to: Iterable[int] | None, interface: str = "socketcan",
-                 operator: Callable[[str], None] = lambda text: print(text, file=sys.stderr, flush=True)) -> None:
+                 operator: Callable[[str], None] = ask_on_terminal) -> None:
         self._bus = Bus(channel, interface, dbc, listen_to)
         self._operator = operator
         self.now_ms = 0.0

@@ -5,12 +5,13 @@ A conftest.py takes it in with `pytest_plugins = ["voltlap_hil.pytest_plugin"]`.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 
 from .dbc import Dbc
-from .scenario import Rig
+from .nodes import ECUS
+from .rig import Bench, Rig
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -26,14 +27,14 @@ def dbc() -> Dbc:
 
 @pytest.fixture
 def open_rig(request: pytest.FixtureRequest, dbc: Dbc) -> Iterator[Callable[..., Rig]]:
-    """open_rig(gateway=True, arguments=[...], ...): as Rig, on the channels of the command line."""
+    """open_rig(gateway=True, behind=["bms"], arguments=[...], ...): as Rig, on the channels of the command line."""
     rigs: list[Rig] = []
     channel = request.config.getoption("--channel")
 
-    def opened(gateway: bool = False, **what: object) -> Rig:
+    def opened(gateway: bool = False, behind: Sequence[str] = ECUS, **what: object) -> Rig:
         far = request.config.getoption("--far") if gateway else None
-        what.setdefault("start", channel.startswith("vcan"))
-        rigs.append(Rig(channel, far, dbc=dbc, **what))  # type: ignore[arg-type]
+        bench = Bench(channel, far, behind, start=channel.startswith("vcan"))
+        rigs.append(Rig(bench, dbc=dbc, **what))  # type: ignore[arg-type]
         return rigs[-1]
 
     yield opened

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from .checks import Result
-from .scenario import Rig
+from .rig import Rig
 from .scenario_file import Scenario
 from .scenario_steps import Step
 

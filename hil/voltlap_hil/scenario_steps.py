@@ -11,7 +11,7 @@ from .condition import Condition
 from .dbc import Dbc, Signal, Value
 from .errors import InputError
 from .quantity import duration_ms, number, ticks
-from .scenario import STAGES, START_UP_NEEDS, SWITCHES, Rig
+from .rig import STAGES, START_UP_NEEDS, SWITCHES, Rig
 from .yaml_node import Node
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A test rig: nodes started, the driver's pedals, planted faults, waiting for conditions. Plain pytest works with it.
 
->>> with Rig("vcan0") as rig:
+>>> with Rig(Bench("vcan0")) as rig:
 ...     rig.start_up("ready_to_drive")
 ...     rig.driver(accelerator=100)
 ...     rig.wait("InverterStatus.PhaseCurrent > 300 A", within="1 s")
@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from .condition import Condition
@@ -21,7 +22,7 @@ from .errors import HilError, InputError, did_you_mean
 from .faults import KINDS, Rule
 from .frame import Frame
 from .gateway import GatewayProcess
-from .lockstep import MEMBERS, BusClock, Clock, LockstepClock
+from .lockstep import MEMBERS, BusClock, Clock, LockstepClock, ask_on_terminal
 from .nodes import ECUS, Nodes
 from .quantity import TICK_MS, duration_ms
 from .record import Recorder
@@ -34,58 +35,91 @@ _ALL_HEARD_MS = 300.0  # after power-on: every sensor has been heard
 _LOST_AFTER_S = "60"  # wall time that a busy machine may take over a tick
 
 
+@dataclass(frozen=True)
+class Bench:
+    """Where a run takes place.
+
+    channel     the bus: the plant's side when there is a gateway
+    far         the channel behind the gateway, None for a run without
+    behind      the ECUs behind the gateway
+    start       False: the nodes run already, or the bus is a real one; then conditions use the bus's time
+    interface   python-can's name of the kind of bus, for a run whose nodes are not started
+    operator    is told what a person has to do at a real car
+    """
+
+    channel: str = "vcan0"
+    far: str | None = None
+    behind: Sequence[str] = ECUS
+    start: bool = True
+    interface: str = "socketcan"
+    operator: Callable[[str], None] = ask_on_terminal
+
+    def __post_init__(self) -> None:
+        if self.far == self.channel:
+            raise InputError(f"found {self.channel} on both sides of the gateway, expected two channels")
+        for ecu in self.behind:
+            if ecu not in ECUS:
+                raise InputError(f"no ECU {ecu!r}.{did_you_mean(ecu, ECUS)} ECUs: {', '.join(ECUS)}")
+
+    def channel_of(self, ecu: str) -> str:
+        return self.far if self.far and ecu in self.behind else self.channel
+
+
 class Rig:
     """One run. Time goes on only in `run`, `wait` and `start_up`; with lockstep it is simulated time.
 
-    channel     the bus: the plant's side when there is a gateway
-    far         the channel behind the gateway, None for a run without; `behind` says which ECUs sit there
-    start       False: the nodes run already, or the bus is a real one; then conditions use the bus's time
     watch       names of signals or messages to listen to, None for all; a short list is quicker
+    record      file of all frames (see record.Recorder)
     arguments   more for `voltlap plant` and the ECUs, for example ["--vehicle", "vtm17e"]
     """
 
-    def __init__(self, channel: str = "vcan0", far: str | None = None, behind: Sequence[str] = ECUS, start: bool = True,
-                 watch: Iterable[str] | None = None, record: str | Path | None = None, arguments: Sequence[str] = (),
-                 interface: str = "socketcan", dbc: Dbc | None = None,
-                 operator: Callable[[str], None] | None = None) -> None:
+    def __init__(self, bench: Bench | None = None, watch: Iterable[str] | None = None, record: str | Path | None = None,
+                 arguments: Sequence[str] = (), dbc: Dbc | None = None) -> None:
+        self.bench = bench if bench is not None else Bench()
         self.dbc = dbc if dbc is not None else Dbc.of_project()
         self.trace = Trace(self.dbc)
         self.signals = Signals(self.dbc)
         self.nodes = Nodes()
         self._driver: dict[str, Value | None] = {"Accelerator": None, "Brake": None}
+        self._recorder: Recorder | None = None
+        self._gateway: GatewayProcess | None = None
+        self._lockstep: LockstepClock | None = None
         self._closers: list[Callable[[], None]] = []
         try:
-            self._open(channel, far, behind, start, watch, record, arguments, interface, operator)
+            if record:
+                self._open_recorder(record)
+            if self.bench.far:
+                self._open_gateway(self.bench.far)
+            self.clock = self._open_clock(None if watch is None or record else self._ids_of(watch))
+            if self.bench.start:
+                self._start_nodes(arguments)
+            self.step()
         except BaseException:
             self.close()
             raise
 
-    def _open(self, channel: str, far: str | None, behind: Sequence[str], start: bool, watch: Iterable[str] | None,
-              record: str | Path | None, arguments: Sequence[str], interface: str,
-              operator: Callable[[str], None] | None) -> None:
-        self._recorder = Recorder(record, channel) if record else None
-        if self._recorder:
-            self._closers.append(self._recorder.close)
-        self._gateway = GatewayProcess(channel, far, self.dbc, lockstep=start) if far else None
-        if self._gateway:
-            self._closers.append(self._gateway.close)
-        ids = None if watch is None or record else self._ids_of(watch)
-        self._lockstep: LockstepClock | None = None
-        if start:
-            self._lockstep = LockstepClock(channel, self.dbc, ids, watch_processes=self._check_processes)
-            self._start_nodes(channel, far, behind, arguments)
-        self.clock: Clock = self._lockstep or (
-            BusClock(channel, self.dbc, ids, interface, operator) if operator
-            else BusClock(channel, self.dbc, ids, interface))
-        self._closers.append(self.clock.close)
-        self.step()
+    def _open_recorder(self, path: str | Path) -> None:
+        self._recorder = Recorder(path, self.bench.channel)
+        self._closers.append(self._recorder.close)
 
-    def _start_nodes(self, channel: str, far: str | None, behind: Sequence[str], arguments: Sequence[str]) -> None:
+    def _open_gateway(self, far: str) -> None:
+        self._gateway = GatewayProcess(self.bench.channel, far, self.dbc, lockstep=self.bench.start)
+        self._closers.append(self._gateway.close)
+
+    def _open_clock(self, ids: list[int] | None) -> Clock:
+        clock: Clock
+        if self.bench.start:
+            clock = self._lockstep = LockstepClock(self.bench.channel, self.dbc, ids, self._check_processes)
+        else:
+            clock = BusClock(self.bench.channel, self.dbc, ids, self.bench.interface, self.bench.operator)
+        self._closers.append(clock.close)
+        return clock
+
+    def _start_nodes(self, arguments: Sequence[str]) -> None:
         for ecu in ECUS:
-            at = far if far and ecu in behind else channel
-            self.nodes.start(ecu, ["ecu", ecu, "--bus", at, *arguments])
-        self.nodes.start("plant", ["plant", "--bus", channel, "--members", "bms,master,hil", "--driver", "none",
-                                   "--lost-after", _LOST_AFTER_S, *arguments])
+            self.nodes.start(ecu, ["ecu", ecu, "--bus", self.bench.channel_of(ecu), *arguments])
+        self.nodes.start("plant", ["plant", "--bus", self.bench.channel, "--members", "bms,master,hil",
+                                   "--driver", "none", "--lost-after", _LOST_AFTER_S, *arguments])
 
     def _check_processes(self) -> None:
         if self._gateway:
@@ -103,7 +137,7 @@ class Rig:
 
     def close(self) -> None:
         """Ends the run and every process of it."""
-        if getattr(self, "_lockstep", None) is not None and self._lockstep is not None:
+        if self._lockstep is not None:
             self._lockstep.stop()
         self.nodes.close()
         for close in reversed(self._closers):
