@@ -43,7 +43,7 @@ class FakePlant:
         self.say("Sync", Tick=self.ticks, Stop=1)
 
     def close(self):
-        self._thread.join(5.0)
+        self._thread.join(60.0)
         self.bus.close()
 
 
@@ -56,7 +56,7 @@ def plant(dbc, request):
 
 @pytest.fixture
 def clock(dbc, plant, request):
-    clock = LockstepClock(request.node.name, dbc, None, interface="virtual", patience_s=3.0)
+    clock = LockstepClock(request.node.name, dbc, None, interface="virtual", patience_s=60.0)
     yield clock
     while clock.tick < plant.ticks - 1:
         clock.advance()
@@ -104,7 +104,7 @@ def test_a_node_that_is_dead_is_reported_as_a_member_lost(clock, plant):
 
 def test_the_end_of_the_run_is_told(dbc, request):
     plant = FakePlant(dbc, request.node.name, ticks=1)
-    clock = LockstepClock(request.node.name, dbc, None, interface="virtual", patience_s=3.0)
+    clock = LockstepClock(request.node.name, dbc, None, interface="virtual", patience_s=60.0)
     clock.advance()
     with pytest.raises(HilError, match="the plant ended the run at 0 ms"):
         clock.advance()

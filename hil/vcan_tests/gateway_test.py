@@ -11,6 +11,8 @@ from voltlap_hil.frame import Frame
 from voltlap_hil.gateway import GatewayProcess
 
 PEDALS = 0xB1
+MARK = Frame(0x555, b"")
+HANG_S = 300.0  # only a hang takes as long, however busy the machine
 
 
 @pytest.fixture
@@ -25,29 +27,31 @@ def gateway(dbc, sides):
         yield process
 
 
-def drained(bus):
-    frames = []
-    while batch := bus.receive(0.3):
-        frames += batch
-    return frames
+def passed_on(frames, sender, receiver):
+    """What comes out on the other side: all of it, when a mark that was sent behind the frames is there."""
+    sender.send([*frames, MARK])
+    heard = []
+    while MARK not in heard:
+        batch = receiver.receive(HANG_S)
+        assert batch, "the mark never came"
+        heard += batch
+    assert heard[-1] == MARK
+    return heard[:-1]
 
 
 def test_frames_pass_both_ways_once(gateway, sides):
     plant, ecus = sides
     there, back = [Frame(i, bytes([1])) for i in range(100, 200)], [Frame(i, bytes([2])) for i in range(300, 400)]
-    plant.send(there)
-    ecus.send(back)
-    assert drained(ecus) == there and drained(plant) == back
+    assert passed_on(there, plant, ecus) == there
+    assert passed_on(back, ecus, plant) == back
 
 
 def test_a_fault_is_in_force_when_install_returns(gateway, sides):
     plant, ecus = sides
     gateway.install(Rule("drop", frozenset([PEDALS])))
-    plant.send([Frame(PEDALS, bytes(8)), Frame(0xB2, bytes(8))])
-    assert [f.id for f in drained(ecus)] == [0xB2]
+    assert passed_on([Frame(PEDALS, bytes(8)), Frame(0xB2, bytes(8))], plant, ecus) == [Frame(0xB2, bytes(8))]
     gateway.clear()
-    plant.send([Frame(PEDALS, bytes(8))])
-    assert [f.id for f in drained(ecus)] == [PEDALS]
+    assert passed_on([Frame(PEDALS, bytes(8))], plant, ecus) == [Frame(PEDALS, bytes(8))]
 
 
 def test_a_channel_that_does_not_exist_is_told(dbc):
@@ -61,8 +65,8 @@ def test_without_lockstep_a_delay_is_of_the_wall_clock(dbc, sides):
         gateway.install(Rule("delay", frozenset([PEDALS]), ticks=20))
         begin = time.monotonic()
         plant.send([Frame(PEDALS, bytes(8))])
-        assert ecus.receive(5.0) == [Frame(PEDALS, bytes(8))]
-        assert 0.15 < time.monotonic() - begin < 1.0
+        assert ecus.receive(HANG_S) == [Frame(PEDALS, bytes(8))]
+        assert time.monotonic() - begin > 0.15
 
 
 def test_a_closed_gateway_forwards_nothing_and_its_process_serves_the_next(dbc, sides):
@@ -70,11 +74,10 @@ def test_a_closed_gateway_forwards_nothing_and_its_process_serves_the_next(dbc, 
     with GatewayProcess("vcan0", "vcan1", dbc) as first:
         first.install(Rule("drop", frozenset([PEDALS])))
     plant.send([Frame(PEDALS, bytes(8))])
-    assert drained(ecus) == []
+    assert ecus.receive(0.1) == []
     with GatewayProcess("vcan0", "vcan1", dbc) as second:
         assert second._worker is first._worker
-        plant.send([Frame(PEDALS, bytes(8))])
-        assert drained(ecus) == [Frame(PEDALS, bytes(8))]
+        assert passed_on([Frame(PEDALS, bytes(8))], plant, ecus) == [Frame(PEDALS, bytes(8))]
 
 
 def test_a_gateway_that_dies_is_told(dbc, sides):

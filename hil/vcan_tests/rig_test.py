@@ -59,7 +59,7 @@ def test_every_frame_of_the_nodes_is_heard_once_decodes_and_is_sealed(open_rig, 
         rig.start_up("tractive_system")
         rig.close()
         heard = []
-        while batch := listener.receive(0.2):
+        while batch := listener.receive():
             heard += batch
     car = [f for f in heard if not is_lockstep(f.id)]
     frames = [(f.id, f.data) for f in rig.trace.frames]
@@ -131,11 +131,11 @@ def test_nodes_that_run_already_are_followed_by_the_time_of_the_bus(dbc):
     nodes, asked = Nodes(), []
     try:
         nodes.start("ecus", ["ecu", "all", "--bus", "vcan0", "--realtime"])
-        nodes.start("plant", ["plant", "--bus", "vcan0", "--realtime", "--driver", "stand", "--duration", "60"])
+        nodes.start("plant", ["plant", "--bus", "vcan0", "--realtime", "--driver", "stand", "--duration", "600"])
         opened = time.monotonic()
         with Rig(Bench("vcan0", start=False, operator=asked.append), dbc=dbc) as rig:
             rig.driver(accelerator=0, shutdown="On")
-            rig.wait("PackSensor.PackVoltage > 90 V and BmsStatus.State != Invalid", within="20 s")
+            rig.wait("PackSensor.PackVoltage > 90 V and BmsStatus.State != Invalid", within="300 s")
             begin = rig.now_ms
             rig.run("500 ms")
             assert begin + 500 <= rig.now_ms <= (time.monotonic() - opened) * 1000 + 50

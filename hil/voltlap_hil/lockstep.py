@@ -43,7 +43,7 @@ class Clock(Protocol):
 class LockstepClock:
     def __init__(self, channel: str, dbc: Dbc, listen_to: Iterable[int] | None,
                  check_processes: Callable[[], None] = NOTHING, interface: str = "socketcan",
-                 patience_s: float = 20.0) -> None:
+                 patience_s: float = 60.0) -> None:
         """`check_processes` raises when one that should live has died."""
         self._dbc, self._check_processes, self._patience_s = dbc, check_processes, patience_s
         self._turn = dbc.message(_BEFORE_US)

@@ -6,7 +6,7 @@ import subprocess
 import time
 
 import pytest
-from copies import BUILT_FROM, PROJECT, copy_project, hear_interruptions
+from copies import BUILT_FROM, HANG_S, PROJECT, copy_project, hear_interruptions
 
 CANNOT = 77
 LOG = "bare_root.log"
@@ -24,7 +24,7 @@ def command(folder, project):
 
 
 def start(folder, project=PROJECT):
-    run = subprocess.run(command(folder, project), capture_output=True, text=True, timeout=120)
+    run = subprocess.run(command(folder, project), capture_output=True, text=True, timeout=HANG_S)
     if run.returncode == CANNOT:
         pytest.skip(run.stderr.strip())
     assert not list(folder.iterdir())
@@ -73,10 +73,11 @@ def test_interruption_leaves_nothing_behind(folder, how, to, delay_s):
     run = subprocess.Popen(command(folder, PROJECT), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                            start_new_session=True, preexec_fn=hear_interruptions)
     while not log.exists():  # written first thing inside
+        assert run.poll() is None
         time.sleep(0.01)
     time.sleep(delay_s)
     to(run.pid, how)
-    assert run.wait(timeout=30) == 130
+    assert run.wait(timeout=HANG_S) == 130
     assert not list(folder.iterdir())
 
 

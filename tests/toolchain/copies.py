@@ -4,6 +4,7 @@ import pathlib
 import shutil
 import signal
 
+HANG_S = 300.0  # only a hang takes as long, however busy the machine
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 
 

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 
-from copies import BUILT_FROM, copy_project
+from copies import BUILT_FROM, HANG_S, copy_project
 
 BASH = shutil.which("bash")
 CHMOD = shutil.which("chmod")
@@ -83,7 +83,7 @@ class Machine:
     def start(self, *arguments, script=None, folder=None, user=None, **more):
         return subprocess.run([script or self.project / "voltlap", *arguments], cwd=folder, user=user,
                               env=self.environment(**more), stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              timeout=30)
+                              timeout=HANG_S)
 
     def called(self, name):
         """The calls of one stand-in since the last look at any."""

@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from copies import hear_interruptions
+from copies import HANG_S, hear_interruptions
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(PROJECT / "toolchain"))
@@ -61,7 +61,7 @@ def test_pytest_folder_without_tests_has_failed(tmp_path):
 
 def test_hanging_suite_has_failed(monkeypatch):
     monkeypatch.setattr(run_tests, "SUITE_TIMEOUT_S", 0.2)
-    outcome = run_tests.run_cpputest("suite", [sys.executable, "-c", "import time; time.sleep(20)"], PROJECT)
+    outcome = run_tests.run_cpputest("suite", [sys.executable, "-c", "import time; time.sleep(10000)"], PROJECT)
     assert (outcome.passed, outcome.failed) == (0, 1)
 
 
@@ -71,7 +71,7 @@ def test_suites_of_a_run_in_the_background_hear_an_interruption(tmp_path):
     ctest.write_text(f"#!/bin/sh\necho '{json.dumps({'tests': [suite]})}'\n")
     ctest.chmod(0o755)
     run = subprocess.run([sys.executable, run_tests.__file__], capture_output=True, text=True,
-                         env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}, timeout=30,
+                         env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}, timeout=HANG_S,
                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
     assert "0 passed, 1 failed" in run.stdout, "the suite should have died of its own interruption"
 
@@ -80,7 +80,7 @@ def test_interruption_ends_the_run_without_starting_more(tmp_path):
     started = [tmp_path / f"started_{n}" for n in range(2 * os.cpu_count())]
     # Not a shell: one that is just starting its second command may lose an interruption.
     suites = [{"name": path.name,
-               "command": [sys.executable, "-c", f"import time; open('{path}', 'w'); time.sleep(20)"]}
+               "command": [sys.executable, "-c", f"import time; open('{path}', 'w'); time.sleep(10000)"]}
               for path in started]
     ctest = tmp_path / "ctest"
     (tmp_path / "suites.json").write_text(json.dumps({"tests": suites}))
@@ -91,8 +91,9 @@ def test_interruption_ends_the_run_without_starting_more(tmp_path):
                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
                            preexec_fn=hear_interruptions)
     while sum(path.exists() for path in started) < os.cpu_count():
+        assert run.poll() is None
         time.sleep(0.02)
     os.killpg(run.pid, signal.SIGINT)  # as a terminal does
-    output, error = run.communicate(timeout=19)  # the suites would go on for 20 s
+    output, error = run.communicate(timeout=HANG_S)  # the suites would go on for hours
     assert run.returncode == 130 and "Traceback" not in error and "passed," not in output
     assert not all(path.exists() for path in started)

@@ -9,7 +9,7 @@ import threading
 import time
 
 import pytest
-from copies import PROJECT, hear_interruptions
+from copies import HANG_S, PROJECT, hear_interruptions
 from machine import Machine
 
 SCRIPT = PROJECT / "voltlap"
@@ -157,7 +157,7 @@ def test_one_question_covers_packages_and_python(machine, answer, code):
     ours, terminal = pty.openpty()
     os.write(ours, (answer + "\n").encode())
     run = subprocess.run([machine.project / "voltlap", "lap"], env=machine.environment(), stdin=terminal,
-                         capture_output=True, text=True, timeout=30)
+                         capture_output=True, text=True, timeout=HANG_S)
     os.close(ours)
     os.close(terminal)
     assert run.returncode == code
@@ -192,19 +192,22 @@ def test_needed_package_that_the_distribution_lacks_is_an_error(machine):
 
 
 def test_seconds_count_up_on_a_terminal_while_one_waits(machine):
-    machine.makes_environments(pip="sleep 1.5")
+    seen = machine.project / "seen"
+    machine.makes_environments(pip=f"until [ -e {seen} ]; do sleep 0.1; done")
     ours, terminal = pty.openpty()
-    run = subprocess.run([machine.project / "voltlap", "lap", "--yes"], env=machine.environment(),
-                         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=terminal, text=True, timeout=30)
+    run = subprocess.Popen([machine.project / "voltlap", "lap", "--yes"], env=machine.environment(),
+                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=terminal, text=True)
     os.close(terminal)
     shown = b""
     try:
         while part := os.read(ours, 4096):
             shown += part
+            if b"(1 s)" in shown:
+                seen.touch()
     except OSError:  # nobody writes any more
         pass
     os.close(ours)
-    assert run.stdout == "program: lap\n"
+    assert run.communicate(timeout=HANG_S)[0] == "program: lap\n"
     assert b"setting up Python packages in build/venv (0 s)" in shown and b"build/venv (1 s)" in shown
     assert b"Terminated" not in shown
 
@@ -318,14 +321,15 @@ def test_first_configuration_that_failed_is_repeated(machine):
 
 
 def test_interrupted_build_goes_on_at_the_next_start(machine):
-    machine.builds("sleep 20")
+    machine.builds("sleep 10000")
     run = subprocess.Popen([machine.project / "voltlap", "lap", "--yes"], env=machine.environment(), text=True,
                            stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
                            preexec_fn=hear_interruptions)
     while "ninja -C" not in machine.calls.read_text():
+        assert run.poll() is None
         time.sleep(0.02)
     os.killpg(run.pid, signal.SIGINT)  # as a terminal does
-    _, text = run.communicate(timeout=10)
+    _, text = run.communicate(timeout=HANG_S)
     assert run.returncode == 130 and "interrupted" in text and "failed" not in text
     machine.builds()
     assert machine.start("lap").returncode == 0

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sees to it that nothing of a guest is left: its processes, and its folder when the runner itself is killed."""
 import contextlib
+import glob
 import os
 import shutil
 import signal
 import time
 
-GRACE_S = 3.0
+NOTICE_S = 3.0  # a guest that sees its line end switches itself off
+END_LIMIT_S = 60.0  # a killed process is gone at once, on a busy machine in seconds
 
 
 def members(group):
@@ -24,7 +26,7 @@ def members(group):
 
 
 def end_group(group):
-    limit = time.monotonic() + GRACE_S
+    limit = time.monotonic() + END_LIMIT_S
     while members(group) and time.monotonic() < limit:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(group, signal.SIGKILL)
@@ -32,9 +34,14 @@ def end_group(group):
 
 
 class Guard:
-    """A process that clears up when the runner itself is killed; asleep until then."""
+    """A process that clears up when the runner itself is killed; asleep until then.
 
-    def __init__(self, group, folder):
+    It is there before anything that it clears up: folders whose names match `pattern`, and the group of processes that
+    it is told to watch.
+    """
+
+    def __init__(self, pattern):
+        self.pattern = pattern
         watched, self._held = os.pipe()
         self._process = os.fork()
         if self._process == 0:
@@ -42,21 +49,38 @@ class Guard:
                 os.setsid()
                 os.closerange(0, watched)
                 os.closerange(watched + 1, os.sysconf("SC_OPEN_MAX"))
-                if not os.read(watched, 1):
-                    self._clear_up(group, folder)
+                self._sleep(watched, pattern)
             finally:
                 os._exit(0)
         os.close(watched)
 
     @staticmethod
-    def _clear_up(group, folder):
-        limit = time.monotonic() + GRACE_S  # most guests notice and switch themselves off
-        while time.monotonic() < limit and members(group):
-            time.sleep(0.05)
-        end_group(group)
-        shutil.rmtree(folder, ignore_errors=True)
+    def _sleep(watched, pattern):
+        """What the runner says: numbers of groups, a line each, and at its own end a full stop."""
+        said = b""
+        while heard := os.read(watched, 64):
+            said += heard
+        if not said.endswith(b"."):
+            clear_up([int(group) for group in said.split()], pattern)
+
+    def watch_me(self):
+        """For preexec_fn of the leader of a group: before it is a program that the guard could not know of."""
+        os.write(self._held, b"%d\n" % os.getpid())
 
     def dismiss(self):
-        os.write(self._held, b"!")
-        os.waitpid(self._process, 0)
+        os.write(self._held, b".")
         os.close(self._held)
+        os.waitpid(self._process, 0)
+
+
+def clear_up(groups, pattern):
+    limit = time.monotonic() + NOTICE_S
+    while time.monotonic() < limit and any(map(members, groups)):
+        time.sleep(0.05)
+    for group in groups:
+        end_group(group)
+    limit = time.monotonic() + END_LIMIT_S
+    while (folders := glob.glob(pattern)) and time.monotonic() < limit:  # a compiler may still write there
+        for folder in folders:
+            shutil.rmtree(folder, ignore_errors=True)
+        time.sleep(0.005)

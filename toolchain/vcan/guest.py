@@ -33,7 +33,7 @@ MODULES = ("net/can/can", "net/can/can-raw", "net/can/can-gw", "net/can/can-bcm"
 SETTINGS = {"net/core/rmem_max": "134217728", "net/core/wmem_max": "134217728", "net/core/netdev_max_backlog": "100000"}
 FINIT_MODULE = {"x86_64": 313, "i686": 350}
 POWER_OFF = 0x4321FEDC
-GRACE_S = 1.0  # for what the command left running
+GRACE_S = 5.0  # for what the command left running, on a busy machine
 
 libc = ctypes.CDLL(None, use_errno=True)
 

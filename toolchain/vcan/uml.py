@@ -4,7 +4,8 @@
 The guest is one process tree of the caller's own user. It sees the same files, gets the same environment, folder,
 arguments and user, and its standard streams are relayed as they come. Nothing is left when it has ended.
 """
-import fcntl
+import collections
+import glob
 import json
 import os
 import select
@@ -21,18 +22,18 @@ import time
 import tty
 from pathlib import Path
 
+import caller
 import guard
 import link
 
 KERNEL = "linux.uml"
 WIDE = "amx_tile"  # flag of a processor with more registers than the kernel keeps
 PACKAGES = ("user-mode-linux", "iproute2")
-BOOT_LIMIT_S = 60.0
+BOOT_LIMIT_S = 120.0
 END_LIMIT_S = 10.0
 PREFIX = "voltlap-vcan-"
 HERE = Path(__file__).resolve().parent
 ST_NOEXEC = 8
-FORWARDED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PATIENCE = 3  # the third signal of the same kind ends the guest itself
 
 
@@ -75,15 +76,22 @@ def memory_folder(megabytes):
 
 
 def scratch_folder():
-    """A folder that the guest sees too: /dev and /proc are its own. Folders of runners that were killed go first."""
-    base = tempfile.gettempdir()
-    if " " in base or base.startswith(("/dev", "/proc", "/sys")):
-        base = "/tmp"
-    for stale in Path(base).glob(f"{PREFIX}{os.getuid()}-*"):
+    """A folder that the guest sees too. Folders of runners that were killed go first."""
+    for stale in scratch_base().glob(f"{PREFIX}{os.getuid()}-*"):
         owner = stale.name.split("-")[3]
         if owner.isdigit() and not os.path.exists(f"/proc/{owner}"):
             shutil.rmtree(stale, ignore_errors=True)
-    return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getuid()}-{os.getpid()}-", dir=base))
+    return Path(tempfile.mkdtemp(prefix=scratch_prefix(), dir=scratch_base()))
+
+
+def scratch_base():
+    """/dev and /proc of the guest are its own, and the kernel's command line knows no blanks in a name."""
+    base = tempfile.gettempdir()
+    return Path("/tmp" if " " in base or base.startswith(("/dev", "/proc", "/sys")) else base)
+
+
+def scratch_prefix():
+    return f"{PREFIX}{os.getuid()}-{os.getpid()}-"
 
 
 def guest_python():
@@ -117,17 +125,22 @@ class Guest:
     def __init__(self, megabytes, order):
         kernel = find_kernel()
         memory = memory_folder(megabytes)
+        self.guard = guard.Guard(f"{glob.escape(str(scratch_base()))}/{scratch_prefix()}*")
+        try:
+            self._start(kernel, megabytes, memory, order)
+        except BaseException:
+            guard.clear_up([], self.guard.pattern)
+            self.guard.dismiss()
+            raise
+
+    def _start(self, kernel, megabytes, memory, order):
         self.folder = scratch_folder()
         for name in ("guest.py", "link.py"):
             shutil.copy(HERE / name, self.folder / name)
         (self.folder / "order.json").write_text(json.dumps(order), encoding="ascii")
         environment = {"TMPDIR": memory, "PATH": os.environ.get("PATH", os.defpath)}
         if needs_wide_registers(Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace")):
-            try:
-                environment["LD_PRELOAD"] = str(wide_registers(self.folder))
-            except BaseException:
-                shutil.rmtree(self.folder, ignore_errors=True)
-                raise
+            environment["LD_PRELOAD"] = str(wide_registers(self.folder))
         self.line, far_end = socket.socketpair()
         self._console = tempfile.TemporaryFile()
         words = [kernel, "rootfstype=hostfs", "rootflags=/", "rw", f"mem={megabytes}M", f"uml_dir={self.folder}/",
@@ -136,8 +149,8 @@ class Guest:
         with far_end:
             self.process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=self._console,
                                             stderr=subprocess.STDOUT, pass_fds=[far_end.fileno()],
-                                            env=environment, cwd="/", start_new_session=True)
-        self.guard = guard.Guard(self.process.pid, self.folder)
+                                            env=environment, cwd="/", start_new_session=True,
+                                            preexec_fn=self.guard.watch_me)
 
     def last_words(self):
         self._console.seek(0)
@@ -173,37 +186,17 @@ class Guest:
         return True
 
 
-def in_foreground(descriptor):
-    try:
-        return os.tcgetpgrp(descriptor) == os.getpgrp()
-    except OSError:
-        return False
-
-
-def same_place(one, other):
-    try:
-        first, second = os.fstat(one), os.fstat(other)
-    except OSError:
-        return False
-    return (first.st_dev, first.st_ino) == (second.st_dev, second.st_ino)
-
-
-def window_size():
-    rows, columns, _, _ = struct.unpack("HHHH", fcntl.ioctl(0, termios.TIOCGWINSZ, bytes(8)))
-    return rows, columns
-
-
 class Session:
     """One command in one guest, seen from outside."""
 
-    def __init__(self, guest, terminal):
+    def __init__(self, guest, terminal, signals):
         self.guest = guest
+        self.signals = signals
         self.terminal = terminal
         self.reader = link.Reader()
         self.selector = selectors.PollSelector()  # files are always readable to it
         self.selector.register(guest.line, selectors.EVENT_READ)
-        self.wake, self.wake_end = os.pipe()
-        self.selector.register(self.wake, selectors.EVENT_READ)
+        self.selector.register(signals.wake, selectors.EVENT_READ)
         self.credit = link.CREDIT
         self.input_open = True
         self.ready = False
@@ -212,12 +205,10 @@ class Session:
         self.finished = False  # the guest said so, and switches itself off
         self.limit = None  # on the monotonic clock: when it must have started, or ended
         self.told = 0
-        self.signals = {}  # number -> how often
-        self.asked = []  # signals that have come and are not passed on yet
+        self.heard = collections.Counter()  # signals, by their number
         self.saved = None
 
     def run(self):
-        self._take_signals()
         try:
             return self._loop()
         finally:
@@ -230,7 +221,7 @@ class Session:
             for key, _ in self.selector.select(None if self.limit is None else max(0.0, self.limit - time.monotonic())):
                 if key.fileobj is self.guest.line:
                     self._listen()
-                elif key.fileobj == self.wake:
+                elif key.fileobj == self.signals.wake:
                     self._pass_signals_on()
                 else:
                     self._read_input()
@@ -283,7 +274,7 @@ class Session:
         """As much at a time as a pipe surely takes: a reader that has stopped keeps no signal from the command."""
         view = memoryview(data)
         while view:
-            readable, writable, _ = select.select([self.wake], [descriptor], [])
+            readable, writable, _ = select.select([self.signals.wake], [descriptor], [])
             if readable:
                 self._pass_signals_on()
             if writable:
@@ -299,7 +290,7 @@ class Session:
 
     @staticmethod
     def _input_stops_us():
-        return os.isatty(0) and not in_foreground(0)
+        return os.isatty(0) and not caller.in_foreground(0)
 
     def _read_input(self):
         try:
@@ -315,24 +306,14 @@ class Session:
             self.input_open = False
             self.guest.send(link.STDIN_END)
 
-    def _take_signals(self):
-        for number in (*FORWARDED, signal.SIGWINCH):
-            if signal.getsignal(number) != signal.SIG_IGN:
-                signal.signal(number, self._on_signal)
-
-    def _on_signal(self, number, _):
-        self.asked.append(number)
-        os.write(self.wake_end, b"!")
-
     def _pass_signals_on(self):
-        os.read(self.wake, 1)
-        number = self.asked.pop(0)
+        number = self.signals.take()
         if number == signal.SIGWINCH:
             if self.ready and self.terminal:
-                self.guest.send(link.RESIZE, struct.pack("<HH", *window_size()))
+                self.guest.send(link.RESIZE, struct.pack("<HH", *caller.window_size()))
             return
-        self.signals[number] = self.signals.get(number, 0) + 1
-        if self.ready and self.signals[number] < PATIENCE:
+        self.heard[number] += 1
+        if self.ready and self.heard[number] < PATIENCE:
             self.guest.send(link.SIGNAL, bytes([number]))
             if number in (signal.SIGTERM, signal.SIGHUP) and self.limit is None:
                 self.limit, self.told = time.monotonic() + END_LIMIT_S, number
@@ -357,18 +338,24 @@ def current_umask():
 
 
 def order_to_run(argv, interfaces):
-    terminal = os.isatty(0) and os.isatty(1) and in_foreground(0)
+    terminal = os.isatty(0) and os.isatty(1) and caller.in_foreground(0)
     return {"argv": argv, "interfaces": interfaces, "environment": dict(os.environ), "folder": os.getcwd(),
             "uid": os.getuid(), "gid": os.getgid(), "groups": os.getgroups(), "umask": current_umask(),
-            "host": socket.gethostname(), "terminal": terminal, "size": window_size() if terminal else (0, 0),
-            "separate_stderr": not same_place(1, 2)}
+            "host": socket.gethostname(), "terminal": terminal, "size": caller.window_size() if terminal else (0, 0),
+            "separate_stderr": not caller.same_place(1, 2)}
 
 
 def run(argv, interfaces, megabytes):
     """Exit code of the command, run inside."""
     order = order_to_run(argv, interfaces)
-    guest = Guest(megabytes, order)
-    session = Session(guest, order["terminal"])
+    signals = caller.Signals()
+    try:
+        guest = Guest(megabytes, order)
+    except CannotRun:  # Ctrl-C goes to everybody at the terminal, the compiler too
+        if (number := signals.first_to_end()) is not None:
+            return 128 + number
+        raise
+    session = Session(guest, order["terminal"], signals)
     try:
         return session.run()
     finally:

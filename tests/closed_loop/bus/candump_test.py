@@ -7,12 +7,13 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from conftest import BUS, FIRST_LOCKSTEP_ID, result, run, wait_for
+from conftest import BUS, FIRST_LOCKSTEP_ID, HANG_S, Bus, result, run, wait_for
 
 LINE = re.compile(r"^\(\d+\.\d+\) vcan0 ([0-9A-F]{3})#([0-9A-F]{0,16})$")
 SENT = Path(f"/sys/class/net/{BUS}/statistics/tx_packets")
 LARGE, SMALL = 64 << 20, 4 << 10  # bytes; a tick's batch of frames does not fit into the small one
 SYNC, DONE_BMS, DONE_MASTER = 0x7E0, 0x7E9, 0x7EA
+MARK = 0x555  # of nobody
 
 
 class Candump:
@@ -20,25 +21,29 @@ class Candump:
 
     def __init__(self, path, buffer_bytes):
         self.path = path
+        self.others = Path("/proc/net/can/rcvlist_all").read_text().count(f" {BUS} ")
         with open(path, "wb") as file:
             self.process = subprocess.Popen(["candump", "-L", "-r", str(buffer_bytes), BUS], stdout=file)
-        wait_for(lambda: f" {BUS} " in Path("/proc/net/can/rcvlist_all").read_text())
+        wait_for(self._listens)
+
+    def _listens(self):
+        """Of several candumps each is an entry of the list."""
+        return Path("/proc/net/can/rcvlist_all").read_text().count(f" {BUS} ") > self.others
 
     def heard(self):
-        wait_for(self._has_stopped_growing)
+        wait_for(self._is_at_the_mark)
         self.process.send_signal(signal.SIGINT)
-        self.process.wait(10)
+        self.process.wait(HANG_S)
         lines = self.path.read_text().splitlines()
-        return Counter(int(LINE.match(line)[1], 16) for line in lines)
+        count = Counter(int(LINE.match(line)[1], 16) for line in lines)
+        del count[MARK]
+        return count
 
-    def _has_stopped_growing(self):
-        """What waits in its buffer is written; it is woken for each frame, so that half a second is long."""
-        before = self.path.stat().st_size
-        try:
-            self.process.wait(0.5)
-        except subprocess.TimeoutExpired:
-            pass
-        return self.path.stat().st_size == before
+    def _is_at_the_mark(self):
+        """A frame behind all others is written, and so are they. A full buffer loses the mark too: it is sent again."""
+        with Bus([]) as bus:
+            bus.send(MARK, b"")
+        return f"{MARK:03X}#" in self.path.read_text()
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
 BUS = "vcan0"
 FIRST_LOCKSTEP_ID = 0x7E0
+HANG_S = 300.0  # only a hang takes as long, however busy the machine
 
 
 class Bus:
@@ -64,7 +65,7 @@ def start(*arguments, **options):
                             **options)
 
 
-def run(*arguments, timeout_s=120):
+def run(*arguments, timeout_s=HANG_S):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=timeout_s,
                           check=False)
 
@@ -84,8 +85,8 @@ def children(pid):
     return out
 
 
-def wait_for(condition, timeout_s=20.0):
-    end = time.monotonic() + timeout_s
+def wait_for(condition):
+    end = time.monotonic() + HANG_S
     while time.monotonic() < end:
         if value := condition():
             return value
@@ -93,11 +94,16 @@ def wait_for(condition, timeout_s=20.0):
     raise AssertionError("waited in vain")
 
 
+def wait_for_listener(interface=BUS):
+    """Until somebody listens to every frame of the interface."""
+    wait_for(lambda: f" {interface} " in Path("/proc/net/can/rcvlist_all").read_text())
+
+
 def wait_for_tick(tick, interface=BUS):
     """Until the plant has begun that tick."""
     with Bus([FIRST_LOCKSTEP_ID], interface) as bus:
         while True:
-            frame = bus.receive(30.0)
+            frame = bus.receive(HANG_S)
             assert frame is not None, "no SYNC"
             if struct.unpack_from("<I", frame[1])[0] >= tick:
                 return

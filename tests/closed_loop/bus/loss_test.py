@@ -7,7 +7,7 @@ import struct
 import time
 
 import pytest
-from conftest import BUS, Bus, children, is_gone, kill_at, result, start, wait_for, wait_for_tick
+from conftest import BUS, HANG_S, Bus, children, is_gone, kill_at, result, start, wait_for, wait_for_tick
 
 DRIVING_TICK = 1500  # 15 s after power-on: the car drives
 CONTACTOR_COMMAND, INVERTER_COMMAND = 0x0A0, 0x0A1
@@ -18,8 +18,8 @@ def lap(folder, *more, laps=3):
     return start("endurance", "--laps", laps, "--bus", BUS, "--json", folder / "r.json", *more)
 
 
-def finish(process, timeout_s=40):
-    out, err = process.communicate(timeout=timeout_s)
+def finish(process):
+    out, err = process.communicate(timeout=HANG_S)
     return process.returncode, out, err
 
 

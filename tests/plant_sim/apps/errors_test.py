@@ -250,7 +250,7 @@ def folders(tmp_path):
 def voltlap(folder, arguments, disk_bytes=0, **streams):
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (disk_bytes, disk_bytes))
-    return subprocess.run([BINARY, *arguments], cwd=folder, text=True, timeout=60,
+    return subprocess.run([BINARY, *arguments], cwd=folder, text=True, timeout=300,
                           preexec_fn=limit if disk_bytes else None, **(streams or {"capture_output": True}))
 
 
@@ -305,7 +305,7 @@ def test_reader_that_went_away_is_an_error_and_leaves_no_file(folders):
 def test_memory_that_runs_out_is_told_apart(folders):
     inputs, _ = folders
     (inputs / "big.csv").write_text(CORNERS + "10,5,0.5\n" * 1_000_000)
-    run = subprocess.run([BINARY, "lap", "--track", "big.csv"], cwd=inputs, capture_output=True, text=True, timeout=60,
+    run = subprocess.run([BINARY, "lap", "--track", "big.csv"], cwd=inputs, capture_output=True, text=True, timeout=300,
                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (100_000_000, 100_000_000)))
     assert run.returncode == 70, run.stderr
     assert "the memory ran out" in run.stderr

@@ -22,7 +22,7 @@ COMPILERS = {"host": ["c++"],
 
 def tables(*arguments, folder=None):
     return subprocess.run([BUILD / "bin" / "voltlap", "firmware-tables", *map(str, arguments)], cwd=folder,
-                          capture_output=True, text=True, timeout=60)
+                          capture_output=True, text=True, timeout=300)
 
 
 def changed(folder, old, new, count=1):

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 from readable_runner import readable_runner
+from waiting import HANG_S, until_heard, wait_until
 
 RUNNER = [sys.executable, str(Path(__file__).resolve().parents[3] / "toolchain" / "vcan" / "with_vcan.py")]
 only_root = pytest.mark.skipif(os.getuid() != 0, reason="only root makes interfaces for everybody")
 
 
 def run(*words, runner=RUNNER, **how):
-    return subprocess.run([*runner, *words], capture_output=True, text=True, timeout=60, **how)
+    return subprocess.run([*runner, *words], capture_output=True, text=True, timeout=HANG_S, **how)
 
 
 def interfaces():
@@ -53,12 +54,13 @@ def test_interface_that_was_down_is_down_again():
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 9), (signal.SIGTERM, 128 + signal.SIGTERM)])
 def test_signals_reach_the_command_and_interfaces_are_removed(number, code):
     before = interfaces()
-    runner = subprocess.Popen([*RUNNER, "--force", "host", "--interfaces", "vcan7", "sh", "-c",
-                               "trap 'exit 9' INT; echo up; while :; do sleep 0.1; done"], stdout=subprocess.PIPE, text=True)
+    script = "trap 'exit 9' INT; echo up; while :; do sleep 0.1; done"
+    runner = subprocess.Popen([*RUNNER, "--force", "host", "--interfaces", "vcan7", "sh", "-c", script],
+                              stdout=subprocess.PIPE, text=True)
     assert runner.stdout.readline() == "up\n"
     assert "vcan7" in interfaces()
     runner.send_signal(number)
-    assert runner.wait(20) == code
+    assert runner.wait(HANG_S) == code
     assert interfaces() == before
 
 
@@ -77,27 +79,37 @@ def test_what_cannot_be_made_is_told():
     assert "has no vcan7" in done.stderr and "module vcan" in done.stderr
 
 
-@pytest.mark.parametrize("user", [pytest.param("root", marks=only_root), pytest.param("nobody", marks=only_root), "oneself"])
+@pytest.mark.parametrize("user", [pytest.param("root", marks=only_root), pytest.param("nobody", marks=only_root),
+                                  "oneself"])
 def test_private_interfaces_are_seen_by_the_command_alone(user):
     owner = {} if user == "oneself" else {"user": pwd.getpwnam(user).pw_uid, "group": pwd.getpwnam(user).pw_gid,
                                           "extra_groups": []}
-    listener = subprocess.Popen(["candump", "vcan0"], stdout=subprocess.PIPE, text=True)
+    listener = subprocess.Popen(["candump", "-L", "-n", "1", "vcan0"], stdout=subprocess.PIPE, text=True)
     try:
+        wait_until(lambda: " vcan0 " in Path("/proc/net/can/rcvlist_all").read_text())
         before = interfaces()
         done = run("--force", "host", "--private", "--interfaces", "vcan0,vcan5", "sh", "-c",
                    "id -u; ls /sys/class/net; cansend vcan0 123#11 && echo sent", runner=readable_runner(), cwd="/",
                    **owner)
         assert done.stdout.split() == [str(owner.get("user", os.getuid())), "lo", "vcan0", "vcan5", "sent"], done.stderr
         assert interfaces() == before
+        subprocess.run(["cansend", "vcan0", "7FF#"], check=True)
+        assert listener.communicate(timeout=HANG_S)[0].split()[-1] == "7FF#"  # the first that it heard
     finally:
-        listener.terminate()
-    assert listener.communicate()[0] == ""
+        listener.kill()
 
 
-def test_private_names_do_not_meet(tmp_path):
+def test_private_names_do_not_meet():
     """Two at once, each with a vcan0 of its own: what one sends the other does not hear."""
-    listen = "candump -L -T 2000 vcan0 & sleep 0.5; cansend vcan0 {0}#; wait"
-    both = [subprocess.Popen([*RUNNER, "--force", "host", "--private", "sh", "-c", listen.format(i)], stdout=subprocess.PIPE,
-                             text=True) for i in ("111", "222")]
-    heard = [one.communicate(timeout=60)[0].split() for one in both]
-    assert [words[2::3] for words in heard] == [["111#"], ["222#"]]
+    script = (f"candump -L -n 2 vcan0 >&2 & {until_heard('vcan0')}; echo listens; read go; cansend vcan0 {{0}}#;"
+              "echo sent; read go; cansend vcan0 7FF#; wait")
+    both = [subprocess.Popen([*RUNNER, "--force", "host", "--private", "sh", "-c", script.format(i)], text=True,
+                             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            for i in ("111", "222")]
+    for word in ("listens\n", "sent\n"):
+        assert [one.stdout.readline() for one in both] == [word, word]
+        for one in both:
+            one.stdin.write("go\n")
+            one.stdin.flush()
+    heard = [one.communicate(timeout=HANG_S)[1].split() for one in both]
+    assert [words[2::3] for words in heard] == [["111#", "7FF#"], ["222#", "7FF#"]]

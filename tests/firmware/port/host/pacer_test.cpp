@@ -38,10 +38,10 @@ TEST(Pacer, ABoundForgetsWhatItMissed) {
   Pacer pacer(20'000, Lag::kForget);
   pacer.wait();
   clock.sleep_until_us(clock.now_us() + 100'000);
-  pacer.wait();
   const std::int64_t begin = clock.now_us();
   pacer.wait();
-  CHECK(clock.now_us() - begin >= 15'000);
+  pacer.wait();
+  CHECK(clock.now_us() - begin >= 20'000);
   LONGS_EQUAL(0, pacer.late_steps());
 }
 
@@ -51,5 +51,5 @@ TEST(Pacer, AfterALongSleepOfTheMachineItBeginsAnew) {
   clock.sleep_until_us(clock.now_us() + 1'100'000);
   pacer.wait();
   pacer.wait();
-  CHECK(pacer.ahead_us() > -500'000);
+  CHECK(pacer.ahead_us() > -1'000'000);  // it would be 1.1 s behind
 }

@@ -19,6 +19,8 @@ using port::Wake;
 
 namespace {
 
+constexpr double kLostAfter_s = 2.0;  // longer than a busy machine keeps a member that answers from doing it
+
 /// Answers every tick with its frames until the plant stops.
 class Answering {
  public:
@@ -123,7 +125,7 @@ TEST(LockstepBus, EveryTickIsPlantThenBmsThenMasterReadBackFromTheBus) {
 }
 
 TEST(LockstepBus, SilentMasterIsLostAndItsDoneStoodInFor) {
-  options.lost_after_s = 0.5;
+  options.lost_after_s = kLostAfter_s;
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2));
   LockstepBus bus(options);
   CHECK(bus.await_members());
@@ -138,7 +140,7 @@ TEST(LockstepBus, SilentMasterIsLostAndItsDoneStoodInFor) {
 }
 
 TEST(LockstepBus, SilentBmsIsLostAndTheMasterIsCalledInItsPlace) {
-  options.lost_after_s = 0.5;
+  options.lost_after_s = kLostAfter_s;
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)),
       logger(Member::kLogger, [](auto) { return TxQueue{}; });
   options.members.push_back(Member::kLogger);
@@ -154,7 +156,7 @@ TEST(LockstepBus, SilentBmsIsLostAndTheMasterIsCalledInItsPlace) {
 }
 
 TEST(LockstepBus, LostLoggerDoesNotDriveTheCar) {
-  options.lost_after_s = 0.5;
+  options.lost_after_s = kLostAfter_s;
   Answering bms(Member::kBms, one(0x0C0)), master(Member::kMaster, one(0x0C2)),
       logger(Member::kLogger, [](auto) { return TxQueue{}; });
   options.members.push_back(Member::kLogger);
@@ -268,7 +270,7 @@ TEST(LockstepBus, FramesThatWereAnnouncedAndNeverCameAreCounted) {
 
 TEST(LockstepBus, NamesWhoIsNotReady) {
   options.members = {Member::kBms, Member::kMaster, Member::kHil};
-  options.ready_within_s = 0.4;
+  options.ready_within_s = kLostAfter_s;
   Answering master(Member::kMaster, one(0x0C2));
   LockstepBus bus(options);
   STRCMP_CONTAINS("bms, hil", gather_error(bus).c_str());

@@ -15,7 +15,7 @@ BRIEF = ("random_resistors", "--set", "load.resistors=[4, 2]")
 
 def bench(*arguments, folder=None):
     return subprocess.run([BINARY, "bench-test", *map(str, arguments)], cwd=folder, capture_output=True, text=True,
-                          timeout=120)
+                          timeout=300)
 
 
 def test_dry_run_tells_duration_and_coverage_and_writes_nothing(tmp_path):
@@ -93,7 +93,6 @@ def test_bad_command_lines_say_what_is_wrong(tmp_path, arguments, parts):
 
 
 def test_fifteen_tests_take_seconds():
-    import time
-    begin = time.monotonic()
+    begin = os.times().children_user
     assert bench("pulse_15").returncode == 0
-    assert time.monotonic() - begin < 30  # about 1 s on an idle core
+    assert os.times().children_user - begin < 30  # of processor time; about 1 s

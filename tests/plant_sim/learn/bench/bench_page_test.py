@@ -17,7 +17,7 @@ CHARTS = ["chart-voltage", "chart-current", "chart-temperature"]
 
 def bench(folder, *arguments, code=0):
     run = subprocess.run([BINARY, "bench-test", *map(str, arguments)], cwd=folder, capture_output=True, text=True,
-                         timeout=120)
+                         timeout=300)
     assert run.returncode == code, run.stderr
     return run
 
@@ -39,7 +39,7 @@ def campaign(tmp_path_factory):
 
 def opened(browser, path, **how):
     page = browser.page(path.as_uri(), **how)
-    page.wait_for("document.documentElement?.dataset.ready", timeout_s=120)
+    page.wait_for("document.documentElement?.dataset.ready", timeout_s=300)
     return page
 
 

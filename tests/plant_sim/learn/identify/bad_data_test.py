@@ -42,7 +42,7 @@ def written(folder, rows, name="test.csv", header=HEADER):
 
 
 def voltlap(folder, *arguments):
-    return subprocess.run([BINARY, *arguments], cwd=folder, capture_output=True, text=True, timeout=60)
+    return subprocess.run([BINARY, *arguments], cwd=folder, capture_output=True, text=True, timeout=300)
 
 
 def changed(*changes, **how):

@@ -43,7 +43,7 @@ def identified(tmp_path_factory):
 
 def opened(browser, path, **how):
     page = browser.page(path.as_uri(), **how)
-    page.wait_for("document.documentElement?.dataset.ready", timeout_s=120)
+    page.wait_for("document.documentElement?.dataset.ready", timeout_s=300)
     return page
 
 

@@ -18,7 +18,7 @@ IDEAL = ("--set", "cells.capacity_scale=[1.0, 1.0, 1.0, 1.0]", "cells.resistance
 
 def voltlap(command, *arguments, code=0, folder=None):
     run = subprocess.run([BINARY, command, *map(str, arguments)], cwd=folder, capture_output=True, text=True,
-                         timeout=120)
+                         timeout=300)
     assert run.returncode == code, run.stderr
     return run
 

@@ -26,10 +26,10 @@ def report(tmp_path_factory):
     """Address of the page, and the error over time as a table."""
     folder = tmp_path_factory.mktemp("validation")
     bench = [BINARY, "bench-test", "random_resistors_free", "--out", "drive", "--set", "load.resistors=[4, 2, 6]"]
-    subprocess.run(bench, cwd=folder, check=True, capture_output=True, timeout=60)
+    subprocess.run(bench, cwd=folder, check=True, capture_output=True, timeout=300)
     files = sorted(str(path) for path in folder.glob("drive/*.csv"))[:2]
     validate = [BINARY, "validate", "aesc_e5_2p", *files, "--full", "--csv", "e.csv", "--report", "v.html"]
-    subprocess.run(validate, cwd=folder, check=True, capture_output=True, timeout=60)
+    subprocess.run(validate, cwd=folder, check=True, capture_output=True, timeout=300)
     with open(folder / "e.csv") as lines:
         rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     return (folder / "v.html").as_uri(), rows

@@ -46,7 +46,7 @@ def one_view(page):
 
 
 def opened(page):
-    page.wait_for("document.documentElement?.dataset.ready", timeout_s=120)
+    page.wait_for("document.documentElement?.dataset.ready", timeout_s=300)
     return page
 
 
@@ -58,7 +58,7 @@ def requests(page):
 
 
 def voltlap(folder, *arguments):
-    return subprocess.run([BINARY, "endurance", *arguments], cwd=folder, capture_output=True, text=True, timeout=120)
+    return subprocess.run([BINARY, "endurance", *arguments], cwd=folder, capture_output=True, text=True, timeout=300)
 
 
 def run(folder, *arguments, code=0):
