@@ -100,3 +100,12 @@ def test_a_folder_without_dbc_files_is_told(tmp_path, monkeypatch):
     monkeypatch.setenv("VOLTLAP_CAN_DBC", str(tmp_path))
     with pytest.raises(InputError, match="no car.dbc in"):
         Dbc.of_project()
+
+
+def test_a_crc_that_crosses_a_byte_is_refused(tmp_path):
+    text = (can_dbc_folder() / "car.dbc").read_text()
+    at = text.index("BO_ 177 Pedals")
+    assert " SG_ Crc : 56|8@" in text[at:]
+    (tmp_path / "car.dbc").write_text(text[:at] + text[at:].replace(" SG_ Crc : 56|8@", " SG_ Crc : 54|8@", 1))
+    with pytest.raises(InputError, match="car.dbc: Pedals.Crc crosses a byte"):
+        Dbc([tmp_path / "car.dbc"])

@@ -146,3 +146,15 @@ def test_at_a_real_car_a_person_is_asked(dbc, request):
     clock.tell("DriverOverride", Accelerator=80, Brake=None, TsOn="On", Reset="Automatic")
     clock.close()
     assert asked == ["voltlap hil: please set at the car: DriverOverride: Accelerator 80, TsOn On"]
+
+
+def test_a_plant_that_goes_on_without_the_harness_is_told(dbc, request):
+    plant = FakePlant(dbc, request.node.name, ticks=0)
+    clock = LockstepClock(request.node.name, dbc, None, interface="virtual")
+    plant.say("DoneMaster", Tick=4)
+    clock.advance()
+    plant.say("DoneMaster", Tick=6)
+    with pytest.raises(HilError, match="tick 6 came after tick 4"):
+        clock.advance()
+    clock.close()
+    plant.close()

@@ -83,7 +83,7 @@ def test_it_observes_until_every_bound_has_passed(read):
     ("gateway: {silence: BMS}", ("gateway", ("silence", ["BMS"], None), {})),
     ("gateway: {drop: [Pedals, VehicleIo], every: 2, for: 1 s}",
      ("gateway", ("drop", ["Pedals", "VehicleIo"], 1000.0), {"every": 2})),
-    ("gateway: {delay: Pedals, by: 30 ms}", ("gateway", ("delay", ["Pedals"], None), {"ticks": 3})),
+    ("gateway: {delay: Pedals, by: 30 ms}", ("gateway", ("delay", ["Pedals"], None), {"delay_ticks": 3})),
     ("gateway: {duplicate: Pedals}", ("gateway", ("duplicate", ["Pedals"], None), {"copies": 1})),
     ("gateway: {corrupt: Pedals}", ("gateway", ("corrupt", ["Pedals"], None), {"bit": None})),
     ("gateway: {corrupt: Pedals, bit: 13}", ("gateway", ("corrupt", ["Pedals"], None), {"bit": 13})),
@@ -91,7 +91,7 @@ def test_it_observes_until_every_bound_has_passed(read):
     ("gateway: {stuck_counter: CellVoltages}", ("gateway", ("stuck_counter", ["CellVoltages"], None), {})),
     ("gateway: {babble: [0x001], frames: 50}", ("gateway", ("babble", [1], None), {"copies": 50})),
     ("gateway: {second_sender: Pedals, counter_ahead: 2, signals: {Apps1: 4.5 V, Apps2: invalid}}",
-     ("gateway", ("second_sender", ["Pedals"], None), {"signals": {"Apps1": 4.5, "Apps2": None}, "ahead": 2}))])
+     ("gateway", ("second_sender", ["Pedals"], None), {"signals": {"Apps1": 4.5, "Apps2": None}, "counter_ahead": 2}))])
 def test_every_step_says_to_the_rig_what_stands_in_the_file(read, step, call):
     s = read(f"scenario: x\nwhen:\n  - {step}\nthen:\n  - torque_zero_within: 1 s\n")
     assert calls_of(s) == [call]
@@ -126,6 +126,9 @@ MISTAKES = [
     ("by: 60 ms", "by: 65 ms", 8, "multiple of 10 ms"),
     ("by: 60 ms", "copies: 2", 8, "delay has no 'copies'; it has for, by"),
     ("by: 60 ms, ", "", 8, "'by' is missing"),
+    ("delay: Pedals, by: 60 ms", "drop: Pedals, every: 0", 8, "drop: found every 0, expected at least 1"),
+    ("delay: Pedals, by: 60 ms", "corrupt: Pedals, bit: 64", 8, "found bit 64, expected one below 64: Pedals has 8"),
+    ("always:", "observe: 50 ms\nalways:", 14, "observe: found 50 ms, expected at least the 350 ms that the checks need"),
     ("delay: Pedals, ", "", 8, "found 0 faults, expected one of drop, silence"),
     ("run: 100 ms", "walk: 100 ms", 10, "found 'walk', expected one of start_up"),
     ("run: 100 ms", "run: [100 ms]", 10, "meanwhile[0].run: found a list, expected text or a number"),

@@ -1,4 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
+import pytest
+
+from voltlap_hil.errors import HilError
 from voltlap_hil.frame import Frame
 
 
@@ -31,3 +34,9 @@ def test_a_frame_of_the_wrong_length_says_nothing(trace, dbc):
     t = trace(("VehicleIo", 0, {"AirPlusAux": 1}))
     t.extend([Frame(dbc.message("VehicleIo").id, b"", 10.0)])
     assert [time for time, _ in t.states([dbc.signal("VehicleIo.AirPlusAux")])] == [0]
+
+
+def test_a_clock_that_goes_back_is_told(trace):
+    t = trace(("Pedals", 20, {}))
+    with pytest.raises(HilError, match="went back from 20 ms to 10 ms"):
+        t.extend([Frame(0xB1, bytes(8), 10.0)])

@@ -6,7 +6,7 @@ import pytest
 
 from voltlap_hil.bus import Bus
 from voltlap_hil.errors import HilError
-from voltlap_hil.faults import Rule
+from voltlap_hil.faults import Fault
 from voltlap_hil.frame import Frame
 from voltlap_hil.gateway import GatewayProcess
 
@@ -48,7 +48,7 @@ def test_frames_pass_both_ways_once(gateway, sides):
 
 def test_a_fault_is_in_force_when_install_returns(gateway, sides):
     plant, ecus = sides
-    gateway.install(Rule("drop", frozenset([PEDALS])))
+    gateway.install(Fault("drop", frozenset([PEDALS])))
     assert passed_on([Frame(PEDALS, bytes(8)), Frame(0xB2, bytes(8))], plant, ecus) == [Frame(0xB2, bytes(8))]
     gateway.clear()
     assert passed_on([Frame(PEDALS, bytes(8))], plant, ecus) == [Frame(PEDALS, bytes(8))]
@@ -62,7 +62,7 @@ def test_a_channel_that_does_not_exist_is_told(dbc):
 def test_without_lockstep_a_delay_is_of_the_wall_clock(dbc, sides):
     plant, ecus = sides
     with GatewayProcess("vcan0", "vcan1", dbc, lockstep=False) as gateway:
-        gateway.install(Rule("delay", frozenset([PEDALS]), ticks=20))
+        gateway.install(Fault("delay", frozenset([PEDALS]), delay_ticks=20))
         begin = time.monotonic()
         plant.send([Frame(PEDALS, bytes(8))])
         assert ecus.receive(HANG_S) == [Frame(PEDALS, bytes(8))]
@@ -72,7 +72,7 @@ def test_without_lockstep_a_delay_is_of_the_wall_clock(dbc, sides):
 def test_a_closed_gateway_forwards_nothing_and_its_process_serves_the_next(dbc, sides):
     plant, ecus = sides
     with GatewayProcess("vcan0", "vcan1", dbc) as first:
-        first.install(Rule("drop", frozenset([PEDALS])))
+        first.install(Fault("drop", frozenset([PEDALS])))
     plant.send([Frame(PEDALS, bytes(8))])
     assert ecus.receive(0.1) == []
     with GatewayProcess("vcan0", "vcan1", dbc) as second:

@@ -104,6 +104,9 @@ class Message:
         self._crc = self._of_role("crc")
         self._checksum = self._of_role("checksum")
         self._orion_offset: int = self.id + 8
+        for seal in filter(None, (self.counter, self._crc, self._checksum)):
+            if seal._shift % 8 + seal.length > 8:
+                raise InputError(f"{file}: {seal.name} crosses a byte; a counter, CRC or checksum lies inside one")
 
     def _of_role(self, role: str) -> Signal | None:
         return next((s for s in self.signals.values() if s.role == role), None)
@@ -173,7 +176,6 @@ class Message:
         return at if signal._order == "little" else self.dlc - 1 - at
 
     def _put(self, data: bytes, signal: Signal, raw: int) -> bytes:
-        """Counters, CRCs and checksums lie inside one byte."""
         at, low = self._byte_of(signal), signal._shift % 8
         mask = (1 << signal.length) - 1 << low
         return data[:at] + bytes([data[at] & ~mask & 0xFF | raw << low & mask]) + data[at + 1:]

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from .dbc import Dbc, Value
+from .errors import InputError, did_you_mean
 from .frame import Frame, is_lockstep
 
 KINDS = ("drop", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender", "silence")
@@ -21,17 +22,17 @@ _MARKS = {"PLANT": "Sync", "BMS": "DoneBms", "MASTER": "DoneMaster"}
 
 
 @dataclass(frozen=True)
-class Rule:
+class Fault:
     """One fault. It acts on frames of `ids` in ticks `from_tick` to `until_tick` (exclusive; None: for good).
 
     drop           every `every`-th frame; silence is drop of all that a node sends
-    delay          by `ticks`
+    delay          by `delay_ticks`
     duplicate      each frame `copies` times more
     corrupt        inverts `bit` of the payload (byte * 8 + bit) and leaves the CRC; None: damages the CRC itself
     replay         puts the last `copies` frames before the fault, over and over, in the place of new ones
     stuck_counter  the counter of the last frame before the fault, with a CRC that fits
     babble         `copies` frames a tick with random content on each id
-    second_sender  after each frame another one with `signals` changed and a counter `ahead` of it
+    second_sender  after each frame another one with `signals` changed and a counter `counter_ahead` of its own
     """
 
     kind: str
@@ -39,11 +40,33 @@ class Rule:
     from_tick: int = 0
     until_tick: int | None = None
     every: int = 1
-    ticks: int = 0
+    delay_ticks: int = 0
     copies: int = 1
     bit: int | None = None
-    ahead: int = 1
+    counter_ahead: int = 1
     signals: Mapping[str, Value | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError(f"no fault {self.kind!r}.{did_you_mean(self.kind, KINDS)} Faults: {', '.join(KINDS)}")
+        for what, value, least in (("every", self.every, 1), ("number of frames or copies", self.copies, 1),
+                                   ("delay", self.delay_ticks, 0), ("bit", self.bit or 0, 0)):
+            if value < least:
+                raise InputError(f"{self.kind}: found {what} {value}, expected at least {least}")
+        if self.until_tick is not None and self.until_tick <= self.from_tick:
+            raise InputError(f"{self.kind}: found that it ends before it begins, expected a time above 0")
+
+    def check_fits(self, dbc: Dbc) -> None:
+        """The bit is one of each message that the DBC files know."""
+        for message in filter(None, map(dbc.by_id.get, sorted(self.ids))):
+            if self.bit is not None and self.bit >= 8 * message.dlc:
+                raise InputError(f"found bit {self.bit}, expected one below {8 * message.dlc}: {message.name} has "
+                                 f"{message.dlc} bytes")
+
+    @property
+    def repeats(self) -> bool:
+        """It sends what was there before it, which is therefore not overwritten."""
+        return self.kind in ("replay", "stuck_counter")
 
     def acts_on(self, can_id: int, tick: int) -> bool:
         return can_id in self.ids and self.active(tick)
@@ -61,24 +84,24 @@ class Gateway:
         self._marks = {dbc.message(mark).id: sender for sender, mark in _MARKS.items()}
         self._sync = dbc.message("Sync").id
         self._tick_signal = dbc.signal("Sync.Tick")  # Done carries its tick at the same place
-        self._rules: list[Rule] = []
+        self._faults: list[Fault] = []
         self._late: list[tuple[int, str, int, Frame]] = []  # (due tick, sender, side it came from, frame)
         self._history: dict[int, deque[Frame]] = {}
-        self._seen: dict[tuple[int, int], int] = {}  # (rule, id): frames since the rule acts
+        self._seen: dict[tuple[int, int], int] = {}  # (fault, id): frames since the fault acts
         self._random = random.Random(seed)
         self.next_sync = 0
 
-    def install(self, rule: Rule) -> None:
-        self._rules.append(rule)
+    def install(self, fault: Fault) -> None:
+        self._faults.append(fault)
 
     def clear(self) -> None:
         """Ends every fault. What is held back still comes, late."""
-        self._rules.clear()
+        self._faults.clear()
         self._seen.clear()
 
     @property
     def idle(self) -> bool:
-        return not self._rules and not self._late
+        return not self._faults and not self._late
 
     def forward(self, frame: Frame, side: int) -> list[Frame]:
         """What leaves on the other side because this frame came in on `side`."""
@@ -87,10 +110,10 @@ class Gateway:
         sender = self._sender.get(frame.id, "PLANT")
         tick = self.next_sync if sender == "PLANT" else self.next_sync - 1
         out = [frame]
-        for rule in self._rules:
-            if rule.acts_on(frame.id, tick):
-                out = [changed for one in out for changed in self._apply(rule, one, tick, side)]
-        if not any(rule.kind in ("replay", "stuck_counter") and rule.acts_on(frame.id, tick) for rule in self._rules):
+        for fault in self._faults:
+            if fault.acts_on(frame.id, tick):
+                out = [changed for one in out for changed in self._apply(fault, one, tick, side)]
+        if not any(fault.repeats and fault.acts_on(frame.id, tick) for fault in self._faults):
             self._history.setdefault(frame.id, deque(maxlen=HISTORY)).append(frame)
         return out
 
@@ -118,39 +141,41 @@ class Gateway:
 
     def _babble(self, tick: int) -> list[Frame]:
         return [Frame(can_id, self._random.randbytes(8))
-                for rule in self._rules if rule.kind == "babble" and rule.active(tick)
-                for _ in range(rule.copies) for can_id in sorted(rule.ids)]
+                for fault in self._faults if fault.kind == "babble" and fault.active(tick)
+                for _ in range(fault.copies) for can_id in sorted(fault.ids)]
 
-    def _apply(self, rule: Rule, frame: Frame, tick: int, side: int) -> list[Frame]:
-        count = self._seen.get((id(rule), frame.id), 0)
-        self._seen[id(rule), frame.id] = count + 1
-        if rule.kind in ("drop", "silence"):
-            return [] if count % rule.every == 0 else [frame]
-        if rule.kind == "delay":
-            self._late.append((tick + rule.ticks, self._sender.get(frame.id, "PLANT"), side, frame))
+    def _apply(self, fault: Fault, frame: Frame, tick: int, side: int) -> list[Frame]:
+        count = self._seen.get((id(fault), frame.id), 0)
+        self._seen[id(fault), frame.id] = count + 1
+        if fault.kind in ("drop", "silence"):
+            return [] if count % fault.every == 0 else [frame]
+        if fault.kind == "delay":
+            self._late.append((tick + fault.delay_ticks, self._sender.get(frame.id, "PLANT"), side, frame))
             return []
-        if rule.kind == "duplicate":
-            return [frame] * (1 + rule.copies)
-        if rule.kind == "corrupt":
-            return [self._corrupted(rule, frame)]
-        if rule.kind == "replay":
-            return self._replayed(rule, frame, count)
-        if rule.kind == "stuck_counter":
+        if fault.kind == "duplicate":
+            return [frame] * (1 + fault.copies)
+        if fault.kind == "corrupt":
+            return [self._corrupted(fault, frame)]
+        if fault.kind == "replay":
+            return self._replayed(fault, frame, count)
+        if fault.kind == "stuck_counter":
             return [self._stuck(frame)]
-        if rule.kind == "second_sender":
-            return [frame, self._second(rule, frame)]
+        if fault.kind == "second_sender":
+            return [frame, self._second(fault, frame)]
         return [frame]
 
-    def _corrupted(self, rule: Rule, frame: Frame) -> Frame:
+    def _corrupted(self, fault: Fault, frame: Frame) -> Frame:
         message = self._dbc.by_id.get(frame.id)
         crc_byte = message.crc_byte() if message else None
-        bit = rule.bit if rule.bit is not None else 8 * (crc_byte if crc_byte is not None else len(frame.data) - 1)
+        bit = fault.bit if fault.bit is not None else 8 * (crc_byte if crc_byte is not None else len(frame.data) - 1)
+        if not 0 <= bit < 8 * len(frame.data):  # somebody else's frame, shorter than the DBC files say
+            return frame
         data = bytearray(frame.data)
         data[bit // 8] ^= 1 << bit % 8
         return frame._replace(data=bytes(data))
 
-    def _replayed(self, rule: Rule, frame: Frame, count: int) -> list[Frame]:
-        old = list(self._history.get(frame.id, ()))[-rule.copies:]
+    def _replayed(self, fault: Fault, frame: Frame, count: int) -> list[Frame]:
+        old = list(self._history.get(frame.id, ()))[-fault.copies:]
         return [old[count % len(old)]] if old else [frame]
 
     def _stuck(self, frame: Frame) -> Frame:
@@ -158,7 +183,7 @@ class Gateway:
         counter = message.counter_of(old[-1].data) if old else 0
         return frame._replace(data=message.seal(frame.data, counter))
 
-    def _second(self, rule: Rule, frame: Frame) -> Frame:
+    def _second(self, fault: Fault, frame: Frame) -> Frame:
         message = self._dbc.by_id[frame.id]
-        data = message.encode(rule.signals, frame.data)
-        return frame._replace(data=message.seal(data, message.counter_of(frame.data) + rule.ahead))
+        data = message.encode(fault.signals, frame.data)
+        return frame._replace(data=message.seal(data, message.counter_of(frame.data) + fault.counter_ahead))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from .bus import Bus
 from .dbc import Dbc
 from .errors import HilError
-from .faults import Gateway, Rule
+from .faults import Gateway, Fault
 from .frame import LOCKSTEP_FIRST, LOCKSTEP_LAST
 from .quantity import TICK_MS
 
@@ -25,7 +25,7 @@ _ANSWER_S = 30.0
 _UNMARKED_MS = 50  # frames without a mark behind them pass after this
 
 
-class _Open(NamedTuple):
+class _Channels(NamedTuple):
     near: str
     far: str
     lockstep: bool
@@ -77,7 +77,7 @@ class GatewayProcess:
             _idle.remove(known)
         self._worker = known or _Worker(dbc)
         try:
-            self._worker.ask(_Open(near, far, lockstep))
+            self._worker.ask(_Channels(near, far, lockstep))
         except HilError:
             self._worker.end()
             raise
@@ -88,8 +88,8 @@ class GatewayProcess:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def install(self, rule: Rule) -> None:
-        self._worker.ask(rule)
+    def install(self, fault: Fault) -> None:
+        self._worker.ask(fault)
 
     def clear(self) -> None:
         self._worker.ask(_CLEAR)
@@ -122,7 +122,7 @@ def _serve(dbc: Dbc, pipe: Connection, other_end: Connection) -> None:
         pass
 
 
-def _forward(dbc: Dbc, channels: _Open, pipe: Connection) -> None:
+def _forward(dbc: Dbc, channels: _Channels, pipe: Connection) -> None:
     near, far = channels.near, channels.far
     with Bus(near, dbc=dbc) as first, Bus(far, dbc=dbc) as second:
         if not channels.lockstep:

@@ -118,8 +118,8 @@ class LockstepClock:
             return False
         before, self.tick = self.tick, int(self._turn.signals["Tick"].raw(frames[-1].data))
         if before >= 0 and self.tick != before + 1:
-            raise HilError(f"tick {self.tick} came after tick {before}: the plant went on without the harness, and what "
-                           "was measured is worthless")
+            raise HilError(f"tick {self.tick} came after tick {before}: the plant went on without the harness, and "
+                           "what was measured is worthless")
         return True
 
     def _gathered(self) -> list[Frame]:

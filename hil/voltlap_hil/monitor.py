@@ -17,7 +17,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         _check(options)
-        from .listen import show  # only now: help needs none of its packages
+        from .monitor_feed import show  # only now: help needs none of its packages
         show(options)
     except InputError as error:
         print(f"voltlap monitor: {error}", file=sys.stderr)

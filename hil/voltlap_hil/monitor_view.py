@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of the bus as tables for the terminal."""
+"""The state of the bus as tables for the terminal."""
 from __future__ import annotations
 
 from typing import Any

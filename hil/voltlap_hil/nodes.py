@@ -32,6 +32,8 @@ class Nodes:
         self._folder = tempfile.TemporaryDirectory(prefix="voltlap-hil-")
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
+        if name in self._running:
+            raise HilError(f"{name} runs already")
         self._output[name] = Path(self._folder.name) / f"{name}.txt"
         with self._output[name].open("wb") as output:
             self._running[name] = subprocess.Popen([str(program()), *arguments], stdin=subprocess.DEVNULL,

@@ -19,7 +19,7 @@ from pathlib import Path
 from .condition import Condition
 from .dbc import Dbc, Value
 from .errors import HilError, InputError, did_you_mean
-from .faults import KINDS, Rule
+from .faults import Fault
 from .frame import Frame
 from .gateway import GatewayProcess
 from .lockstep import MEMBERS, BusClock, Clock, LockstepClock, ask_on_terminal
@@ -203,15 +203,15 @@ class Rig:
         self.clock.tell("PlantFault", Fault=fault, Index=index, Value=value)
 
     def gateway(self, kind: str, messages: Iterable[str | int], for_ms: float | None = None, **what: object) -> None:
-        """A fault of the bus (see faults.Rule) on messages, groups, nodes or identifiers."""
-        if kind not in KINDS:
-            raise InputError(f"no fault {kind!r}.{did_you_mean(kind, KINDS)} Faults: {', '.join(KINDS)}")
+        """A fault of the bus (see faults.Fault) on messages, groups, nodes or identifiers."""
         wanted = list(messages)
         ids = {m for m in wanted if isinstance(m, int)}
         ids |= {m.id for m in self.dbc.select(m for m in wanted if isinstance(m, str))}
         first = round(self.now_ms / TICK_MS) + 1
         until = None if for_ms is None else first + round(for_ms / TICK_MS)
-        self._need_gateway().install(Rule(kind, frozenset(ids), first, until, **what))  # type: ignore[arg-type]
+        fault = Fault(kind, frozenset(ids), first, until, **what)  # type: ignore[arg-type]
+        fault.check_fits(self.dbc)
+        self._need_gateway().install(fault)
 
     def clear_gateway(self) -> None:
         self._need_gateway().clear()

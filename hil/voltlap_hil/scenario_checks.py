@@ -10,7 +10,7 @@ from . import checks, requirements
 from .condition import Condition
 from .dbc import Dbc
 from .quantity import duration_ms, number
-from .yaml_node import Node
+from .yaml_node import YamlNode
 
 _SIMPLE = {"torque_zero_within": checks.torque_zero_within, "contactors_open_within": checks.contactors_open_within,
            "contactors_commanded_open_within": checks.contactors_commanded_open_within,
@@ -18,7 +18,7 @@ _SIMPLE = {"torque_zero_within": checks.torque_zero_within, "contactors_open_wit
            "no_torque_above_limit_within": checks.no_torque_above_limit_within}
 
 
-def read_check(node: Node, dbc: Dbc) -> checks.Check:
+def read_check(node: YamlNode, dbc: Dbc) -> checks.Check:
     name, value = node.single([*_SIMPLE, *_READERS])
     if name in _SIMPLE:
         return _simple(name, value, dbc)
@@ -30,15 +30,15 @@ def _bound(text: str) -> float:
     return requirements.bound_ms(text) if requirements.ID.fullmatch(text) else duration_ms(text)
 
 
-def _condition(node: Node, dbc: Dbc) -> Condition:
+def _condition(node: YamlNode, dbc: Dbc) -> Condition:
     return node.value(lambda text: Condition.parse(text, dbc))  # type: ignore[no-any-return]
 
 
-def _starting(check: checks.Check, fields: dict[str, Node], dbc: Dbc) -> checks.Check:
+def _starting(check: checks.Check, fields: dict[str, YamlNode], dbc: Dbc) -> checks.Check:
     return check.starting_at(_condition(fields["after"], dbc)) if "after" in fields else check
 
 
-def _simple(name: str, node: Node, dbc: Dbc) -> checks.Check:
+def _simple(name: str, node: YamlNode, dbc: Dbc) -> checks.Check:
     """`name: 100 ms`, or `name: {within: 100 ms, after: CONDITION}`."""
     if not isinstance(node.raw, yaml.MappingNode):
         return _SIMPLE[name](dbc, node.value(_bound))
@@ -46,33 +46,33 @@ def _simple(name: str, node: Node, dbc: Dbc) -> checks.Check:
     return _starting(_SIMPLE[name](dbc, fields["within"].value(_bound)), fields, dbc)
 
 
-def _reached(node: Node, dbc: Dbc) -> checks.Check:
+def _reached(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["condition", "within", "not_before", "after"], needed=["condition", "within"])
     earliest = fields["not_before"].value(duration_ms) if "not_before" in fields else 0.0
     check = checks.reached(_condition(fields["condition"], dbc), fields["within"].value(_bound), earliest)
     return _starting(check, fields, dbc)
 
 
-def _settled(node: Node, dbc: Dbc) -> checks.Check:
+def _settled(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["condition", "within", "after"], needed=["condition", "within"])
     condition = _condition(fields["condition"], dbc)
     check = checks.settled(f"for good {condition.text}", condition, fields["within"].value(_bound))
     return _starting(check, fields, dbc)
 
 
-def _stays(node: Node, dbc: Dbc) -> checks.Check:
+def _stays(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["condition", "from", "for", "after"], needed=["condition", "for"])
     begin = fields["from"].value(duration_ms) if "from" in fields else 0.0
     check = checks.stays(_condition(fields["condition"], dbc), fields["for"].value(duration_ms), begin)
     return _starting(check, fields, dbc)
 
 
-def _counted(node: Node, dbc: Dbc) -> checks.Check:
+def _counted(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["message", "at_least", "during"], needed=["message", "at_least", "during"])
     return checks.counted(fields["message"].one_of(list(dbc.messages)),
                           int(fields["at_least"].value(lambda text: number(text, ""))),
                           fields["during"].value(duration_ms))
 
 
-_READERS: dict[str, Callable[[Node, Dbc], checks.Check]] = {
+_READERS: dict[str, Callable[[YamlNode, Dbc], checks.Check]] = {
     "reached": _reached, "settled": _settled, "stays": _stays, "counted": _counted}

@@ -68,6 +68,10 @@ def load(path: str | Path, dbc: Dbc) -> Scenario:
     if not scenario.when or not scenario.then:
         raise InputError(f"{path}: 'when' and 'then' need at least one entry each")
     scenario.observe_ms = top["observe"].value(duration_ms) if "observe" in top else _long_enough(scenario)
+    needed_ms = max(check.lasts_ms for check in [*scenario.then, *scenario.always])
+    if scenario.observe_ms < needed_ms:
+        raise top["observe"].error(f"found {scenario.observe_ms:g} ms, expected at least the {needed_ms:g} ms that the "
+                                   "checks need")
     return scenario
 
 

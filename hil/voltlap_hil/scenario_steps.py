@@ -10,9 +10,10 @@ from typing import Any
 from .condition import Condition
 from .dbc import Dbc, Signal, Value
 from .errors import InputError
+from .faults import Fault
 from .quantity import duration_ms, number, ticks
 from .rig import STAGES, START_UP_NEEDS, SWITCHES, Rig
-from .yaml_node import Node
+from .yaml_node import YamlNode
 
 
 @dataclass(frozen=True)
@@ -25,12 +26,12 @@ class Step:
     needs_gateway: bool = False
 
 
-def read_step(node: Node, dbc: Dbc) -> Step:
+def read_step(node: YamlNode, dbc: Dbc) -> Step:
     verb, value = node.single(list(_READERS))
     return _READERS[verb](value, dbc)
 
 
-def _start_up(node: Node, _: Dbc) -> Step:
+def _start_up(node: YamlNode, _: Dbc) -> Step:
     stage = node.one_of(list(STAGES))
     return Step(f"start up to {stage}", lambda rig: rig.start_up(stage), START_UP_NEEDS)
 
@@ -38,7 +39,7 @@ def _start_up(node: Node, _: Dbc) -> Step:
 _SWITCH_STATES = {"released": "Off", "pressed": "On", "open": "Off", "closed": "On", "automatic": "Automatic"}
 
 
-def _driver(node: Node, _: Dbc) -> Step:
+def _driver(node: YamlNode, _: Dbc) -> Step:
     pedals: dict[str, float] = {}
     switches: dict[str, str] = {}
     for name, value in node.fields(["accelerator", "brake", *SWITCHES]).items():
@@ -62,7 +63,7 @@ _FAULT_VALUES = {"CellOffset": ("mV", 1), "Apps1Offset": ("mV", 1), "ThermistorO
                  "CellResistanceScale": ("", 100)}
 
 
-def _plant(node: Node, dbc: Dbc) -> Step:
+def _plant(node: YamlNode, dbc: Dbc) -> Step:
     found = node.fields(["fault", "index", "value"], needed=["fault"])
     fault = found["fault"].one_of(list(dbc.signal("PlantFault.Fault").states.values()))
     index = int(found["index"].value(lambda text: number(text, ""))) if "index" in found else 0
@@ -77,7 +78,7 @@ def _plant(node: Node, dbc: Dbc) -> Step:
     return Step(f"plant: {fault}", lambda rig: rig.plant(fault, index, value))
 
 
-def _signals(node: Node, message: str, dbc: Dbc) -> dict[str, Value | None]:
+def _signals(node: YamlNode, message: str, dbc: Dbc) -> dict[str, Value | None]:
     row = dbc.message(message)
     return {name: value.value(partial(_signal_value, row.signals[name]))
             for name, value in node.fields(list(row.signals)).items()}
@@ -89,7 +90,7 @@ def _signal_value(signal: Signal, text: str) -> Value | None:
     return text if signal.states else number(text, signal.unit)
 
 
-def _send(node: Node, dbc: Dbc) -> Step:
+def _send(node: YamlNode, dbc: Dbc) -> Step:
     found = node.fields(["message", "signals"], needed=["message", "signals"])
     message = found["message"].one_of(list(dbc.messages))
     values = _signals(found["signals"], message, dbc)
@@ -102,7 +103,7 @@ _GATEWAY_WORDS = {"drop": ["every"], "silence": [], "delay": ["by"], "duplicate"
                   "second_sender": ["signals", "counter_ahead"]}
 
 
-def _gateway(node: Node, dbc: Dbc) -> Step:
+def _gateway(node: YamlNode, dbc: Dbc) -> Step:
     fields = node.fields([*_GATEWAY_WORDS, *sorted({w for words in _GATEWAY_WORDS.values() for w in words}), "for"])
     kinds = [name for name in fields if name in _GATEWAY_WORDS]
     if len(kinds) != 1:
@@ -114,7 +115,17 @@ def _gateway(node: Node, dbc: Dbc) -> Step:
     messages = [n.value(lambda text: _target(text, kind, dbc)) for n in fields[kind].items()]
     for_ms = fields["for"].value(duration_ms) if "for" in fields else None
     what = _gateway_what(kind, fields, messages, dbc)
+    _check_fault(fields[kind], kind, messages, what, dbc)
     return Step(f"gateway: {kind}", lambda rig: rig.gateway(kind, messages, for_ms, **what), needs_gateway=True)
+
+
+def _check_fault(node: YamlNode, kind: str, messages: list[str | int], what: dict[str, Any], dbc: Dbc) -> None:
+    """As the rig will make it, but told with its place, before anything runs."""
+    ids = frozenset(m.id for m in dbc.select(m for m in messages if isinstance(m, str)))
+    try:
+        Fault(kind, ids, **what).check_fits(dbc)
+    except InputError as error:
+        raise node.error(str(error)) from None
 
 
 def _target(text: str, kind: str, dbc: Dbc) -> str | int:
@@ -128,7 +139,7 @@ def _target(text: str, kind: str, dbc: Dbc) -> str | int:
     return text
 
 
-def _gateway_what(kind: str, fields: dict[str, Node], messages: list[str | int], dbc: Dbc) -> dict[str, Any]:
+def _gateway_what(kind: str, fields: dict[str, YamlNode], messages: list[str | int], dbc: Dbc) -> dict[str, Any]:
     def count(name: str, default: int) -> int:
         return int(fields[name].value(lambda text: number(text, ""))) if name in fields else default
 
@@ -137,7 +148,7 @@ def _gateway_what(kind: str, fields: dict[str, Node], messages: list[str | int],
     if kind == "delay":
         if "by" not in fields:
             raise fields[kind].error("'by' is missing: by how much, for example 'by: 30 ms'")
-        return {"ticks": fields["by"].value(ticks)}
+        return {"delay_ticks": fields["by"].value(ticks)}
     if kind == "duplicate":
         return {"copies": count("copies", 1)}
     if kind in ("replay", "babble"):
@@ -146,29 +157,29 @@ def _gateway_what(kind: str, fields: dict[str, Node], messages: list[str | int],
         return {"bit": count("bit", 0) if "bit" in fields else None}
     if kind == "second_sender":
         values = _signals(fields["signals"], str(messages[0]), dbc) if "signals" in fields else {}
-        return {"signals": values, "ahead": count("counter_ahead", 1)}
+        return {"signals": values, "counter_ahead": count("counter_ahead", 1)}
     return {}
 
 
-def _clear(node: Node, _: Dbc) -> Step:
+def _clear(node: YamlNode, _: Dbc) -> Step:
     what = node.one_of(["gateway", "plant"])
     if what == "gateway":
         return Step("clear the gateway", lambda rig: rig.clear_gateway(), needs_gateway=True)
     return Step("clear the plant's faults", lambda rig: rig.plant("ClearAll"))
 
 
-def _kill(node: Node, _: Dbc) -> Step:
+def _kill(node: YamlNode, _: Dbc) -> Step:
     name = node.one_of(["bms", "master"])
     return Step(f"kill {name}", lambda rig: rig.kill(name))
 
 
-def _run(node: Node, _: Dbc) -> Step:
+def _run(node: YamlNode, _: Dbc) -> Step:
     duration = node.text()
     node.value(ticks)
     return Step(f"run {duration}", lambda rig: rig.run(duration))
 
 
-def _wait(node: Node, dbc: Dbc) -> Step:
+def _wait(node: YamlNode, dbc: Dbc) -> Step:
     found = node.fields(["for", "within"], needed=["for", "within"])
     condition = found["for"].value(lambda text: Condition.parse(text, dbc))
     within = found["within"].text()
@@ -181,6 +192,6 @@ def _ignore(_: object) -> None:
     return None
 
 
-_READERS: dict[str, Callable[[Node, Dbc], Step]] = {
+_READERS: dict[str, Callable[[YamlNode, Dbc], Step]] = {
     "start_up": _start_up, "driver": _driver, "plant": _plant, "gateway": _gateway, "send": _send, "clear": _clear,
     "kill": _kill, "run": _run, "wait": _wait}

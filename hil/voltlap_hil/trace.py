@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from .dbc import Dbc, Signal, Value
+from .errors import HilError
 from .frame import Frame
 
 
@@ -15,7 +16,12 @@ class Trace:
     frames: list[Frame] = field(default_factory=list)
 
     def extend(self, frames: Iterable[Frame]) -> None:
-        self.frames.extend(frames)
+        """Frames in the order of their times. A clock that was set while it ran makes every measured time worthless."""
+        for frame in frames:
+            if frame.time_ms < self.end_ms:
+                raise HilError(f"the time of the bus went back from {self.end_ms:g} ms to {frame.time_ms:g} ms; leave "
+                               "the clock alone during a run")
+            self.frames.append(frame)
 
     @property
     def end_ms(self) -> float:

@@ -11,7 +11,7 @@ import yaml
 from .errors import InputError, did_you_mean
 
 
-class Node:
+class YamlNode:
     """A place in the file: says where it is when something is wrong with it."""
 
     def __init__(self, raw: yaml.Node, path: Path, name: str) -> None:
@@ -44,20 +44,22 @@ class Node:
             raise self.error(f"found {text!r}, expected one of {', '.join(known)}.{did_you_mean(text, known)}")
         return text
 
-    def items(self) -> Iterator[Node]:
+    def items(self) -> Iterator[YamlNode]:
         """A list; a single value counts as a list of one."""
-        rows = self.raw.value if isinstance(self.raw, yaml.SequenceNode) else [self.raw]
-        for i, row in enumerate(rows):
-            yield Node(row, self.path, f"{self.name}[{i}]" if isinstance(self.raw, yaml.SequenceNode) else self.name)
+        if not isinstance(self.raw, yaml.SequenceNode):
+            yield self
+            return
+        for i, row in enumerate(self.raw.value):
+            yield YamlNode(row, self.path, f"{self.name}[{i}]")
 
-    def fields(self, known: list[str] | None = None, needed: list[str] | None = None) -> dict[str, Node]:
+    def fields(self, known: list[str] | None = None, needed: list[str] | None = None) -> dict[str, YamlNode]:
         if not isinstance(self.raw, yaml.MappingNode):
             raise self.error(f"found a {self.kind}, expected a mapping with {', '.join(known or ['fields'])}")
-        found: dict[str, Node] = {}
+        found: dict[str, YamlNode] = {}
         for key, value in self.raw.value:
             name = str(key.value)
-            inner = Node(value, self.path, f"{self.name}.{name}" if self.name else name)
-            at_key = Node(key, self.path, inner.name)
+            inner = YamlNode(value, self.path, f"{self.name}.{name}" if self.name else name)
+            at_key = YamlNode(key, self.path, inner.name)
             if known is not None and name not in known:
                 raise at_key.error(f"found {name!r}, expected one of {', '.join(known)}.{did_you_mean(name, known)}")
             if name in found:
@@ -68,7 +70,7 @@ class Node:
                 raise self.error(f"{name!r} is missing")
         return found
 
-    def single(self, known: list[str]) -> tuple[str, Node]:
+    def single(self, known: list[str]) -> tuple[str, YamlNode]:
         """The one `name: value` of a step or check."""
         found = self.fields(known)
         if len(found) != 1:
@@ -76,7 +78,7 @@ class Node:
         return next(iter(found.items()))
 
 
-def document(path: Path) -> Node:
+def document(path: Path) -> YamlNode:
     try:
         raw = yaml.compose(path.read_text(), Loader=yaml.SafeLoader)
     except OSError as error:
@@ -86,4 +88,4 @@ def document(path: Path) -> Node:
         raise InputError(f"{path}:{line}: {error.problem}; this is no YAML") from None
     if raw is None:
         raise InputError(f"{path}: the file is empty")
-    return Node(raw, path, "")
+    return YamlNode(raw, path, "")

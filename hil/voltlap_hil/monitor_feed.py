@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Takes frames from a channel or a log into the picture of the bus, and shows it: once, or again and again."""
+"""Takes frames from a channel or a log into the state of the bus, and shows it: once, or again and again."""
 from __future__ import annotations
 
 import json
@@ -19,7 +19,7 @@ from .dbc import Dbc
 from .errors import HilError, InputError
 from .frame import Frame
 from .monitor_view import view
-from .picture import Picture
+from .bus_state import BusState
 
 _REFRESH_S = 0.2
 _READ_S = 0.05
@@ -30,12 +30,12 @@ def show(options: Namespace) -> None:
     """What the monitor's command line asks for."""
     dbc = Dbc.of_project()
     if options.log:
-        picture = Picture(dbc)
+        state = BusState(dbc)
         for frame in _frames_of(options.log, options.at):
-            picture.update([frame])
-        if not picture.frames:
+            state.update([frame])
+        if not state.frames:
             raise InputError(f"{options.log}: found no frame{' before --at' if options.at else ''}")
-        _print(picture.snapshot(), str(options.log), options.json)
+        _print(state.snapshot(), str(options.log), options.json)
         return
     with Bus(options.bus, dbc=dbc, lossy=True) as bus:
         if options.once:
@@ -60,24 +60,24 @@ def _frames_of(path: Path, until_s: float | None) -> Iterator[Frame]:
         raise InputError(f"{path}: not a log that can be read ({error}); expected candump -l, .asc or .blf") from None
 
 
-def _listen(bus: Bus, picture: Picture, for_s: float) -> None:
+def _listen(bus: Bus, state: BusState, for_s: float) -> None:
     end = time.monotonic() + for_s
     while (left := end - time.monotonic()) > 0.0:
         begin = time.monotonic()
         frames = bus.read(min(left, _READ_S))
         if frames:
-            picture.update(frames)
-        elif picture.frames:
-            picture.pass_time(picture.now_ms + (time.monotonic() - begin) * 1e3)
+            state.update(frames)
+        elif state.frames:
+            state.pass_time(state.now_ms + (time.monotonic() - begin) * 1e3)
 
 
 def _once(bus: Bus, options: Namespace) -> None:
-    picture = Picture(bus.dbc)
-    _listen(bus, picture, options.wait)
-    if not picture.frames:
+    state = BusState(bus.dbc)
+    _listen(bus, state, options.wait)
+    if not state.frames:
         raise HilError(f"{options.bus}: no frame within {options.wait:g} s. Does anything run there? For instance "
                        f"`./voltlap endurance --bus {options.bus} --pace 1`; or wait longer with --wait.")
-    _print({**picture.snapshot(), "lost_here": bus.lost_here}, options.bus, options.json)
+    _print({**state.snapshot(), "lost_here": bus.lost_here}, options.bus, options.json)
 
 
 def _print(snapshot: dict[str, Any], channel: str, as_json: bool) -> None:
@@ -90,11 +90,11 @@ def _print(snapshot: dict[str, Any], channel: str, as_json: bool) -> None:
 
 
 def _live(bus: Bus) -> None:
-    picture = Picture(bus.dbc)
+    state = BusState(bus.dbc)
     with Live(screen=sys.stdout.isatty(), auto_refresh=False) as live:
         while True:
-            _listen(bus, picture, _REFRESH_S)
-            if picture.frames:
-                live.update(view(picture.snapshot(), bus.channel), refresh=True)
+            _listen(bus, state, _REFRESH_S)
+            if state.frames:
+                live.update(view(state.snapshot(), bus.channel), refresh=True)
             else:
                 live.update(f"{bus.channel}: no frame yet; Ctrl-C ends", refresh=True)

@@ -31,7 +31,7 @@ _NO_CELL = 255
 
 
 @dataclass
-class _Count:
+class _Heard:
     """The frames of one message."""
 
     message: Message
@@ -45,12 +45,14 @@ class _Count:
 
 @dataclass
 class _Bin:
+    """A tenth of a second."""
+
     number: int
     bits: int = 0
     frames: Counter[str] = field(default_factory=Counter)
 
 
-class Picture:
+class BusState:
     def __init__(self, dbc: Dbc) -> None:
         self.dbc = dbc
         self.signals = Signals(dbc)
@@ -58,7 +60,7 @@ class Picture:
         self.lockstep = False
         self.now_ms = 0.0
         self._first_ms: float | None = None
-        self._counts: dict[str, _Count] = {}
+        self._counts: dict[str, _Heard] = {}
         self._unknown: Counter[int] = Counter()
         self._bins: deque[_Bin] = deque(maxlen=_BINS + 1)
         self._sync = dbc.messages.get("Sync")
@@ -77,9 +79,9 @@ class Picture:
     def pass_time(self, now_ms: float) -> None:
         """Time goes on without a frame. In lockstep it does not: there is no tick without one."""
         if not self.lockstep:
-            self._now(now_ms)
+            self._set_time(now_ms)
 
-    def _now(self, now_ms: float) -> None:
+    def _set_time(self, now_ms: float) -> None:
         if self._first_ms is None:
             self._first_ms = now_ms
         self.now_ms = max(self.now_ms, now_ms)
@@ -95,11 +97,11 @@ class Picture:
             self._bins.clear()
             for count in self._counts.values():
                 count.last_ms = now_ms
-        self._now(now_ms)
+        self._set_time(now_ms)
         self._last_sync_bus_ms = frame.time_ms
 
     def _take(self, frame: Frame) -> None:
-        self._now(self.now_ms)
+        self._set_time(self.now_ms)
         self.frames += 1
         message = self.dbc.by_id.get(frame.id)
         name = message.name if message else ""
@@ -111,7 +113,7 @@ class Picture:
         if message is None or len(frame.data) != message.dlc:
             self._unknown[frame.id] += 1
             return
-        count = self._counts.setdefault(name, _Count(message))
+        count = self._counts.setdefault(name, _Heard(message))
         count.frames += 1
         if not message.sealed_ok(frame.data):
             count.bad_seals += 1
@@ -170,7 +172,7 @@ class Picture:
             return FRESH
         return LATE if age_ms <= message.timeout_ms else LOST
 
-    def _message(self, count: _Count, per_s: float) -> dict[str, Any]:
+    def _message(self, count: _Heard, per_s: float) -> dict[str, Any]:
         message = count.message
         age_ms = self.now_ms - count.last_ms
         good = bool(count.data)
