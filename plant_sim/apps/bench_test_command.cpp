@@ -144,7 +144,7 @@ int BenchTestCommand::run_tests(const Campaign& chosen, const Forecast& planned,
   ProgressLine progress("on the bench");
   double done_s = 0.0;
   for (std::size_t i = 0; i < chosen.tests().size(); ++i) {
-    const TestRecord record = chosen.run(i, [&](double time_s) {
+    const BenchRecord record = chosen.run(i, [&](double time_s) {
       progress.show(chosen.tests()[i].name, std::min(1.0, (done_s + time_s) / planned.bench_s));
       return interrupted();
     });

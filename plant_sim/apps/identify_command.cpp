@@ -18,10 +18,10 @@
 #include "car/battery/cell_tables.hpp"
 #include "core/errors.hpp"
 #include "io/atomic_file.hpp"
-#include "learn/identify/cell_file.hpp"
-#include "learn/identify/cell_report.hpp"
-#include "learn/identify/identify_text.hpp"
-#include "learn/identify/rests_and_steps.hpp"
+#include "learn/identify/preparation/first_estimates.hpp"
+#include "learn/identify/result/cell_file.hpp"
+#include "learn/identify/result/cell_report.hpp"
+#include "learn/identify/result/identify_text.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -201,9 +201,9 @@ void IdentifyCommand::take_ocv(const DataFolder& data, IdentifyOptions& options)
   options.capacity_fallback_ah = slow.capacity_ah;
 }
 
-std::vector<CellTests> IdentifyCommand::identify_cells(const std::vector<CellData>& cells,
+std::vector<CellIdentification> IdentifyCommand::identify_cells(const std::vector<CellData>& cells,
                                                        IdentifyOptions options) const {
-  std::vector<CellTests> out;
+  std::vector<CellIdentification> out;
   for (const CellData& cell : cells) {
     options.progress = [&](const std::string& what) {
       fmt::print(stderr, "voltlap: {}{}\n", cells.size() > 1 ? cell.name + ", " : "", what);
@@ -214,7 +214,7 @@ std::vector<CellTests> IdentifyCommand::identify_cells(const std::vector<CellDat
 }
 
 std::vector<MethodScore> IdentifyCommand::compare(const std::vector<CellData>& cells,
-                                                  const std::vector<CellTests>& full,
+                                                  const std::vector<CellIdentification>& full,
                                                   IdentifyOptions options) const {
   std::vector<MethodScore> scores;
   for (const Method method : kMethods) {
@@ -257,27 +257,27 @@ int IdentifyCommand::run(const DataFolder& data) {
   std::string name = std::filesystem::path(named ? out_ : recordings_.files.front()).filename().string();
   name = name.substr(0, name.find('.'));
 
-  const std::vector<CellTests> each = identify_cells(cells, options);
+  const std::vector<CellIdentification> each = identify_cells(cells, options);
   const CellParameters like = load_cell(data, kThermalFrom, "identify");
   std::optional<MeanCell> mean;
   std::vector<std::string> names, texts;
   for (const CellData& cell : cells) names.push_back(cell.name);
   if (cells.size() > 1) mean = mean_cell(each, names);
-  CellTests tests = mean ? mean->tests : each.front();
-  const CellParameters cell = cell_parameters(tests, like, name, tests.groups[tests.reference].result.notes);
+  CellIdentification identified = mean ? mean->identified : each.front();
+  const CellParameters cell = cell_parameters(identified, like, name, identified.points[identified.reference].result.notes);
   std::FILE* to = summary_stream({out_, json_, report_});
-  fmt::print(to, "{}", identification_text(cell, tests, recordings_.cells_in_series));
+  fmt::print(to, "{}", identification_text(cell, identified, recordings_.cells_in_series));
   if (mean) fmt::print(to, "{}", spread_text(*mean));
   std::vector<MethodScore> scores;
   if (method_ == kAllMethods) scores = compare(cells, each, options);
   if (!scores.empty()) fmt::print(to, "\n{}", comparison_text(scores));
   if (out) {
-    out->write(cell_toml(cell, tests, kThermalFrom) + (mean ? spread_comment(*mean) : ""));
+    out->write(cell_toml(cell, identified, kThermalFrom) + (mean ? spread_comment(*mean) : ""));
     out->commit();
   }
-  std::string text = identification_json(cell, tests, VOLTLAP_VERSION);
+  std::string text = identification_json(cell, identified, VOLTLAP_VERSION);
   if (report) {
-    report->write(cell_report({cell, tests, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
+    report->write(cell_report({cell, identified, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
     report->commit();
   }
   if (json) {

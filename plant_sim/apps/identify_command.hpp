@@ -8,7 +8,7 @@
 
 #include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
-#include "learn/identify/several_cells.hpp"
+#include "learn/identify/mean_cell.hpp"
 #include "learn/methods/method_comparison.hpp"
 
 namespace voltlap::plant {
@@ -35,10 +35,10 @@ class IdentifyCommand {
     bool temperature_told = false;  ///< by a column or a flag, of at least one
   };
   [[nodiscard]] std::vector<CellData> read(const DataFolder& data) const;
-  [[nodiscard]] std::vector<CellTests> identify_cells(const std::vector<CellData>& cells,
+  [[nodiscard]] std::vector<CellIdentification> identify_cells(const std::vector<CellData>& cells,
                                                       IdentifyOptions options) const;
   [[nodiscard]] std::vector<MethodScore> compare(const std::vector<CellData>& cells,
-                                                 const std::vector<CellTests>& full, IdentifyOptions options) const;
+                                                 const std::vector<CellIdentification>& full, IdentifyOptions options) const;
   void take_constant(const std::vector<CellData>& cells, IdentifyOptions& options) const;
   void take_method(IdentifyOptions& options) const;
   /// What was given on the command line, to repeat it.

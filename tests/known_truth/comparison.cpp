@@ -17,7 +17,7 @@ using namespace plant;
 
 /// Mean load current while the cell was within `reach` of a SOC, nearer rows counting more. Rows in which a pulse
 /// begins or ends are means of current and rest and do not count.
-double load_current_at(const TestRecord& record, std::size_t cell, double soc) {
+double load_current_at(const BenchRecord& record, std::size_t cell, double soc) {
   constexpr double kReach = 0.03, kLoad = 1.0;  // SOC; A
   double sum = 0.0, weight = 1e-12, last = 0.0;
   const auto& current = record.true_current_a;
@@ -33,7 +33,7 @@ double load_current_at(const TestRecord& record, std::size_t cell, double soc) {
   return weight > 1e-6 ? sum / weight : last;
 }
 
-std::array<double, kTables> truth_at(const CellTables& tables, const TestRecord& record,
+std::array<double, kTables> truth_at(const CellTables& tables, const BenchRecord& record,
                                      std::size_t cell, double soc) {
   const CellRecord& truth = record.cells[cell];
   const double end = *std::min_element(truth.true_soc.begin(), truth.true_soc.end());
@@ -59,7 +59,7 @@ InstrumentLimits limits_of(const InstrumentSection& section, double current_a) {
 
 }  // namespace
 
-CellLog log_of(const TestRecord& record, std::size_t cell) {
+CellLog log_of(const BenchRecord& record, std::size_t cell) {
   CellLog log;
   log.path = fmt::format("{}, cell {}", record.test.name, cell + 1);
   log.time_s = record.time_s;
@@ -74,7 +74,7 @@ Outcome run_case(const Case& one, std::uint64_t seed, std::size_t test, std::siz
   const DataFolder data(VOLTLAP_DATA_FOLDER);
   const Campaign campaign(load_plan(data, one.plan, one.settings), load_cell(data, one.cell, "known truth"),
                           seed);
-  const TestRecord record = campaign.run(test);
+  const BenchRecord record = campaign.run(test);
   IdentifyOptions options;
   options.branches = 2;
   options.reference_temperature_c = record.test.temperature_c;
@@ -119,7 +119,7 @@ void Tally::add(const Outcome& outcome) {
     if (!node.excited) continue;
     ++row.excited;
     row.covered += covered ? 1 : 0;
-    row.within += std::abs(node.error) <= kMarks[static_cast<std::size_t>(node.table)] ? 1 : 0;
+    row.within += std::abs(node.error) <= kPromised[static_cast<std::size_t>(node.table)] ? 1 : 0;
     row.widest = std::max(row.widest, node.half_width);
     row.worst = std::max(row.worst, std::abs(node.error));
     row.square += node.error * node.error;

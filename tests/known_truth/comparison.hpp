@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "learn/bench/campaign.hpp"
-#include "learn/identify/cell_tests.hpp"
+#include "learn/identify/cell_identification.hpp"
 
 namespace voltlap::known_truth {
 
 inline constexpr int kTables = 6;
 inline constexpr std::array<const char*, kTables> kNames{"Em", "R0", "R1", "R2", "tau1", "tau2"};
 /// What the fit promises where the coverage map says excited: V; relative.
-inline constexpr std::array<double, kTables> kMarks{2e-3, 0.01, 0.05, 0.05, 0.10, 0.10};
+inline constexpr std::array<double, kTables> kPromised{2e-3, 0.01, 0.05, 0.05, 0.10, 0.10};
 
 struct Node {
   int table = 0;
@@ -39,7 +39,7 @@ struct Outcome {
   std::string smoothness_from;
 };
 
-[[nodiscard]] plant::CellLog log_of(const plant::TestRecord& record, std::size_t cell);
+[[nodiscard]] plant::CellLog log_of(const plant::BenchRecord& record, std::size_t cell);
 /// Test `test` of a campaign with this seed, one of its cells identified.
 [[nodiscard]] Outcome run_case(const Case& one, std::uint64_t seed, std::size_t test, std::size_t cell);
 

@@ -14,8 +14,8 @@
 #include "core/parameter_file.hpp"
 #include "io/atomic_file.hpp"
 #include "learn/bench/plan_file.hpp"
-#include "learn/identify/full_fit.hpp"
-#include "learn/identify/preparation.hpp"
+#include "learn/identify/fit/full_fit.hpp"
+#include "learn/identify/preparation/prepared_log.hpp"
 
 namespace {
 
@@ -81,11 +81,11 @@ Json problem() {
   std::vector<std::string> notes;
   const std::vector<CellLog> logs{log};
   std::vector<PreparedLog> prepared = prepare(logs, {{}, {}, 30.0, 0.0, options.hold}, notes);
-  std::vector<TestRun> means = runs_of(prepared);
+  std::vector<MeasuredRun> means = runs_of(prepared);
   FitPriors priors;
   priors.resistance_scale = 1.2e-3;
   const FullFit full = full_fit(means, priors, {2, {}, 3e-7, {}, {}}, notes);
-  const std::vector<TestRun> rows = runs_of(prepared, true);
+  const std::vector<MeasuredRun> rows = runs_of(prepared, true);
   const CircuitFit fit(rows, 2, full.priors);
   const CircuitCost cost(fit, full.tau_centre_s);
   const Eigen::MatrixXd taus = full.tau_centre_s.transpose().replicate(fit.r_count(), 1);
@@ -93,7 +93,7 @@ Json problem() {
   // As identify sees the recording: steady rows averaged.
   const CircuitFit coarse_fit(means, 2, full.priors);
   const CircuitCost coarse(coarse_fit, full.tau_centre_s);
-  const TestRun& run = rows.front();
+  const MeasuredRun& run = rows.front();
   return {{"rows", run.rows()},
           {"hours", (run.time_s(run.rows() - 1) - run.time_s(0)) / 3600.0},
           {"identify_s", whole_s},

@@ -10,7 +10,7 @@
 
 #include "car/battery/pack.hpp"
 #include "discrepancy/battery_response.hpp"
-#include "learn/identify/circuit_model.hpp"
+#include "learn/identify/circuit/circuit_model.hpp"
 #include "learn/validate/cell_response.hpp"
 #include "plant_sim/fixtures.hpp"
 
@@ -91,7 +91,7 @@ VehicleParameters car_of(const CellParameters& cell) {
   return out;
 }
 
-TestRun run_of(const std::vector<double>& current_a, const CellParameters& cell) {
+MeasuredRun run_of(const std::vector<double>& current_a, const CellParameters& cell) {
   CellLog log;
   for (std::size_t row = 0; row < current_a.size(); ++row) log.time_s.push_back(kStep * static_cast<double>(row));
   log.current_a = current_a;
@@ -122,7 +122,7 @@ Trace by_pack(const CellParameters& cell, const std::vector<double>& current_a) 
 }
 
 Trace by_identify(const CellParameters& cell, const std::vector<double>& current_a) {
-  const TestRun run = run_of(current_a, cell);
+  const MeasuredRun run = run_of(current_a, cell);
   CircuitModel model;
   model.capacity_ah = cell.capacity_ah;
   model.em.resize(model.ocv.size());
@@ -138,7 +138,7 @@ Trace by_identify(const CellParameters& cell, const std::vector<double>& current
 }
 
 Trace by_validate(const CellParameters& cell, const std::vector<double>& current_a) {
-  const TestRun run = run_of(current_a, cell);
+  const MeasuredRun run = run_of(current_a, cell);
   CellLog log;
   log.ambient_c.assign(current_a.size(), 21.0);
   const CellResponse response = respond(CellModel(cell), run, RecordedTemperature(log, 21.0));
@@ -149,7 +149,7 @@ Trace by_explain(const CellParameters& cell, const std::vector<double>& current_
   World world;
   world.car = car_of(cell);
   Recording log;
-  const TestRun run = run_of(current_a, cell);
+  const MeasuredRun run = run_of(current_a, cell);
   log.time_s = run.time_s;
   LogFacts facts;
   facts.hold = CurrentHold::kNext;

@@ -123,7 +123,7 @@ std::string plan_rows_html(const BenchPlan& plan) {
 
 }  // namespace
 
-double rise_at_end(const TestRecord& record, const Stretch& rest) {
+double rise_at_end(const BenchRecord& record, const BenchPhase& rest) {
   constexpr double kHalf = 60.0;  // s
   const auto row_at = [&](double time) {
     return std::lower_bound(record.time_s.begin(), record.time_s.end(), time) - record.time_s.begin();
@@ -144,7 +144,7 @@ double rise_at_end(const TestRecord& record, const Stretch& rest) {
   return most;
 }
 
-void BenchReport::add(const TestRecord& record) {
+void BenchReport::add(const BenchRecord& record) {
   Curves curves{record.test.name, record.duration_s(), record.cells.size(), {}, {}};
   const auto buckets = growing_buckets(record.time_s, current_steps(record.current_a), kPointsMax);
   curves.columns.push_back(bucket_times(buckets, record.time_s));
@@ -157,7 +157,7 @@ void BenchReport::add(const TestRecord& record) {
     curves.columns.push_back(
         bucket_extremes(buckets, fmt::format("cell_{}_temperature_c", cell + 1), 0.05, of.temperature_c));
   }
-  for (const Stretch& s : record.stretches) {
+  for (const BenchPhase& s : record.phases) {
     if (!s.load) curves.rests.push_back({s.end_s, s.soc, s.end_s - s.begin_s, rise_at_end(record, s)});
   }
   curves_.push_back(std::move(curves));

@@ -17,7 +17,7 @@ class BenchReport {
   BenchReport(const std::string& path, const Campaign& campaign) : file_(path), campaign_(campaign) {}
 
   /// The curves of a test: points that keep every extreme, about 2500 a test of four cells.
-  void add(const TestRecord& record);
+  void add(const BenchRecord& record);
   /// Writes the whole page, not yet under its name. Without results it is a rehearsal's.
   void finish(const Forecast& forecast, const std::vector<TestResult>& results,
               const std::vector<std::string>& settings);
@@ -39,7 +39,7 @@ class BenchReport {
 
 /// How fast the fastest cell still rises at the end of a rest [V/min]: the mean of the last minute's readings less
 /// that of the minute before, as the plan's own rule judges.
-[[nodiscard]] double rise_at_end(const TestRecord& record, const Stretch& rest);
+[[nodiscard]] double rise_at_end(const BenchRecord& record, const BenchPhase& rest);
 
 /// The files of html/ beside this one.
 [[nodiscard]] std::string_view bench_page_files(std::string_view name);

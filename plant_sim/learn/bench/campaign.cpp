@@ -66,12 +66,12 @@ std::vector<CellVariation> Campaign::cells_of(std::size_t index) const {
   return cells;
 }
 
-TestRecord Campaign::run(std::size_t index, const StopRequest& stop) const {
+BenchRecord Campaign::run(std::size_t index, const StopRequest& stop) const {
   return run_bench_test(plan_, tests_[index], {cell_, cells_of(index), false}, errors_,
                         stream_seed(seed_, BenchStream::kNoise, index), stop);
 }
 
-TestRecord Campaign::rehearse(std::size_t index, const StopRequest& stop) const {
+BenchRecord Campaign::rehearse(std::size_t index, const StopRequest& stop) const {
   return run_bench_test(rehearsal_, tests_[index], {cell_, {}, true}, draw_errors(rehearsal_.instruments, 1, 0), 0,
                         stop);
 }

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "learn/bench/test_bench.hpp"
+#include "learn/bench/virtual_bench.hpp"
 
 namespace voltlap::plant {
 
@@ -21,9 +21,9 @@ class Campaign {
   [[nodiscard]] std::uint64_t seed() const { return seed_; }
 
   /// Test `index` of tests(), as the bench does it.
-  [[nodiscard]] TestRecord run(std::size_t index, const StopRequest& stop = {}) const;
+  [[nodiscard]] BenchRecord run(std::size_t index, const StopRequest& stop = {}) const;
   /// The same test, rehearsed.
-  [[nodiscard]] TestRecord rehearse(std::size_t index, const StopRequest& stop = {}) const;
+  [[nodiscard]] BenchRecord rehearse(std::size_t index, const StopRequest& stop = {}) const;
 
  private:
   [[nodiscard]] std::vector<CellVariation> cells_of(std::size_t index) const;

@@ -40,7 +40,7 @@ CampaignFiles::CampaignFiles(const Campaign& campaign, CampaignPaths paths)
   truth_->write("\n");
 }
 
-void CampaignFiles::add(const TestRecord& record) {
+void CampaignFiles::add(const BenchRecord& record) {
   TestResult result{summary_of(record), record.end_cell, {}, {}, {}, {}};
   for (std::size_t cell = 0; cell < record.cells.size(); ++cell) {
     result.capacity_ah.push_back(record.cells[cell].capacity_ah);
@@ -54,7 +54,7 @@ void CampaignFiles::add(const TestRecord& record) {
   results_.push_back(std::move(result));
 }
 
-void CampaignFiles::write_table(const TestRecord& record, std::size_t cell, const std::string& name) const {
+void CampaignFiles::write_table(const BenchRecord& record, std::size_t cell, const std::string& name) const {
   AtomicFile file(paths_.folder + "/" + name);
   file.write(
       fmt::format("# voltlap {} bench-test: plan {}, test {}, cell {} of {}, seed {}, {}\n"
@@ -72,7 +72,7 @@ void CampaignFiles::write_table(const TestRecord& record, std::size_t cell, cons
   file.commit();
 }
 
-void CampaignFiles::write_truth(const TestRecord& record) {
+void CampaignFiles::write_truth(const BenchRecord& record) {
   fmt::memory_buffer line;
   for (std::size_t row = 0; row < record.time_s.size(); ++row) {
     line.clear();

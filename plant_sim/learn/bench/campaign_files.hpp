@@ -34,7 +34,7 @@ class CampaignFiles {
   CampaignFiles(const Campaign& campaign, CampaignPaths paths);
 
   /// Writes the tables of a test and keeps its result.
-  void add(const TestRecord& record);
+  void add(const BenchRecord& record);
   [[nodiscard]] const std::vector<TestResult>& results() const { return results_; }
 
   /// The index as JSON; without results it is the forecast alone.
@@ -43,8 +43,8 @@ class CampaignFiles {
   void commit(const std::string& index);
 
  private:
-  void write_table(const TestRecord& record, std::size_t cell, const std::string& name) const;
-  void write_truth(const TestRecord& record);
+  void write_table(const BenchRecord& record, std::size_t cell, const std::string& name) const;
+  void write_truth(const BenchRecord& record);
 
   const Campaign& campaign_;
   CampaignPaths paths_;

@@ -15,7 +15,7 @@ std::size_t nearest(const std::vector<double>& at, double x) {
   return best;
 }
 
-double interval(const TestRecord& record, std::size_t row) {
+double interval(const BenchRecord& record, std::size_t row) {
   return row + 1 < record.time_s.size() ? record.time_s[row + 1] - record.time_s[row]
                                         : record.duration_s() - record.time_s[row];
 }
@@ -29,7 +29,7 @@ Coverage::Coverage(const CellParameters& cell)
       load_s_(soc_.size() * temperature_.size() * current_.size()),
       rest_s_(load_s_.size()) {}
 
-void Coverage::add(const TestRecord& record) {
+void Coverage::add(const BenchRecord& record) {
   const CellRecord& cell = record.cells.front();
   double last_load = 0.0;
   for (std::size_t row = 0; row < record.time_s.size(); ++row) {
@@ -46,20 +46,20 @@ std::size_t Coverage::visited(double load_s_min) const {
       std::count_if(load_s_.begin(), load_s_.end(), [=](double s) { return s >= load_s_min; }));
 }
 
-void RestSurvey::add(const TestRecord& record) {
+void RestSurvey::add(const BenchRecord& record) {
   const CellRecord& cell = record.cells.front();
   double last_load = 0.0;
-  for (const Stretch& stretch : record.stretches) {
-    if (stretch.load) {
-      last_load = 3600.0 * std::abs(stretch.charge_ah) / (stretch.end_s - stretch.begin_s);
+  for (const BenchPhase& phase : record.phases) {
+    if (phase.load) {
+      last_load = 3600.0 * std::abs(phase.charge_ah) / (phase.end_s - phase.begin_s);
       continue;
     }
     if (last_load == 0.0) continue;  // the rest before the first pulse shows nothing
     const auto row =
-        std::lower_bound(record.time_s.begin(), record.time_s.end(), stretch.begin_s) - record.time_s.begin();
+        std::lower_bound(record.time_s.begin(), record.time_s.end(), phase.begin_s) - record.time_s.begin();
     const auto at = std::min(static_cast<std::size_t>(row), record.time_s.size() - 1);
-    const CircuitParameters p = tables_.circuit(stretch.soc, cell.true_temperature_c[at], last_load);
-    const double length = stretch.end_s - stretch.begin_s;
+    const CircuitParameters p = tables_.circuit(phase.soc, cell.true_temperature_c[at], last_load);
+    const double length = phase.end_s - phase.begin_s;
     const bool first = lengths_.empty();
     sum_.tau1_min_s = first ? p.tau1_s : std::min(sum_.tau1_min_s, p.tau1_s);
     sum_.tau1_max_s = std::max(sum_.tau1_max_s, p.tau1_s);

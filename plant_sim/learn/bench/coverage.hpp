@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "car/battery/cell_tables.hpp"
-#include "learn/bench/test_record.hpp"
+#include "learn/bench/bench_record.hpp"
 
 namespace voltlap::plant {
 
@@ -15,7 +15,7 @@ class Coverage {
  public:
   explicit Coverage(const CellParameters& cell);
 
-  void add(const TestRecord& record);
+  void add(const BenchRecord& record);
 
   [[nodiscard]] const std::vector<double>& soc() const { return soc_; }
   [[nodiscard]] const std::vector<double>& temperature_c() const { return temperature_; }
@@ -49,7 +49,7 @@ struct RestSummary {
 class RestSurvey {
  public:
   explicit RestSurvey(const CellParameters& cell) : tables_(cell) {}
-  void add(const TestRecord& record);
+  void add(const BenchRecord& record);
   [[nodiscard]] RestSummary summary() const;
 
  private:

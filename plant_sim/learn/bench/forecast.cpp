@@ -6,7 +6,7 @@
 
 namespace voltlap::plant {
 
-TestForecast summary_of(const TestRecord& record) {
+TestForecast summary_of(const BenchRecord& record) {
   TestForecast out;
   out.test = record.test;
   out.duration_s = record.duration_s();
@@ -23,9 +23,9 @@ TestForecast summary_of(const TestRecord& record) {
     out.hottest_c = std::max(out.hottest_c, *hot);
   }
   out.current_min_a = 1e9;
-  for (const Stretch& stretch : record.stretches) {
-    if (!stretch.load || stretch.charge_ah <= 0.0) continue;
-    const double mean = 3600.0 * stretch.charge_ah / (stretch.end_s - stretch.begin_s);
+  for (const BenchPhase& phase : record.phases) {
+    if (!phase.load || phase.charge_ah <= 0.0) continue;
+    const double mean = 3600.0 * phase.charge_ah / (phase.end_s - phase.begin_s);
     out.current_min_a = std::min(out.current_min_a, mean);
     out.current_max_a = std::max(out.current_max_a, mean);
   }
@@ -37,7 +37,7 @@ Forecast forecast(const Campaign& campaign, const std::function<bool(std::size_t
   Forecast out{{}, Coverage(campaign.cell()), {}, 1.0 / campaign.plan().sampling.log_hz, 0.0, 0.0, false};
   RestSurvey rests(campaign.cell());
   for (std::size_t i = 0; i < campaign.tests().size(); ++i) {
-    const TestRecord record =
+    const BenchRecord record =
         campaign.rehearse(i, stop ? [&stop, i](double time_s) { return stop(i, time_s); } : StopRequest{});
     if (record.end == TestEnd::kInterrupted) {
       out.interrupted = true;

@@ -33,7 +33,7 @@ struct Forecast {
 inline constexpr double kForecastMargin = 0.15;
 
 /// What a record amounts to, for a rehearsal as for a run.
-[[nodiscard]] TestForecast summary_of(const TestRecord& record);
+[[nodiscard]] TestForecast summary_of(const BenchRecord& record);
 
 /// `stop(test, time_s)` is asked about once a simulated minute.
 [[nodiscard]] Forecast forecast(const Campaign& campaign,

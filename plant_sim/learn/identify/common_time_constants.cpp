@@ -6,21 +6,21 @@
 #include <future>
 #include <numeric>
 
-#include "learn/identify/simplex.hpp"
+#include "learn/identify/circuit/nelder_mead.hpp"
 
 namespace voltlap::plant {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-std::vector<VectorXd> common_time_constants(const std::vector<ReadyTests>& tests,
+std::vector<VectorXd> common_time_constants(const std::vector<IdentificationProblem>& tests,
                                             const std::vector<double>& temperatures_c, int branches) {
   constexpr int kOwnEvaluations = 30, kEvaluations = 80;
   constexpr double kZeroCelsius = 273.15, kThousand = 1000.0, kSameTemperature = 1.0;
   const std::size_t count = tests.size();
   std::vector<CircuitFit> fits;
   fits.reserve(count);
-  for (const ReadyTests& test : tests) {
+  for (const IdentificationProblem& test : tests) {
     FitPriors priors = test.priors;
     priors.smoothness = 1.0;
     fits.emplace_back(test.runs, branches, priors);
@@ -65,7 +65,7 @@ std::vector<VectorXd> common_time_constants(const std::vector<ReadyTests>& tests
     }
   }
   constexpr double kEdge = 0.5;
-  best = simplex_minimum(cost, best, kEdge, kEvaluations);
+  best = nelder_mead_minimum(cost, best, kEdge, kEvaluations);
   std::vector<VectorXd> out;
   for (std::size_t g = 0; g < count; ++g) out.push_back(at_test(best, g).array().exp());
   return out;

@@ -9,12 +9,12 @@
 #include <map>
 
 #include "core/errors.hpp"
-#include "learn/identify/charge_noise.hpp"
-#include "learn/identify/file_finding.hpp"
-#include "learn/identify/full_fit.hpp"
-#include "learn/identify/preparation.hpp"
-#include "learn/identify/rests_and_steps.hpp"
-#include "learn/identify/stepped_temperature.hpp"
+#include "learn/identify/fit/charge_noise.hpp"
+#include "learn/identify/fit/full_fit.hpp"
+#include "learn/identify/fit/recording_result.hpp"
+#include "learn/identify/preparation/first_estimates.hpp"
+#include "learn/identify/preparation/prepared_log.hpp"
+#include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/methods/identify_by_stage.hpp"
 
 namespace voltlap::plant {
@@ -29,7 +29,7 @@ constexpr double kCooled = 600.0;               // s of rest after which a cell 
 constexpr double kRestShare = 0.5;              // of the longest rest, that a time constant may last
 
 /// Slow charge and slow discharge that disagree: the rows say nothing about the circuit, their middle is the OCV.
-void set_hysteresis_aside(std::vector<TestRun>& runs, double capacity, FitPriors& priors, IdentifyResult& result) {
+void set_hysteresis_aside(std::vector<MeasuredRun>& runs, double capacity, FitPriors& priors, IdentifyResult& result) {
   const auto points = hysteresis_of(runs, capacity);
   double excess = 0.0;
   for (const HysteresisPoint& point : points) excess += point.excess_v / static_cast<double>(points.size());
@@ -45,7 +45,7 @@ void set_hysteresis_aside(std::vector<TestRun>& runs, double capacity, FitPriors
   for (const HysteresisPoint& point : points) priors.ocv.push_back({point.soc, point.middle_v, point.half_gap_v});
   constexpr double kSlow = 1.0 / 8.0;
   std::map<int, double> fast_s;
-  for (TestRun& run : runs) {
+  for (MeasuredRun& run : runs) {
     double since_fast = 1e9;
     for (Index row = 0; row < run.rows(); ++row) {
       const bool fast = std::abs(run.current_a(row)) >= kSlow * capacity;
@@ -63,9 +63,9 @@ void set_hysteresis_aside(std::vector<TestRun>& runs, double capacity, FitPriors
   }
 }
 
-double typical_resistance(const std::vector<TestRun>& runs) {
+double typical_resistance(const std::vector<MeasuredRun>& runs) {
   std::vector<double> values;
-  for (const TestRun& run : runs) {
+  for (const MeasuredRun& run : runs) {
     for (const StepEstimate& step : resistance_steps(run)) values.push_back(step.resistance_ohm);
   }
   if (values.empty()) return 0.0;
@@ -75,9 +75,9 @@ double typical_resistance(const std::vector<TestRun>& runs) {
 }
 
 /// Longest rest of the recordings: a branch much slower than that is not seen to relax.
-double longest_rest(const std::vector<TestRun>& runs) {
+double longest_rest(const std::vector<MeasuredRun>& runs) {
   double longest = 0.0;
-  for (const TestRun& run : runs) {
+  for (const MeasuredRun& run : runs) {
     for (const Segment& s : segments(run)) {
       if (s.kind == Segment::Kind::kRest) longest = std::max(longest, s.duration_s);
     }
@@ -105,7 +105,7 @@ void take(const FullFit& full, const IdentifyOptions& options, double capacity_a
 }
 
 /// True for the rows of a recording that stand in `run`, a run of their means, with a weight.
-std::vector<bool> used_rows(const TestRun& whole, const TestRun& run) {
+std::vector<bool> used_rows(const MeasuredRun& whole, const MeasuredRun& run) {
   std::vector<bool> out;
   Index at = 0;
   for (Index row = 0; row < whole.rows(); ++row) {
@@ -116,14 +116,14 @@ std::vector<bool> used_rows(const TestRun& whole, const TestRun& run) {
   return out;
 }
 
-void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<TestRun>& runs,
+void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<MeasuredRun>& runs,
                 const std::vector<Eigen::VectorXd>& states, IdentifyResult& result) {
   double square = 0.0, used_weight = 0.0, floor = 0.0, weight = 0.0;
   for (std::size_t k = 0; k < prepared.size(); ++k) {
     const PreparedLog& one = prepared[k];
-    const TestRun whole = make_run(*one.log, one.run);
+    const MeasuredRun whole = make_run(*one.log, one.run);
     const Eigen::VectorXd voltage = simulate(result.model, whole, states[k]), error = voltage - whole.voltage_v;
-    result.files.push_back(file_finding(one, whole, error));
+    result.files.push_back(recording_result(one, whole, error));
     result.sections.push_back(score_of(whole, voltage));
     floor += noise_floor(whole) * whole.weight_s.sum();
     weight += whole.weight_s.sum();
@@ -140,10 +140,10 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Test
 
 }  // namespace
 
-ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptions& given)
+IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorded, const IdentifyOptions& given)
     : logs(recorded), options(given) {
   const auto begin = std::chrono::steady_clock::now();
-  for (CellLog& log : logs) smooth_stepped_temperature(log);
+  for (CellLog& log : logs) smooth_quantised_temperature(log);
   if (by_stage()) return;
   if (options.constant) {
     options.per_kelvin = 0.0;
@@ -173,7 +173,7 @@ ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptio
         "it warmed, written without a change with temperature (--temperature T writes the usual one).");
   }
   if (options.ocv.empty()) {
-    for (const TestRun& run : runs) {
+    for (const MeasuredRun& run : runs) {
       for (const OcvKnowledge& rest : ocv_from_rests(run)) rests.push_back(rest);
     }
     if (rests.empty())
@@ -184,7 +184,7 @@ ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptio
   set_hysteresis_aside(runs, prepared.front().run.capacity_ah, priors, result);
   everything = runs;
   if (options.block_s > 0.0) {
-    for (TestRun& run : runs) {
+    for (MeasuredRun& run : runs) {
       blocks.push_back(time_blocks(run, options.block_s));
       run = without_every_second(run, blocks.back(), options.fit_even_blocks ? 1 : 0);
     }
@@ -193,7 +193,7 @@ ReadyTests::ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptio
   result.seconds = seconds_since(begin);
 }
 
-IdentifyResult ReadyTests::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
+IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
   if (by_stage()) return identify_by_stage(logs, options);
   const auto begin = std::chrono::steady_clock::now();
   FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}, tau_centre_s};
@@ -205,7 +205,7 @@ IdentifyResult ReadyTests::fit(const std::optional<Eigen::VectorXd>& tau_centre_
   const FullFit full = full_fit(runs, priors, fit_options, result.notes);
   take(full, options, prepared.front().run.capacity_ah, result);
   const bool capacity_known = options.capacity_ah.has_value();
-  const Eigen::VectorXd lasting = systematic_variance(prepared, capacity_known, options.instruments, full),
+  const Eigen::VectorXd lasting = systematic_error_variance(prepared, capacity_known, options.instruments, full),
                         counted = charge_noise_variance(prepared, runs, capacity_known, full);
   result.uncertainty.sigma = (result.uncertainty.sigma.array().square() + lasting.array() + counted.array()).sqrt();
   if (options.block_s > 0.0) {
@@ -228,7 +228,7 @@ IdentifyResult ReadyTests::fit(const std::optional<Eigen::VectorXd>& tau_centre_
 }
 
 IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
-  return ReadyTests(recorded, options).fit();
+  return IdentificationProblem(recorded, options).fit();
 }
 
 }  // namespace voltlap::plant

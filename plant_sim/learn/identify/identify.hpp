@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "io/logs/cell_log.hpp"
-#include "learn/identify/blocks.hpp"
-#include "learn/identify/circuit_cost.hpp"
-#include "learn/identify/preparation.hpp"
-#include "learn/identify/selection.hpp"
-#include "learn/identify/systematic.hpp"
-#include "learn/identify/uncertainty.hpp"
+#include "learn/identify/circuit/circuit_cost.hpp"
+#include "learn/identify/fit/model_selection.hpp"
+#include "learn/identify/fit/systematic_errors.hpp"
+#include "learn/identify/fit/uncertainty.hpp"
+#include "learn/identify/preparation/prepared_log.hpp"
+#include "learn/identify/recording/holdout_blocks.hpp"
 #include "learn/methods/stage_methods.hpp"
 
 namespace voltlap::plant {
@@ -35,12 +35,12 @@ struct IdentifyOptions {
 };
 
 /// A recording and the model's answer to it, row by row.
-struct FileTrace {
+struct RecordingTrace {
   Eigen::VectorXd time_s, current_a, voltage_v, error_v, soc, weight_s;  ///< error: model less recorded
 };
 
 /// What was found out about one recording before the fit.
-struct FileFinding {
+struct RecordingResult {
   std::string path, map;
   std::vector<std::string> repairs;
   CurrentHold hold = CurrentHold::kNext;
@@ -50,14 +50,14 @@ struct FileFinding {
   double voltage_low_v = 0.0, voltage_high_v = 0.0;  ///< of the rows that the model follows
   Eigen::Index rows = 0;
   double rms_v = 0.0, rms_pulses_v = 0.0;  ///< of the fit: all rows; from the full charge on
-  FileTrace trace{};
+  RecordingTrace trace{};
 };
 
 struct IdentifyResult {
   CircuitModel model;
   Uncertainty uncertainty;  ///< of the packed parameters, see CircuitCost
   Eigen::VectorXd packed;
-  std::vector<FileFinding> files;
+  std::vector<RecordingResult> files;
   std::vector<OrderScore> orders;
   std::string smoothness_from;         ///< evidence, held-out pulses; --constant where too few are left out
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
@@ -73,10 +73,10 @@ struct IdentifyResult {
 
 /// Recordings of one test that are ready for the fit: anchored, their holds chosen, what is known of the OCV collected.
 /// Throws InputError when the recordings cannot carry a model: no current, no change of current, no known SOC.
-struct ReadyTests {
-  ReadyTests(const std::vector<CellLog>& recorded, const IdentifyOptions& given);
-  ReadyTests(const ReadyTests&) = delete;  // `prepared` would point into the other's logs
-  ReadyTests(ReadyTests&&) = default;
+struct IdentificationProblem {
+  IdentificationProblem(const std::vector<CellLog>& recorded, const IdentifyOptions& given);
+  IdentificationProblem(const IdentificationProblem&) = delete;  // `prepared` would point into the other's logs
+  IdentificationProblem(IdentificationProblem&&) = default;
   /// `tau_centre_s`: time constants by branch that were found from these tests and others together; else they are
   /// looked for here.
   [[nodiscard]] IdentifyResult fit(const std::optional<Eigen::VectorXd>& tau_centre_s = {}) &&;
@@ -85,7 +85,7 @@ struct ReadyTests {
   std::vector<CellLog> logs;
   IdentifyOptions options;
   std::vector<PreparedLog> prepared;  ///< point into `logs`
-  std::vector<TestRun> runs, everything;
+  std::vector<MeasuredRun> runs, everything;
   std::vector<std::vector<Block>> blocks;
   std::vector<OcvKnowledge> rests;
   FitPriors priors;

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/errors.hpp"
-#include "learn/identify/file_finding.hpp"
+#include "learn/identify/fit/recording_result.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -17,7 +17,7 @@ using Eigen::Index;
 StageFit mean_fit(const std::vector<PreparedLog>& prepared, Method method) {
   StageFit mean;
   for (const PreparedLog& one : prepared) {
-    const TestRun whole = make_run(*one.log, one.run);
+    const MeasuredRun whole = make_run(*one.log, one.run);
     StageFit fit = stage_fit(whole, thinned(whole, kRestThinning), method);
     mean.sections.insert(mean.sections.end(), fit.sections.begin(), fit.sections.end());
     mean.iterations += fit.iterations;
@@ -77,12 +77,12 @@ IdentifyResult identify_by_stage(const std::vector<CellLog>& logs, const Identif
                          ": no smoothness, no choice of order, no intervals.");
   double square = 0.0, weight = 0.0, floor = 0.0;
   for (const PreparedLog& one : prepared) {
-    const TestRun whole = make_run(*one.log, one.run);
+    const MeasuredRun whole = make_run(*one.log, one.run);
     const Eigen::VectorXd error = simulate(result.model, whole) - whole.voltage_v;
     square += whole.weight_s.dot(error.cwiseAbs2());
     weight += whole.weight_s.sum();
     floor += noise_floor(whole) * whole.weight_s.sum();
-    result.files.push_back(file_finding(one, whole, error));
+    result.files.push_back(recording_result(one, whole, error));
   }
   result.rms_v = std::sqrt(square / weight);
   result.noise_floor_v2 = floor / weight;

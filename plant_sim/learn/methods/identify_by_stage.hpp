@@ -2,7 +2,7 @@
 // Recordings to a model by one of the pulse or layered methods, and the start that the final full method takes.
 #pragma once
 #include "learn/identify/identify.hpp"
-#include "learn/identify/preparation.hpp"
+#include "learn/identify/preparation/prepared_log.hpp"
 
 namespace voltlap::plant {
 

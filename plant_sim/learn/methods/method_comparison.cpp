@@ -30,20 +30,20 @@ double median_of(std::vector<double> values) {
 
 }  // namespace
 
-MethodScore method_score(const std::string& name, const std::vector<CellTests>& cells) {
+MethodScore method_score(const std::string& name, const std::vector<CellIdentification>& cells) {
   MethodScore out{name};
   std::vector<double> sections, snr, whole, floor;
-  for (const CellTests& cell : cells) {
-    for (const TestGroup& group : cell.groups) {
-      for (const SectionScore& section : group.result.sections) {
+  for (const CellIdentification& cell : cells) {
+    for (const OperatingPoint& point : cell.points) {
+      for (const SectionScore& section : point.result.sections) {
         sections.push_back(section.square_v2);
         snr.push_back(section.snr);
       }
-      for (const FileFinding& file : group.result.files) {
+      for (const RecordingResult& file : point.result.files) {
         whole.push_back(file.rms_v * file.rms_v);
-        floor.push_back(group.result.noise_floor_v2);
+        floor.push_back(point.result.noise_floor_v2);
       }
-      out.seconds += group.result.seconds;
+      out.seconds += point.result.seconds;
     }
   }
   out.tests = whole.size();

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "learn/identify/cell_tests.hpp"
+#include "learn/identify/cell_identification.hpp"
 
 namespace voltlap::plant {
 
@@ -17,7 +17,7 @@ struct MethodScore {
   double whole_mean_v2 = 0.0, whole_median_v2 = 0.0;        ///< over whole tests, by the model as it is written
   double noise_floor_v2 = 0.0, seconds = 0.0;               ///< of the instrument; a test
 };
-[[nodiscard]] MethodScore method_score(const std::string& name, const std::vector<CellTests>& cells);
+[[nodiscard]] MethodScore method_score(const std::string& name, const std::vector<CellIdentification>& cells);
 
 /// A row of the reference study, 2016, Table 6.8, with the times of its Table 6.1.
 struct StudyScore {

@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "core/errors.hpp"
-#include "learn/identify/rests_and_steps.hpp"
+#include "learn/identify/preparation/first_estimates.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -20,7 +20,7 @@ using Free = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 constexpr double kShortestRest = 60.0, kLeastSoc = 0.02;
 constexpr std::size_t kFewest = 3;
 
-[[noreturn]] void refuse(const TestRun& run, const std::string& found) {
+[[noreturn]] void refuse(const MeasuredRun& run, const std::string& found) {
   throw InputError(run.name, found,
                    fmt::format("a test of at least {} pulses in one direction, each with a rest of {:.0f} s behind "
                                "it: the pulse and layered methods work section by section",
@@ -43,7 +43,7 @@ std::vector<PulseSection> longest_one_way(const std::vector<PulseSection>& secti
 /// Residuals of a section over its free parameters.
 class SectionCost {
  public:
-  SectionCost(const TestRun& part, const NodeTable& start, const Free& free, const Eigen::Vector2d& before_v)
+  SectionCost(const MeasuredRun& part, const NodeTable& start, const Free& free, const Eigen::Vector2d& before_v)
       : part_(part), start_(start), before_v_(before_v) {
     for (Index column = 0; column < kParameterColumns; ++column) {
       for (Index node = 0; node < start.values.rows(); ++node) {
@@ -69,7 +69,7 @@ class SectionCost {
   [[nodiscard]] Index column_of(std::size_t k) const { return places_[k].second; }
 
  private:
-  const TestRun& part_;
+  const MeasuredRun& part_;
   NodeTable start_;
   Eigen::Vector2d before_v_;
   std::vector<std::pair<Index, Index>> places_;
@@ -88,7 +88,7 @@ double relaxation_error(const Eigen::VectorXd& t, const Eigen::VectorXd& y, cons
 
 }  // namespace
 
-std::vector<PulseSection> pulse_sections(const TestRun& run) {
+std::vector<PulseSection> pulse_sections(const MeasuredRun& run) {
   std::vector<PulseSection> out;
   Index first = -1, load_end = -1;
   for (const Segment& s : segments(run)) {
@@ -109,12 +109,12 @@ std::vector<PulseSection> pulse_sections(const TestRun& run) {
   return one_way;
 }
 
-TestRun part_of(const TestRun& run, Index first, Index last) {
-  TestRun out;
+MeasuredRun part_of(const MeasuredRun& run, Index first, Index last) {
+  MeasuredRun out;
   out.name = run.name;
-  for (auto member : {&TestRun::time_s, &TestRun::current_a, &TestRun::voltage_v, &TestRun::soc, &TestRun::dt_s,
-                      &TestRun::current_begin_a, &TestRun::current_end_a, &TestRun::weight_s,
-                      &TestRun::resistance_scale}) {
+  for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc, &MeasuredRun::dt_s,
+                      &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a, &MeasuredRun::weight_s,
+                      &MeasuredRun::resistance_scale}) {
     out.*member = (run.*member).segment(first, last - first);
   }
   out.reset.assign(run.reset.begin() + first, run.reset.begin() + last);
@@ -155,7 +155,7 @@ CircuitModel NodeTable::on_breakpoints() const {
   return out;
 }
 
-SectionFit fit_section(const TestRun& part, const NodeTable& start, const Free& free,
+SectionFit fit_section(const MeasuredRun& part, const NodeTable& start, const Free& free,
                        const Eigen::Vector2d& before_v) {
   constexpr double kShortest = 0.2, kLongest = 3.0;  // s; of the part: beyond it a branch is a drift of Em
   const double reach = std::log(1000.0), shortest = std::log(kShortest),
@@ -187,7 +187,7 @@ SectionFit fit_section(const TestRun& part, const NodeTable& start, const Free& 
   return {cost->table_of(p.data()), static_cast<int>(summary.iterations.size()) - 1};
 }
 
-Eigen::Vector2d relaxation_taus(const TestRun& run, Index first, Index last) {
+Eigen::Vector2d relaxation_taus(const MeasuredRun& run, Index first, Index last) {
   constexpr int kPoints = 12, kRounds = 3;
   constexpr double kApart = 1.5, kLongest = 2.0;  // tau2 over tau1; of the rest
   const Index n = last - first;

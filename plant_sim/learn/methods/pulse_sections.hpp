@@ -5,8 +5,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "learn/identify/circuit_model.hpp"
-#include "learn/identify/test_run.hpp"
+#include "learn/identify/circuit/circuit_model.hpp"
+#include "learn/identify/recording/measured_run.hpp"
 
 namespace voltlap::plant {
 
@@ -20,10 +20,10 @@ struct PulseSection {
 /// Loads with a rest of at least 60 s behind them. Loads that move the SOC by less than 2 % belong to the section of
 /// the next that does. Of a recording that goes both ways the most sections in a row that go one way. Throws
 /// InputError when those are fewer than three.
-[[nodiscard]] std::vector<PulseSection> pulse_sections(const TestRun& run);
+[[nodiscard]] std::vector<PulseSection> pulse_sections(const MeasuredRun& run);
 
 /// A part of a run that begins with known branch voltages.
-[[nodiscard]] TestRun part_of(const TestRun& run, Eigen::Index first, Eigen::Index last);
+[[nodiscard]] MeasuredRun part_of(const MeasuredRun& run, Eigen::Index first, Eigen::Index last);
 
 /// Parameters at SOC nodes, one row a node: Em [V], and the logarithms of R0, R1, R2 [ohm], tau1, tau2 [s].
 enum ParameterColumn : Eigen::Index { kEm, kLnR0, kLnR1, kLnR2, kLnTau1, kLnTau2, kParameterColumns };
@@ -43,12 +43,12 @@ struct SectionFit {
   NodeTable table;
   int iterations = 0;
 };
-[[nodiscard]] SectionFit fit_section(const TestRun& part, const NodeTable& start,
+[[nodiscard]] SectionFit fit_section(const MeasuredRun& part, const NodeTable& start,
                                      const Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>& free,
                                      const Eigen::Vector2d& before_v);
 
 /// Time constants of a rest by Eq. 6.2 of the reference study, 2016: V = Em - v1 exp(-t/tau1) - v2 exp(-t/tau2), Em
 /// its last voltage. Rows first to last (exclusive).
-[[nodiscard]] Eigen::Vector2d relaxation_taus(const TestRun& run, Eigen::Index first, Eigen::Index last);
+[[nodiscard]] Eigen::Vector2d relaxation_taus(const MeasuredRun& run, Eigen::Index first, Eigen::Index last);
 
 }  // namespace voltlap::plant

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "learn/identify/rests_and_steps.hpp"
+#include "learn/identify/preparation/first_estimates.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -24,7 +24,7 @@ struct Local {
 /// A run with its sections, and what has been done to it.
 class Stages {
  public:
-  Stages(const TestRun& whole, const TestRun& fitted)
+  Stages(const MeasuredRun& whole, const MeasuredRun& fitted)
       : whole_(whole), fitted_(fitted), sections_(pulse_sections(fitted)) {}
 
   void initial_pulse();
@@ -41,8 +41,8 @@ class Stages {
   [[nodiscard]] Local layer(Index node) const;
   void score();
 
-  const TestRun& whole_;
-  const TestRun& fitted_;
+  const MeasuredRun& whole_;
+  const MeasuredRun& fitted_;
   std::vector<PulseSection> sections_;
   std::vector<Local> locals_;
   NodeTable nodes_;
@@ -155,7 +155,7 @@ void Stages::score() {
   };
   for (const Local& local : locals_) {
     const Index first = row_of(fitted_.time_s(local.first)), last = row_of(fitted_.time_s(local.last - 1)) + 1;
-    const TestRun part = part_of(whole_, first, last);
+    const MeasuredRun part = part_of(whole_, first, last);
     scores_.push_back(score_of(part, simulate(local.table.model(), part, local.before_v)));
   }
 }
@@ -177,13 +177,13 @@ std::optional<Method> method_of(const std::string& name) {
   return std::nullopt;
 }
 
-SectionScore score_of(const TestRun& part, const Eigen::VectorXd& voltage_v) {
+SectionScore score_of(const MeasuredRun& part, const Eigen::VectorXd& voltage_v) {
   const double seconds = part.weight_s.sum();
   const double square = part.weight_s.dot((voltage_v - part.voltage_v).cwiseAbs2()) / seconds;
   return {square, part.weight_s.dot(part.voltage_v) / seconds / std::sqrt(square)};
 }
 
-StageFit stage_fit(const TestRun& whole, const TestRun& fitted, Method method) {
+StageFit stage_fit(const MeasuredRun& whole, const MeasuredRun& fitted, Method method) {
   Stages stages(whole, fitted);
   stages.initial_pulse();
   if (method >= Method::kFinalPulse) stages.final_pulse();
@@ -193,7 +193,7 @@ StageFit stage_fit(const TestRun& whole, const TestRun& fitted, Method method) {
   return stages.result();
 }
 
-double noise_floor(const TestRun& whole) {
+double noise_floor(const MeasuredRun& whole) {
   double sum = 0.0, count = 0.0;
   for (const Segment& s : segments(whole)) {
     if (s.kind != Segment::Kind::kRest) continue;

@@ -32,7 +32,7 @@ struct SectionScore {
   double snr;        ///< mean voltage over rms error
 };
 /// Score of the rows from begin to end: `voltage_v` is the model's.
-[[nodiscard]] SectionScore score_of(const TestRun& part, const Eigen::VectorXd& voltage_v);
+[[nodiscard]] SectionScore score_of(const MeasuredRun& part, const Eigen::VectorXd& voltage_v);
 
 struct StageFit {
   CircuitModel model;                  ///< on the breakpoints
@@ -42,9 +42,9 @@ struct StageFit {
 
 /// ipo, fpo, ilo or flo with the stages before it. `fitted` is `whole` with fewer rows in its rests; scores are over
 /// all rows. Throws InputError for a run that is no pulse test.
-[[nodiscard]] StageFit stage_fit(const TestRun& whole, const TestRun& fitted, Method method);
+[[nodiscard]] StageFit stage_fit(const MeasuredRun& whole, const MeasuredRun& fitted, Method method);
 
 /// Square of the instrument's noise [V^2], from second differences of neighbouring rows in the second half of rests.
-[[nodiscard]] double noise_floor(const TestRun& whole);
+[[nodiscard]] double noise_floor(const MeasuredRun& whole);
 
 }  // namespace voltlap::plant

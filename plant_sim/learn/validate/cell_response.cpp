@@ -56,7 +56,7 @@ RecordedTemperature::RecordedTemperature(const CellLog& log, double otherwise_c)
   }
 }
 
-CellResponse respond(const CellModel& model, const TestRun& run, const RecordedTemperature& temperature) {
+CellResponse respond(const CellModel& model, const MeasuredRun& run, const RecordedTemperature& temperature) {
   const Index rows = run.rows();
   const Cell& cell = model.one_cell();
   const bool recorded_cell = !temperature.cell_c.empty();

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "car/battery/cell.hpp"
-#include "learn/identify/test_run.hpp"
+#include "learn/identify/recording/measured_run.hpp"
 
 namespace voltlap::plant {
 
@@ -49,7 +49,7 @@ struct CellResponse {
 };
 
 /// Lookup by SOC, recorded temperature and the last current above 0.5 % of the recording's largest.
-[[nodiscard]] CellResponse respond(const CellModel& model, const TestRun& run,
+[[nodiscard]] CellResponse respond(const CellModel& model, const MeasuredRun& run,
                                    const RecordedTemperature& temperature);
 
 }  // namespace voltlap::plant

@@ -69,7 +69,7 @@ PackDifference difference(const VehicleParameters& with_one, const VehicleParame
                           const PlacedRecording& recording) {
   Pack one(with_one, true, kStep), all(with_all, false, kStep);
   Gather gather;
-  const TestRun& run = recording.run;
+  const MeasuredRun& run = recording.run;
   double ahead_s = 0.0;
   for (Index row = 1; row < run.rows(); ++row) {
     if (run.is_reset(row)) continue;

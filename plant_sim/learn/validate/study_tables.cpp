@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "learn/validate/study_numbers.hpp"
+#include "learn/validate/reference_study.hpp"
 
 namespace voltlap::plant {
 namespace {

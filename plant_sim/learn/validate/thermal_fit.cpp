@@ -187,7 +187,7 @@ std::optional<ThermalModel> fit_if_told(const std::vector<ThermalRecording>& rec
 
 }  // namespace
 
-ThermalRecording thermal_recording(const std::string& file, const TestRun& run, const CellResponse& response,
+ThermalRecording thermal_recording(const std::string& file, const MeasuredRun& run, const CellResponse& response,
                                    const RecordedTemperature& temperature) {
   ThermalRecording out{file, {}, {}, temperature.cell_c, temperature.ambient_c, temperature.ambient_c.empty()};
   if (out.ambient_assumed) out.ambient_c.assign(out.temperature_c.size(), temperature.start_c);

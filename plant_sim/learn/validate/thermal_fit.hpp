@@ -26,7 +26,7 @@ struct ThermalRecording {
   std::vector<double> ambient_c;      ///< at every row
   bool ambient_assumed = false;       ///< it was not recorded
 };
-[[nodiscard]] ThermalRecording thermal_recording(const std::string& file, const TestRun& run,
+[[nodiscard]] ThermalRecording thermal_recording(const std::string& file, const MeasuredRun& run,
                                                  const CellResponse& response,
                                                  const RecordedTemperature& temperature);
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/errors.hpp"
-#include "learn/identify/rests_and_steps.hpp"
+#include "learn/identify/preparation/first_estimates.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -14,7 +14,7 @@ using Eigen::Index;
 constexpr double kLongCharge = 60.0, kLongRest = 60.0;  // s
 
 /// A stroke begins and ends with current drawn: what is left of a rest or a charge at its ends does not count.
-void trim_strokes(const TestRun& run, double quiet, std::vector<bool>& counts, int& strokes) {
+void trim_strokes(const MeasuredRun& run, double quiet, std::vector<bool>& counts, int& strokes) {
   strokes = 0;
   for (std::size_t row = 0; row < counts.size();) {
     std::size_t end = row;
@@ -29,7 +29,7 @@ void trim_strokes(const TestRun& run, double quiet, std::vector<bool>& counts, i
 }
 
 /// Rows that count: discharge strokes, without charges of more than a minute and rests of more than a minute.
-std::vector<bool> stroke_rows(const TestRun& run, int& strokes) {
+std::vector<bool> stroke_rows(const MeasuredRun& run, int& strokes) {
   const double quiet = 0.01 * run.current_a.cwiseAbs().maxCoeff();
   std::vector<bool> counts(static_cast<std::size_t>(run.rows()), true);
   const auto leave_out = [&](double longest, auto is_part) {
@@ -54,13 +54,13 @@ std::vector<bool> stroke_rows(const TestRun& run, int& strokes) {
 }
 
 template <class Take>
-void for_counted(const TestRun& run, const std::vector<bool>& counts, const Take& take) {
+void for_counted(const MeasuredRun& run, const std::vector<bool>& counts, const Take& take) {
   for (Index row = 0; row < run.rows(); ++row) {
     if (counts[static_cast<std::size_t>(row)]) take(row);
   }
 }
 
-ErrorSum sum_of(const TestRun& run, const Eigen::VectorXd& voltage, const std::vector<bool>& counts) {
+ErrorSum sum_of(const MeasuredRun& run, const Eigen::VectorXd& voltage, const std::vector<bool>& counts) {
   ErrorSum sum;
   for_counted(run, counts, [&](Index row) {
     const double e = voltage(row) - run.voltage_v(row);
@@ -126,7 +126,7 @@ void find_lag(const PlacedRecording& placed, const CellResponse& response, FileV
 }
 
 void fill_errors(const PlacedRecording& placed, const CellResponse& response, FileValidation& out) {
-  const TestRun& run = placed.run;
+  const MeasuredRun& run = placed.run;
   double bias = 0.0;
   ErrorSum above;
   for_counted(run, placed.counts, [&](Index row) {
@@ -217,10 +217,10 @@ PlacedRecording place_recording(const CellModel& model, const CellLog& log, cons
   return std::move(*best);
 }
 
-TestRun changed_run(const PlacedRecording& placed, const RunChange& change) {
+MeasuredRun changed_run(const PlacedRecording& placed, const RunChange& change) {
   RunOptions options = placed.options;
   if (change.capacity_ah > 0.0) options.capacity_ah = change.capacity_ah;
-  TestRun run = make_run(*placed.log, options);
+  MeasuredRun run = make_run(*placed.log, options);
   run.soc.array() += change.soc_share * soc_at_start(placed);
   return run;
 }
@@ -228,7 +228,7 @@ TestRun changed_run(const PlacedRecording& placed, const RunChange& change) {
 ErrorSum error_of(const CellModel& model, const PlacedRecording& placed, const RunChange& change) {
   const bool as_placed = change.capacity_ah == 0.0 && change.soc_share == 0.0;
   if (as_placed) return sum_of(placed.run, respond(model, placed.run, placed.temperature).voltage, placed.counts);
-  const TestRun run = changed_run(placed, change);
+  const MeasuredRun run = changed_run(placed, change);
   return sum_of(run, respond(model, run, placed.temperature).voltage, placed.counts);
 }
 

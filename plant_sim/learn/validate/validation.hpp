@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/parameters.hpp"
-#include "learn/identify/test_run.hpp"
+#include "learn/identify/recording/measured_run.hpp"
 #include "learn/validate/cell_response.hpp"
 
 namespace voltlap::plant {
@@ -34,7 +34,7 @@ struct PlacedRecording {
   RunOptions options;
   std::string hold_from;
   RecordedTemperature temperature;
-  TestRun run;
+  MeasuredRun run;
   std::vector<bool> counts;  ///< discharge strokes
   int strokes = 0;
 };
@@ -48,7 +48,7 @@ struct RunChange {
   double capacity_ah = 0.0;  ///< 0: as placed
   double soc_share = 0.0;    ///< of the SOC at the first stroke, added to every SOC
 };
-[[nodiscard]] TestRun changed_run(const PlacedRecording& placed, const RunChange& change);
+[[nodiscard]] MeasuredRun changed_run(const PlacedRecording& placed, const RunChange& change);
 [[nodiscard]] ErrorSum error_of(const CellModel& model, const PlacedRecording& placed,
                                 const RunChange& change = {});
 

@@ -143,7 +143,7 @@ void write_error_table(AtomicFile& file, const CellParameters& cell, const Valid
   constexpr std::size_t kPiece = 1U << 16U;
   for (std::size_t k = 0; k < study.files.size(); ++k) {
     const PlacedRecording& placed = study.recordings[k];
-    const TestRun& run = placed.run;
+    const MeasuredRun& run = placed.run;
     for (Index row = 0; row < run.rows(); ++row) {
       const auto at = static_cast<std::size_t>(row);
       const double voltage = placed.log->voltage_v[at], model = study.responses[k].voltage(row),

@@ -30,7 +30,7 @@ CellParameters straight_cell() {
   return cell;
 }
 
-TestRecord run_equal(const BenchPlan& plan, const CellParameters& cell) {
+BenchRecord run_equal(const BenchPlan& plan, const CellParameters& cell) {
   const auto count = static_cast<std::size_t>(plan.cells.count);
   return run_bench_test(plan, tests_of(plan).front(), {cell, std::vector<CellVariation>(count), false},
                         draw_errors(plan.instruments, count, 1), 1);

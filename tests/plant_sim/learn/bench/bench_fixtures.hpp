@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "learn/bench/plan_file.hpp"
-#include "learn/bench/test_bench.hpp"
+#include "learn/bench/virtual_bench.hpp"
 
 namespace voltlap::plant::test {
 
@@ -20,6 +20,6 @@ namespace voltlap::plant::test {
 [[nodiscard]] CellParameters straight_cell();
 
 /// One test with equal cells.
-[[nodiscard]] TestRecord run_equal(const BenchPlan& plan, const CellParameters& cell);
+[[nodiscard]] BenchRecord run_equal(const BenchPlan& plan, const CellParameters& cell);
 
 }  // namespace voltlap::plant::test

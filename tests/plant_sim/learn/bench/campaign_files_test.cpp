@@ -7,10 +7,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "plant_sim/core/scratch.hpp"
 #include "bench_fixtures.hpp"
 #include "fixtures.hpp"
 #include "io/table_file.hpp"
+#include "plant_sim/core/scratch.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -30,7 +30,7 @@ std::string text_of(const std::string& path) {
 TEST_GROUP(CampaignFiles) {
   Scratch scratch;
   Campaign campaign{shipped_plan("random_resistors", {"load.resistors=[4, 2]"}), vtm16e().cell, 5};
-  TestRecord record = campaign.run(0);
+  BenchRecord record = campaign.run(0);
 
   std::string write(const std::string& folder, bool gzip, const std::string& truth) const {
     CampaignFiles files(campaign, {folder, gzip, truth});

@@ -23,21 +23,21 @@ TEST_GROUP(Campaign) {
 };
 
 TEST(Campaign, OneSeedGivesTheSameTableAndAnotherDoesNot) {
-  const TestRecord a = campaign(1).run(1), b = campaign(1).run(1), c = campaign(2).run(1);
+  const BenchRecord a = campaign(1).run(1), b = campaign(1).run(1), c = campaign(2).run(1);
   CHECK(a.cells[2].voltage_v == b.cells[2].voltage_v && a.current_a == b.current_a);
   CHECK(a.cells[2].voltage_v != c.cells[2].voltage_v);
 }
 
 TEST(Campaign, ATestDoesNotDependOnThoseBeforeIt) {
   const Campaign all = campaign(1);
-  const TestRecord alone = all.run(3);
+  const BenchRecord alone = all.run(3);
   for (std::size_t i = 0; i < 3; ++i) (void)all.run(i);
   CHECK(alone.cells[0].voltage_v == all.run(3).cells[0].voltage_v);
 }
 
 TEST(Campaign, CellsAreTheSameInAllTestsButForTheirStateOfCharge) {
   const Campaign all = campaign(4);
-  const TestRecord a = all.run(0), b = all.run(1);
+  const BenchRecord a = all.run(0), b = all.run(1);
   for (std::size_t i = 0; i < 4; ++i) {
     DOUBLES_EQUAL(a.cells[i].capacity_ah, b.cells[i].capacity_ah, 0.0);
     DOUBLES_EQUAL(a.cells[i].variation.resistance_scale, b.cells[i].variation.resistance_scale, 0.0);
@@ -65,7 +65,7 @@ TEST(Campaign, SpreadOfTheCellsIsThatOfThePlan) {
 }
 
 TEST(Campaign, GivenCellsAreTakenAsTheyAre) {
-  const TestRecord record =
+  const BenchRecord record =
       campaign(7, {"cells.capacity_scale=[1, 0.95, 1.02, 1]", "cells.resistance_scale=[1, 1, 1.1, 1]",
                    "cells.soc_offset=[0, 0, 0, -0.02]"})
           .run(0);
@@ -75,7 +75,7 @@ TEST(Campaign, GivenCellsAreTakenAsTheyAre) {
 }
 
 TEST(Campaign, NoiseDoesNotChangeTheCellsThatTheSeedDrew) {
-  const TestRecord noisy = campaign(3).run(0), quiet = campaign(3, {"instruments.noise=false"}).run(0);
+  const BenchRecord noisy = campaign(3).run(0), quiet = campaign(3, {"instruments.noise=false"}).run(0);
   DOUBLES_EQUAL(noisy.cells[1].capacity_ah, quiet.cells[1].capacity_ah, 0.0);
   DOUBLES_EQUAL(noisy.cells[1].initial_soc, quiet.cells[1].initial_soc, 0.0);
 }

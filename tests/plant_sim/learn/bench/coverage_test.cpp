@@ -14,7 +14,7 @@ using namespace voltlap::plant::test;
 
 TEST_GROUP(Coverage) {
   CellParameters cell = vtm16e().cell;
-  TestRecord record = Campaign(ideal_plan(), cell, 1).rehearse(0);
+  BenchRecord record = Campaign(ideal_plan(), cell, 1).rehearse(0);
 };
 
 TEST(Coverage, EverySecondOfATestIsSomewhere) {
@@ -29,7 +29,7 @@ TEST(Coverage, EverySecondOfATestIsSomewhere) {
       }
     }
   }
-  for (const Stretch& stretch : record.stretches) pulses += stretch.load ? stretch.end_s - stretch.begin_s : 0.0;
+  for (const BenchPhase& phase : record.phases) pulses += phase.load ? phase.end_s - phase.begin_s : 0.0;
   DOUBLES_EQUAL(pulses, load, 1e-6);
   DOUBLES_EQUAL(record.duration_s(), load + rest, 1e-6);
 }

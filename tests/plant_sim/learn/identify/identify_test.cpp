@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "plant_sim/core/scratch.hpp"
 #include "known_cell.hpp"
-#include "learn/identify/cell_tests.hpp"
+#include "learn/identify/cell_identification.hpp"
+#include "plant_sim/core/scratch.hpp"
 
 #include <CppUTest/TestHarness.h>
 

@@ -12,7 +12,7 @@ using namespace voltlap::plant;
 
 TEST_GROUP(PulseSections) {
   KnownCell cell;
-  [[nodiscard]] TestRun run_of(const std::vector<double>& plan) const {
+  [[nodiscard]] MeasuredRun run_of(const std::vector<double>& plan) const {
     RunOptions options;
     options.capacity_ah = cell.capacity_ah;
     return make_run(cell.record(plan), options);
@@ -29,7 +29,7 @@ TEST_GROUP(PulseSections) {
 };
 
 TEST(PulseSections, EachPulseIsASectionThatEndsWhereTheNextBegins) {
-  const TestRun run = run_of(cell.pulse_plan(33.0, 500, 0.0));
+  const MeasuredRun run = run_of(cell.pulse_plan(33.0, 500, 0.0));
   const auto sections = pulse_sections(run);
   LONGS_EQUAL(4 + 6 + 4, sections.size());
   DOUBLES_EQUAL(1.0, sections.front().soc_before, 1e-9);
@@ -69,7 +69,7 @@ TEST(PulseSections, DriveWithoutRestsAndPulsesBothWaysAreRefused) {
 }
 
 TEST(PulseSections, TimeConstantsOfARelaxationAreFound) {
-  TestRun rest = run_of(std::vector<double>(1500, 0.0));
+  MeasuredRun rest = run_of(std::vector<double>(1500, 0.0));
   for (Eigen::Index k = 0; k < rest.rows(); ++k) {
     const auto t = static_cast<double>(k);
     rest.voltage_v(k) = 3.7 - 0.02 * std::exp(-t / 20.0) - 0.03 * std::exp(-t / 180.0);
@@ -80,7 +80,7 @@ TEST(PulseSections, TimeConstantsOfARelaxationAreFound) {
 }
 
 TEST(PulseSections, FreeValuesOfASectionAreRecoveredAndFixedOnesStay) {
-  const TestRun run = run_of(cell.pulse_plan(33.0, 900, 0.0));
+  const MeasuredRun run = run_of(cell.pulse_plan(33.0, 900, 0.0));
   const PulseSection section = pulse_sections(run)[6];  // 60 to 50 %: nodes of the truth
   const NodeTable truth = truth_at(section.soc_before, section.soc_after);
   NodeTable start = truth;
@@ -88,7 +88,7 @@ TEST(PulseSections, FreeValuesOfASectionAreRecoveredAndFixedOnesStay) {
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> free =
       Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>::Constant(2, kParameterColumns, true);
   free.col(kEm) = false;
-  const TestRun part = part_of(run, section.first, section.last);
+  const MeasuredRun part = part_of(run, section.first, section.last);
   // What the pulses before have left on the branches.
   Eigen::VectorXd before;
   NodeTable all{{1.0, section.soc_before}, Eigen::MatrixXd(2, kParameterColumns)};

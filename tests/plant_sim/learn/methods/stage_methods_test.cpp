@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "core/errors.hpp"
-#include "plant_sim/learn/identify/known_cell.hpp"
-#include "learn/identify/cell_tests.hpp"
+#include "learn/identify/cell_identification.hpp"
 #include "learn/methods/method_comparison.hpp"
+#include "plant_sim/learn/identify/known_cell.hpp"
 
 #include <CppUTest/TestHarness.h>
 

@@ -73,7 +73,7 @@ TEST(ThermalFit, AmbientThatWasNotRecordedIsThatOfTheStart) {
   log.temperature_c.assign(log.rows(), 21.0);
   RunOptions options;
   options.capacity_ah = cell.capacity_ah;
-  const TestRun run = make_run(log, options);
+  const MeasuredRun run = make_run(log, options);
   const RecordedTemperature temperature(log, 25.0);
   const ThermalRecording recording =
       thermal_recording("file", run, respond(CellModel(cell), run, temperature), temperature);

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/circuit/circuit_cost.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kResistanceFloor = 1e-3;  // of the typical resistance, where the linear fit says zero
+
+/// Where a step leads: a resistance grows by the share itself, not by e to its power: voltages are linear in it.
+Eigen::VectorXd moved(const Eigen::VectorXd& p, const Eigen::VectorXd& step, const CircuitLayout& at) {
+  constexpr double kLeastLeft = 0.1;  // of a resistance: it stays above zero
+  Eigen::VectorXd out = p + step;
+  const auto shares = step.segment(at.em, at.tau(0) - at.em).array();
+  out.segment(at.em, shares.size()) = p.segment(at.em, shares.size()).array() + (1.0 + shares).max(kLeastLeft).log();
+  return out;
+}
+
+}  // namespace
+
+CircuitCost::CircuitCost(const CircuitFit& fit, Eigen::VectorXd tau_centre_s)
+    : fit_(fit),
+      at_(fit.layout()),
+      log_centre_(tau_centre_s.array().log()),
+      data_rows_(fit.rows().used),
+      em_rough_(fit.ocv().roughness()),
+      r_rough_(fit.r_roughness()) {
+  prior_rows_ = em_rough_.rows() + r_rough_.rows() * (2 * at_.branches + 1) + at_.nodes * at_.branches +
+                static_cast<Index>(fit.priors().ocv.size()) + at_.states;
+}
+
+Eigen::VectorXd CircuitCost::pack(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const {
+  Eigen::VectorXd p(at_.size());
+  const Index resistances = at_.tau(0) - at_.em;
+  p.head(at_.em) = solution.x.head(at_.em);
+  const double floor = kResistanceFloor * fit_.priors().resistance_scale;
+  p.segment(at_.em, resistances) = solution.x.segment(at_.em, resistances).array().max(floor).log();
+  p.segment(at_.tau(0), tau_s.size()) = tau_s.reshaped().array().log();
+  p.tail(at_.states) = solution.x.tail(at_.states);
+  return p;
+}
+
+CircuitModel CircuitCost::model_of(const Eigen::VectorXd& p) const {
+  CircuitModel model;
+  model.em = p.head(at_.em);
+  model.r = p.segment(at_.em, at_.tau(0) - at_.em).array().exp().reshaped(at_.nodes, at_.branches + 1);
+  model.tau = p.segment(at_.tau(0), at_.nodes * at_.branches).array().exp().reshaped(at_.nodes, at_.branches);
+  return model;
+}
+
+Eigen::VectorXd CircuitCost::plain(const double* p) const {
+  Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(p, at_.size());
+  auto logarithms = x.segment(at_.em, at_.state() - at_.em).array();
+  logarithms = logarithms.exp().eval();
+  return x;
+}
+
+template <class Put>
+void CircuitCost::for_each_prior(const double* p, const Put& put) const {
+  const FitPriors& prior = fit_.priors();
+  const double noise = std::sqrt(prior.noise_v2_s);
+  std::array<double, 4> w{};
+  for (Index table = 0; table < at_.tables(); ++table) {
+    const Eigen::MatrixXd& rough = table == 0 ? em_rough_ : r_rough_;
+    const double weight = prior.roughness_weight(table, at_.branches);
+    const bool is_resistance = table > 0 && table <= at_.branches + 1;
+    const double* y = p + at_.first(table);
+    const Index width = rough.cols() - rough.rows() + 1;
+    for (Index row = 0; row < rough.rows(); ++row) {
+      double residual = 0.0;
+      for (Index k = 0; k < width; ++k) {
+        const double value = is_resistance ? std::exp(y[row + k]) : y[row + k];
+        const double part = weight * rough(row, row + k);
+        residual += part * value;
+        w[static_cast<std::size_t>(k)] = is_resistance ? part * value : part;
+      }
+      put(residual, at_.first(table) + row, w, width);
+    }
+  }
+  for (Index k = 0; k < at_.branches; ++k) {
+    for (Index node = at_.tau(k); node < at_.tau(k + 1); ++node) {
+      w[0] = noise / prior.log_tau_sigma;
+      put(w[0] * (p[node] - log_centre_(k)), node, w, 1);
+    }
+  }
+  for (const OcvKnowledge& known : prior.ocv) {
+    const SocGrid::Weights em = fit_.ocv().weights(known.soc);
+    double residual = -known.voltage_v;
+    for (std::size_t k = 0; k < 4; ++k) {
+      residual += em.weight[k] * p[em.first + static_cast<Index>(k)];
+      w[k] = noise / known.sigma_v * em.weight[k];
+    }
+    put(noise / known.sigma_v * residual, em.first, w, 4);
+  }
+  for (Index k = at_.state(); k < at_.size(); ++k) {
+    w[0] = noise / prior.state_sigma_v;
+    put(w[0] * p[k], k, w, 1);
+  }
+}
+
+void CircuitCost::evaluate(const double* p, double* residuals, double* jacobian) const {
+  const Index n = at_.size();
+  if (jacobian != nullptr) std::fill(jacobian, jacobian + residual_count() * n, 0.0);
+  residuals_of(fit_.rows(), at_, plain(p).data(), residuals, jacobian);
+  if (jacobian != nullptr) {
+    Eigen::Map<RowMajor> data(jacobian, data_rows_, n);
+    for (Index k = at_.em; k < at_.state(); ++k) data.col(k) *= std::exp(p[k]);
+  }
+  Index out = data_rows_;
+  for_each_prior(p, [&](double residual, Index first, const std::array<double, 4>& w, Index count) {
+    residuals[out] = residual;
+    for (Index k = 0; jacobian != nullptr && k < count; ++k)
+      jacobian[out * n + first + k] = w[static_cast<std::size_t>(k)];
+    ++out;
+  });
+}
+
+CircuitCost::Sums CircuitCost::sums(const Eigen::VectorXd& p) const {
+  NormalSums data = sums_of(fit_.rows(), at_, plain(p.data()).data(), true);
+  const Index n = at_.size();
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
+  const Index logarithms = at_.state() - at_.em;
+  scale.segment(at_.em, logarithms) = p.segment(at_.em, logarithms).array().exp();
+  Sums out{std::move(data.rest), std::move(data.load), Eigen::MatrixXd::Zero(n, n), {}, Eigen::VectorXd::Zero(n),
+           data.rest_square, data.load_square, 0.0, data.rest_rows, data.load_rows};
+  for (Eigen::MatrixXd* part : {&out.rest, &out.load})
+    *part = (part->array() * (scale * scale.transpose()).array()).matrix();
+  for_each_prior(p.data(), [&](double residual, Index first, const std::array<double, 4>& w, Index count) {
+    out.prior_square += residual * residual;
+    const auto f = Eigen::Map<const Eigen::Vector4d>(w.data()).head(count);
+    out.prior_gradient.segment(first, count) += residual * f;
+    out.prior.block(first, first, count, count) += f * f.transpose();
+  });
+  out.gradient = data.gradient.cwiseProduct(scale) + out.prior_gradient;
+  return out;
+}
+
+RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int iterations_max, double tolerance) {
+  constexpr int kMostTrials = 12;
+  const CircuitLayout& at = cost.layout();
+  RefineResult out{start};
+  CircuitCost::Sums sums = cost.sums(start);
+  out.cost = sums.cost();
+  double damping = 1e-4, growth = 2.0;
+  for (; out.iterations < iterations_max && !out.converged; ++out.iterations) {
+    const Eigen::MatrixXd whole = sums.whole();
+    bool accepted = false;
+    for (int trial = 0; trial < kMostTrials && !accepted; ++trial) {
+      Eigen::MatrixXd damped = whole;
+      damped.diagonal() *= 1.0 + damping;
+      const Eigen::VectorXd step = -damped.ldlt().solve(sums.gradient);
+      // A factor of e at most in any time constant: beyond it the straight line means nothing.
+      const double longest = step.segment(at.tau(0), at.state() - at.tau(0)).cwiseAbs().maxCoeff();
+      const Eigen::VectorXd taken = step * std::min(1.0, 1.0 / std::max(longest, 1e-12));
+      const double predicted = -2.0 * sums.gradient.dot(taken) - taken.dot(whole * taken);
+      const Eigen::VectorXd there = moved(out.p, taken, at);
+      CircuitCost::Sums next = cost.sums(there);
+      const double gained = out.cost - next.cost();
+      if (predicted <= tolerance * out.cost && std::abs(gained) <= tolerance * out.cost) out.converged = true;
+      if (gained > 0.0) {
+        accepted = true;
+        out.p = there;
+        out.cost = next.cost();
+        sums = std::move(next);
+        // H. B. Nielsen, IMM-REP-1999-05: the better the prediction, the less damping, without a jump.
+        damping = std::max(1e-9, damping * std::max(0.1, 1.0 - std::pow(2.0 * gained / predicted - 1.0, 3)));
+        growth = 2.0;
+      } else {
+        if (out.converged) break;
+        damping = std::max(1e-6, growth * damping);
+        growth *= 2.0;
+      }
+    }
+    if (!accepted) break;
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/circuit/circuit_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "learn/identify/circuit/nelder_mead.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kScale = 2e-3;  // s [V s^0.5]
+constexpr double kConstant = 1e-6;  // slope of a constant table that counts as one s, in its unit
+
+}  // namespace
+
+double FitPriors::roughness_weight(Index table, Index branches) const {
+  if (roughness_weights.size() > 0) return roughness_weights(table);
+  if (table == 0) return kScale / (em_roughness_v * (constant ? smoothness : 1.0));
+  return kScale / ((constant ? kConstant : smoothness) * (table <= branches + 1 ? resistance_scale : log_tau_roughness));
+}
+
+CircuitFit::CircuitFit(const std::vector<MeasuredRun>& runs, Index branches, FitPriors priors, SocGrid grid)
+    : runs_(runs),
+      grid_(std::move(grid)),
+      branches_(branches),
+      priors_(std::move(priors)),
+      rows_(runs, ocv_, grid_, branches),
+      em_rough_(ocv_.roughness()),
+      r_rough_(priors_.constant ? grid_.slopes() : grid_.roughness()) {}
+
+void CircuitFit::add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, double& square) const {
+  const Index em = em_count(), r = r_count();
+  const double m = priors_.roughness_weight(0, branches_);
+  normal.topLeftCorner(em, em) += m * m * em_rough_.transpose() * em_rough_;
+  const Eigen::MatrixXd rough = r_rough_.transpose() * r_rough_;
+  for (Index k = 0; k <= branches_; ++k) {
+    const double c = priors_.roughness_weight(k + 1, branches_);
+    normal.block(em + k * r, em + k * r, r, r) += c * c * rough;
+  }
+  for (const OcvKnowledge& known : priors_.ocv) {
+    const SocGrid::Weights w = ocv_.weights(known.soc);
+    const double weight = priors_.noise_v2_s / (known.sigma_v * known.sigma_v);
+    const Eigen::Map<const Eigen::Vector4d> f(w.weight.data());
+    normal.block<4, 4>(w.first, w.first) += weight * f * f.transpose();
+    right.segment<4>(w.first) += weight * known.voltage_v * f;
+    square += weight * known.voltage_v * known.voltage_v;
+  }
+  normal.diagonal().tail(state_count()).array() +=
+      priors_.noise_v2_s / (priors_.state_sigma_v * priors_.state_sigma_v);
+}
+
+LinearSolution CircuitFit::solve(const Eigen::MatrixXd& tau_s) const {
+  const CircuitLayout at = layout();
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());
+  x.segment(at.tau(0), tau_s.size()) = tau_s.reshaped();
+  const NormalSums sums = sums_of(rows_, at, x.data(), false);
+  std::vector<Index> linear;
+  for (Index k = 0; k < at.size(); ++k) {
+    if (k < at.tau(0) || k >= at.state()) linear.push_back(k);
+  }
+  // All resistances are zero here: the error is the voltage itself.
+  Eigen::MatrixXd normal = (sums.rest + sums.load)(linear, linear);
+  Eigen::VectorXd right = -sums.gradient(linear);
+  double square = sums.rest_square + sums.load_square;
+  add_priors(normal, right, square);
+  normal.diagonal() *= 1.0 + 1e-12;
+  // Resistances are not negative: those that would be are held at zero, until no more would.
+  const Index first = em_count(), last = em_count() + r_count() * (branches_ + 1);
+  std::vector<bool> held(static_cast<std::size_t>(linear_count()), false);
+  LinearSolution out;
+  for (int pass = 0; pass < 30; ++pass) {
+    std::vector<Index> free;
+    for (Index k = 0; k < linear_count(); ++k) {
+      if (!held[static_cast<std::size_t>(k)]) free.push_back(k);
+    }
+    const Eigen::VectorXd part = normal(free, free).ldlt().solve(right(free));
+    out.x = Eigen::VectorXd::Zero(linear_count());
+    for (std::size_t k = 0; k < free.size(); ++k) out.x(free[k]) = part(static_cast<Index>(k));
+    bool all_well = true;
+    for (Index k = first; k < last; ++k) {
+      if (out.x(k) < 0.0) {
+        held[static_cast<std::size_t>(k)] = true;
+        out.x(k) = 0.0;
+        all_well = false;
+      }
+    }
+    if (all_well) break;
+  }
+  out.cost = square - 2.0 * right.dot(out.x) + out.x.dot(normal * out.x);
+  return out;
+}
+
+double CircuitFit::cost_of_taus(const Eigen::VectorXd& log_tau) const {
+  // Branches keep their order and a distance of 1.5; outside this and 0.2 s to the longest a wall rises.
+  double wall = 0.0;
+  for (Index k = 0; k < log_tau.size(); ++k) {
+    const double low = k == 0 ? std::log(0.2) : log_tau(k - 1) + std::log(1.5);
+    wall += std::max(0.0, low - log_tau(k)) + std::max(0.0, log_tau(k) - std::log(priors_.tau_longest_s));
+  }
+  const Eigen::VectorXd tau = log_tau.array().min(std::log(5e4)).max(std::log(1e-2)).exp();
+  return solve(tau.transpose().replicate(r_count(), 1)).cost * (1.0 + wall);
+}
+
+Eigen::VectorXd CircuitFit::search_taus(const Eigen::VectorXd& start_s, int evaluations) const {
+  const auto cost = [&](const Eigen::VectorXd& log_tau) { return cost_of_taus(log_tau); };
+  return nelder_mead_minimum(cost, start_s.array().log().matrix(), 0.7, evaluations).array().exp();
+}
+
+CircuitModel CircuitFit::model_of(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const {
+  CircuitModel model;
+  model.em = solution.x.head(em_count());
+  model.r = Eigen::Map<const Eigen::MatrixXd>(solution.x.data() + em_count(), r_count(), branches_ + 1);
+  model.tau = tau_s;
+  return model;
+}
+
+}  // namespace voltlap::plant

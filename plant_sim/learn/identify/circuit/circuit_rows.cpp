@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/circuit/circuit_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+constexpr int kMostNodes = 31, kMostBranches = 3;  // the breakpoints, halved
+constexpr double kQuiet = 0.01;  // of the largest current: below it a row is at rest
+
+CircuitRow::Place place_of(const SocGrid& grid, double soc) {
+  const SocGrid::Place p = grid.find(soc);
+  return {static_cast<int>(p.node), p.fraction};
+}
+
+double between(const double* y, const CircuitRow::Place& p) {
+  return y[p.node] + p.fraction * (y[p.node + 1] - y[p.node]);
+}
+
+/// One branch on its way through a run: voltage and its derivatives by each node's R and tau, from node low to high.
+struct Branch {
+  double v = 0.0, u = 0.0, decay = 1.0;
+  int low = 0, high = -1;
+  std::array<double, kMostNodes> by_r{}, by_tau{};
+
+  void begin(double voltage, double source) {
+    v = voltage;
+    u = source;
+    decay = 1.0;
+    low = 0;
+    high = -1;
+    by_r.fill(0.0);
+    by_tau.fill(0.0);
+  }
+  void open(const CircuitRow::Place& p) {
+    low = high < low ? p.node : std::min(low, p.node);
+    high = std::max(high, p.node + 1);
+  }
+  void scale(double a) {
+    for (int k = low; k <= high; ++k) {
+      by_r[static_cast<std::size_t>(k)] *= a;
+      by_tau[static_cast<std::size_t>(k)] *= a;
+    }
+  }
+  static void put(std::array<double, kMostNodes>& into, const CircuitRow::Place& p, double value) {
+    into[static_cast<std::size_t>(p.node)] += value * (1.0 - p.fraction);
+    into[static_cast<std::size_t>(p.node) + 1] += value * p.fraction;
+  }
+  /// Ends at which the derivatives have died away are closed again.
+  void close(double negligible_a, double negligible_v_per_s) {
+    const auto dead = [&](int k) {
+      return std::abs(by_r[static_cast<std::size_t>(k)]) < negligible_a &&
+             std::abs(by_tau[static_cast<std::size_t>(k)]) < negligible_v_per_s;
+    };
+    const auto clear = [&](int k) { by_r[static_cast<std::size_t>(k)] = by_tau[static_cast<std::size_t>(k)] = 0.0; };
+    for (; low <= high && dead(low); ++low) clear(low);
+    for (; low <= high && dead(high); --high) clear(high);
+  }
+};
+
+/// Goes through all rows; `visit(row, error, branches, open_state)` sees those with a weight.
+template <class Visit>
+void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, bool derivatives, double negligible,
+          const Visit& visit) {
+  std::array<Branch, kMostBranches> branches;
+  const auto count = static_cast<std::size_t>(layout.branches);
+  int open_state = -1;
+  for (const CircuitRow& row : all.rows) {
+    const double* r0 = x + layout.r(0);
+    double v = -between(r0, row.at) * row.drop_a;
+    for (std::size_t k = 0; k < 4; ++k) v += row.em_weight[k] * x[row.em_node + static_cast<int>(k)];
+    if (row.reset) open_state = row.free_state;
+    for (std::size_t k = 0; k < count; ++k) {
+      Branch& branch = branches[k];
+      const auto index = static_cast<Index>(k);
+      const double u = between(x + layout.r(index + 1), row.at);
+      if (row.reset) {
+        branch.begin(open_state >= 0 ? x[layout.state() + open_state + index] : 0.0, u);
+      } else {
+        const IntervalResponse w = interval_response(row.dt_s, between(x + layout.tau(index), row.middle));
+        if (derivatives) {
+          branch.open(row.was);
+          branch.open(row.middle);
+          branch.open(row.at);
+          branch.scale(w.a);
+          Branch::put(branch.by_r, row.was, w.g0 * row.begin_a);
+          Branch::put(branch.by_r, row.at, w.g1 * row.end_a);
+          Branch::put(branch.by_tau, row.middle,
+                      w.da * branch.v + w.dg0 * branch.u * row.begin_a + w.dg1 * u * row.end_a);
+          branch.decay *= w.a;
+          if (negligible > 0.0) branch.close(negligible, negligible * 1e-5);
+        }
+        branch.v = w.a * branch.v + w.g0 * branch.u * row.begin_a + w.g1 * u * row.end_a;
+        branch.u = u;
+      }
+      v -= branch.v;
+    }
+    if (row.weight_s > 0.0) visit(row, v - row.voltage_v, branches, open_state);
+  }
+}
+
+/// The non-zero derivatives of one row's voltage, column by column.
+struct Line {
+  std::array<int, 8 + 2 * kMostBranches * (kMostNodes + 1)> column;
+  std::array<double, 8 + 2 * kMostBranches * (kMostNodes + 1)> value;
+  std::size_t count = 0;
+
+  void put(Index at, double derivative) {
+    column[count] = static_cast<int>(at);
+    value[count++] = derivative;
+  }
+  void fill(const CircuitRow& row, const CircuitLayout& layout, const std::array<Branch, kMostBranches>& branches,
+            int open_state, bool with_tau) {
+    count = 0;
+    for (std::size_t k = 0; k < 4; ++k) put(row.em_node + static_cast<Index>(k), row.em_weight[k]);
+    if (row.drop_a != 0.0) {
+      put(layout.r(0) + row.at.node, -row.drop_a * (1.0 - row.at.fraction));
+      put(layout.r(0) + row.at.node + 1, -row.drop_a * row.at.fraction);
+    }
+    for (Index k = 0; k < layout.branches; ++k) {
+      const Branch& branch = branches[static_cast<std::size_t>(k)];
+      for (int n = branch.low; n <= branch.high; ++n)
+        put(layout.r(k + 1) + n, -branch.by_r[static_cast<std::size_t>(n)]);
+    }
+    if (with_tau) {
+      for (Index k = 0; k < layout.branches; ++k) {
+        const Branch& branch = branches[static_cast<std::size_t>(k)];
+        for (int n = branch.low; n <= branch.high; ++n)
+          put(layout.tau(k) + n, -branch.by_tau[static_cast<std::size_t>(n)]);
+      }
+    }
+    if (open_state < 0) return;
+    for (Index k = 0; k < layout.branches; ++k)
+      put(layout.state() + open_state + k, -branches[static_cast<std::size_t>(k)].decay);
+  }
+};
+
+}  // namespace
+
+CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid, Index branches) {
+  std::size_t count = 0;
+  for (const MeasuredRun& run : runs) count += static_cast<std::size_t>(run.rows());
+  rows.reserve(count);
+  for (const MeasuredRun& run : runs) {
+    const double quiet = kQuiet * run.current_a.cwiseAbs().maxCoeff();
+    for (Index k = 0; k < run.rows(); ++k) {
+      const Index before = std::max<Index>(0, k - 1);
+      const SocGrid::Weights em = ocv.weights(run.soc(k));
+      CircuitRow row{run.dt_s(k),
+                     run.resistance_scale(before) * run.current_begin_a(k),
+                     run.resistance_scale(k) * run.current_end_a(k),
+                     run.resistance_scale(k) * run.current_a(k),
+                     run.weight_s(k),
+                     run.voltage_v(k),
+                     place_of(grid, run.soc(before)),
+                     place_of(grid, 0.5 * (run.soc(before) + run.soc(k))),
+                     place_of(grid, run.soc(k)),
+                     static_cast<int>(em.first),
+                     em.weight,
+                     std::abs(run.current_a(k)) > quiet,
+                     run.is_reset(k),
+                     -1};
+      if (row.reset && !run.at_rest_before[static_cast<std::size_t>(k)]) {
+        row.free_state = static_cast<int>(states);
+        states += branches;
+      }
+      if (row.weight_s > 0.0) ++used;
+      rows.push_back(row);
+    }
+  }
+}
+
+NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, bool with_tau) {
+  double most = 0.0;
+  for (const CircuitRow& row : rows.rows) most = std::max(most, std::abs(row.drop_a));
+  constexpr double kNegligible = 1e-5;  // of a derivative, next to its largest
+  NormalSums out;
+  const Index n = layout.size();
+  out.rest = out.load = Eigen::MatrixXd::Zero(n, n);
+  out.gradient = Eigen::VectorXd::Zero(n);
+  Line line;
+  walk(rows, layout, x, true, kNegligible * most,
+       [&](const CircuitRow& row, double error, const auto& branches, int open_state) {
+         line.fill(row, layout, branches, open_state, with_tau);
+         Eigen::MatrixXd& into = row.load ? out.load : out.rest;
+         const double square = row.weight_s * error * error;
+         (row.load ? out.load_square : out.rest_square) += square;
+         ++(row.load ? out.load_rows : out.rest_rows);
+         for (std::size_t a = 0; a < line.count; ++a) {
+           const double weighted = row.weight_s * line.value[a];
+           out.gradient(line.column[a]) += weighted * error;
+           double* column = into.data() + line.column[a] * n;
+           for (std::size_t b = a; b < line.count; ++b) column[line.column[b]] += weighted * line.value[b];
+         }
+       });
+  for (Eigen::MatrixXd* sums : {&out.rest, &out.load})
+    sums->triangularView<Eigen::StrictlyUpper>() = sums->transpose();
+  return out;
+}
+
+void residuals_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, double* residuals,
+                  double* derivatives) {
+  Line line;
+  Index out = 0;
+  walk(rows, layout, x, derivatives != nullptr, 0.0,
+       [&](const CircuitRow& row, double error, const auto& branches, int open_state) {
+         const double root = std::sqrt(row.weight_s);
+         residuals[out] = root * error;
+         if (derivatives != nullptr) {
+           line.fill(row, layout, branches, open_state, true);
+           for (std::size_t k = 0; k < line.count; ++k)
+             derivatives[out * layout.size() + line.column[k]] = root * line.value[k];
+         }
+         ++out;
+       });
+}
+
+}  // namespace voltlap::plant

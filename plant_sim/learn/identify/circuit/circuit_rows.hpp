@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings laid out for many evaluations of one circuit: what does not depend on the parameters is worked out
+// once, and derivatives are carried only at the nodes that the charge has passed lately.
+#pragma once
+#include <Eigen/Dense>
+#include <array>
+#include <vector>
+
+#include "learn/identify/circuit/circuit_model.hpp"
+#include "learn/identify/recording/measured_run.hpp"
+
+namespace voltlap::plant {
+
+/// A row of a recording and the interval that ends there.
+struct CircuitRow {
+  struct Place {
+    int node;
+    double fraction;
+  };
+  double dt_s, begin_a, end_a;  ///< interval, and its currents times the rows' resistance scales
+  double drop_a;                ///< current at the row times its resistance scale
+  double weight_s, voltage_v;
+  Place was, middle, at;  ///< on the tables: row before, interval, row
+  int em_node;
+  std::array<double, 4> em_weight;
+  bool load;  ///< current flows, for residuals of their own variance
+  bool reset;
+  int free_state;  ///< with `reset`: index of the first free state, or -1 for branches at rest
+};
+
+struct CircuitRows {
+  CircuitRows() = default;
+  CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid, Eigen::Index branches);
+  std::vector<CircuitRow> rows;
+  Eigen::Index states = 0, used = 0;  ///< free states; rows with a weight
+};
+
+/// Where each parameter stands in a vector: [Em | R0 .. RK | tau1 .. tauK | free states].
+struct CircuitLayout {
+  Eigen::Index em, nodes, branches, states;
+  [[nodiscard]] Eigen::Index r(Eigen::Index k) const { return em + k * nodes; }
+  [[nodiscard]] Eigen::Index tau(Eigen::Index k) const { return em + (branches + 1 + k) * nodes; }
+  [[nodiscard]] Eigen::Index state() const { return em + (2 * branches + 1) * nodes; }
+  [[nodiscard]] Eigen::Index size() const { return state() + states; }
+  /// First entry and number of nodes of table 0: Em, then R0 .. RK, tau1 .. tauK.
+  [[nodiscard]] Eigen::Index tables() const { return 2 * branches + 2; }
+  [[nodiscard]] Eigen::Index first(Eigen::Index table) const { return table == 0 ? 0 : em + (table - 1) * nodes; }
+  [[nodiscard]] Eigen::Index count(Eigen::Index table) const { return table == 0 ? em : nodes; }
+};
+
+/// Sums of squares that a least squares step needs, in R [ohm] and tau [s] themselves; rest and load apart.
+struct NormalSums {
+  Eigen::MatrixXd rest, load;  ///< J^T W J, both triangles
+  Eigen::VectorXd gradient;    ///< J^T W e
+  double rest_square = 0.0, load_square = 0.0;  ///< e^T W e [V^2 s]
+  Eigen::Index rest_rows = 0, load_rows = 0;
+};
+
+/// Sums at parameters x (R and tau themselves). Without `with_tau` their columns stay zero: the fit is linear then.
+[[nodiscard]] NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, bool with_tau);
+
+/// Errors of the rows with a weight, times the root of the weight [V s^0.5]; `derivatives` is null or a row-major
+/// matrix of rows x size, filled with zeros.
+void residuals_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, double* residuals,
+                  double* derivatives);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/circuit/fitted_circuit.hpp"
+
+namespace voltlap::plant {
+
+using Eigen::Index;
+
+Eigen::VectorXd first_taus(Index branches) {
+  if (branches == 1) return Eigen::VectorXd::Constant(1, 60.0);
+  if (branches == 2) return Eigen::Vector2d(15.0, 300.0);
+  return Eigen::Vector3d(3.0, 40.0, 600.0);
+}
+
+std::vector<Eigen::VectorXd> states_by_run(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& all,
+                                           Index branches) {
+  std::vector<Eigen::VectorXd> out;
+  Index first = 0;
+  for (const MeasuredRun& run : runs) {
+    Index count = 0;
+    for (Index row = 0; row < run.rows(); ++row) {
+      if (run.is_reset(row) && !run.at_rest_before[static_cast<std::size_t>(row)]) count += branches;
+    }
+    out.push_back(all.segment(first, count));
+    first += count;
+  }
+  return out;
+}
+
+double mean_square(const std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
+  double sum = 0.0, weight = 0.0;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    sum += (runs[k].weight_s.array() * errors[k].array().square()).sum();
+    weight += runs[k].weight_s.sum();
+  }
+  return weight > 0.0 ? sum / weight : 0.0;
+}
+
+FittedCircuit linear_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+  const CircuitFit fit(runs, taus.size(), priors);
+  const Eigen::MatrixXd tau = taus.transpose().replicate(fit.r_count(), 1);
+  FittedCircuit out;
+  out.solution = fit.solve(tau);
+  out.model = fit.model_of(out.solution, tau);
+  out.states = states_by_run(runs, out.solution.x.tail(fit.state_count()), taus.size());
+  return out;
+}
+
+std::vector<Eigen::VectorXd> errors_of(const FittedCircuit& fit, const std::vector<MeasuredRun>& runs) {
+  std::vector<Eigen::VectorXd> out;
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    out.push_back(simulate(fit.model, runs[k], fit.states[k]) - runs[k].voltage_v);
+  return out;
+}
+
+}  // namespace voltlap::plant

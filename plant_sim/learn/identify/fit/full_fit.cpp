@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/fit/full_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "learn/identify/fit/evidence.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+constexpr int kSearchEvaluations = 30;
+constexpr double kTogether = 0.3;  // of ln(tau) over SOC, around the centre that several tests have together
+
+/// Rows that no fit explains: contactors that open, glitches. They are given no weight, and counted.
+std::size_t drop_outliers(std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
+  constexpr double kLeast = 0.05, kTimes = 10.0;  // V; times the typical error
+  std::vector<double> sizes;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    for (Index row = 0; row < runs[k].rows(); ++row) {
+      if (runs[k].weight_s(row) > 0.0) sizes.push_back(std::abs(errors[k](row)));
+    }
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  const double limit = std::max(kLeast, kTimes * 1.4826 * *middle);
+  std::size_t dropped = 0;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    for (Index row = 0; row < runs[k].rows(); ++row) {
+      if (runs[k].weight_s(row) > 0.0 && std::abs(errors[k](row)) > limit) {
+        runs[k].weight_s(row) = 0.0;
+        ++dropped;
+      }
+    }
+  }
+  return dropped;
+}
+
+Index chosen_order(const std::vector<OrderScore>& o, std::vector<std::string>& notes) {
+  constexpr double kWorthIt = 0.95;  // a branch more must predict better by this
+  if (o[2].heldout_rms_v < kWorthIt * o[1].heldout_rms_v) {
+    notes.push_back(
+        fmt::format("A third branch would predict held-out pulses at {:.2f} instead of {:.2f} mV; a cell "
+                    "file holds two (--rc 3 fits three).",
+                    1e3 * o[2].heldout_rms_v, 1e3 * o[1].heldout_rms_v));
+  }
+  return o[1].heldout_rms_v < kWorthIt * o[0].heldout_rms_v ? 2 : 1;
+}
+
+/// One recording, one course of decisions.
+class FullFitter {
+ public:
+  FullFitter(std::vector<MeasuredRun>& runs, FitPriors priors, const FullFitOptions& options,
+             std::vector<std::string>& notes)
+      : runs_(runs), priors_(std::move(priors)), options_(options), notes_(notes) {}
+
+  FullFit run() {
+    say("time constants");
+    branches_ = options_.branches > 0 ? options_.branches : 2;
+    priors_.smoothness = 1.0;
+    search(first_taus(branches_));
+    auto errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
+    if (const std::size_t dropped = drop_outliers(runs_, errors); dropped > 0) {
+      notes_.push_back(fmt::format("{} rows that no circuit follows are not used.", dropped));
+      errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
+    }
+    priors_.noise_v2_s = noise_density(runs_, errors);
+    if (!priors_.constant && by_evidence()) {
+      if (choose_order()) by_evidence();
+    } else {
+      by_prediction();
+    }
+    out_.tau_centre_s = taus_;
+    return std::move(out_);
+  }
+
+ private:
+  void say(const char* what) const {
+    if (options_.progress) options_.progress(what);
+  }
+  void search(const Eigen::VectorXd& from) {
+    if (options_.tau_centre_s) {
+      taus_ = *options_.tau_centre_s;
+      priors_.log_tau_sigma = kTogether;
+    } else {
+      taus_ = CircuitFit(runs_, branches_, priors_).search_taus(from, kSearchEvaluations);
+    }
+  }
+  [[nodiscard]] Eigen::VectorXd packed_start(const CircuitCost& cost) const {
+    if (options_.start && options_.start->branches() == branches_) {
+      LinearSolution given{Eigen::VectorXd::Zero(cost.fit().linear_count())};
+      given.x.head(options_.start->em.size()) = options_.start->em;
+      given.x.segment(options_.start->em.size(), options_.start->r.size()) = options_.start->r.reshaped();
+      return cost.pack(given, options_.start->tau);
+    }
+    const Eigen::MatrixXd taus = taus_.transpose().replicate(cost.fit().r_count(), 1);
+    return cost.pack(cost.fit().solve(taus), taus);
+  }
+  void take(const CircuitCost& cost, const Eigen::VectorXd& packed) {
+    out_.packed = packed;
+    out_.fit.model = cost.model_of(packed);
+    out_.fit.states = states_by_run(runs_, cost.states_of(packed), branches_);
+  }
+  /// True when another number of branches than before is better.
+  bool choose_order() {
+    if (options_.branches > 0) return false;
+    say("number of RC branches");
+    out_.orders = score_orders(runs_, priors_);
+    const Index chosen = chosen_order(out_.orders, notes_);
+    if (chosen == branches_) return false;
+    branches_ = chosen;
+    search(first_taus(branches_));
+    return true;
+  }
+
+  /// False when the residual is no noise.
+  bool by_evidence() {
+    constexpr double kFree = 2.0;  // of ln(tau): the search's single value for all SOC says little
+    say("smoothness by evidence");
+    FitPriors priors = priors_;
+    if (!options_.tau_centre_s) priors.log_tau_sigma = kFree;
+    const CircuitFit first(runs_, branches_, priors);
+    EvidenceFit fit = fit_by_evidence(runs_, branches_, priors, taus_, packed_start(CircuitCost(first, taus_)));
+    const auto settle = [&] {
+      const CircuitFit circuit(runs_, branches_, fit.priors);
+      take(CircuitCost(circuit, taus_), fit.fit.p);
+      return colour_of(runs_, errors_of(out_.fit, runs_), options_.instrument_v2_s);
+    };
+    ResidualColour colour = settle();
+    if (!colour.is_noise) return false;
+    if (colour.ratio > 1.0) {
+      fit = fit_by_evidence(runs_, branches_, fit.priors, taus_, fit.fit.p, colour.ratio);
+      colour = settle();
+    }
+    const CircuitFit circuit(runs_, branches_, fit.priors);
+    out_.uncertainty = uncertainty_of_noise(CircuitCost(circuit, taus_), fit.fit.p, colour.ratio);
+    out_.priors = fit.priors;
+    out_.smoothness_from = "evidence";
+    out_.noise_v2_s = fit.priors.noise_v2_s;
+    out_.iterations = fit.fit.iterations;
+    return true;
+  }
+
+  void by_prediction() {
+    priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
+    say("smoothness by prediction");
+    priors_.smoothness = choose_smoothness(runs_, taus_, priors_, out_.smoothness_scores);
+    choose_order();
+    search(taus_);
+    say("full fit");
+    // Twice: how much prior knowledge counts depends on the noise, which only a full fit shows.
+    std::optional<CircuitFit> circuit;
+    std::optional<CircuitCost> cost;
+    for (int pass = 0; pass < 2; ++pass) {
+      circuit.emplace(runs_, branches_, priors_);
+      cost.emplace(*circuit, taus_);
+      const RefineResult refined = refine(*cost, pass == 0 ? packed_start(*cost) : out_.packed);
+      out_.iterations += refined.iterations;
+      take(*cost, refined.p);
+      priors_.noise_v2_s = noise_density(runs_, errors_of(out_.fit, runs_));
+    }
+    out_.uncertainty = uncertainty_of(*cost, out_.packed, priors_.noise_v2_s);
+    out_.priors = priors_;
+    const bool chosen = !out_.smoothness_scores.empty();
+    out_.smoothness_from = chosen ? "held-out pulses" : "--constant";
+    out_.smoothness = chosen ? priors_.smoothness : 0.0;
+    out_.noise_v2_s = priors_.noise_v2_s;
+  }
+
+  std::vector<MeasuredRun>& runs_;
+  FitPriors priors_;
+  const FullFitOptions& options_;
+  std::vector<std::string>& notes_;
+  Index branches_ = 2;
+  Eigen::VectorXd taus_;
+  FullFit out_;
+};
+
+}  // namespace
+
+FullFit full_fit(std::vector<MeasuredRun>& runs, FitPriors priors, const FullFitOptions& options,
+                 std::vector<std::string>& notes) {
+  return FullFitter(runs, std::move(priors), options, notes).run();
+}
+
+}  // namespace voltlap::plant

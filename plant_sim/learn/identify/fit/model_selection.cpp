@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/fit/model_selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "learn/identify/fit/uncertainty.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kWindow = 120.0;  // s of a held-out pulse
+constexpr int kSearchEvaluations = 30;
+
+/// Both halves kept back in turn. Pulses with their first two minutes, from their onset; without pulses, minutes.
+BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+  BlockScore total;
+  for (const std::size_t first : {std::size_t{0}, std::size_t{1}}) {
+    std::vector<MeasuredRun> kept;
+    std::vector<std::vector<Block>> blocks;
+    for (const MeasuredRun& run : runs) {
+      auto windows = pulse_windows(run, kWindow);
+      if (windows.size() < 4) windows = time_blocks(run, kWindow);
+      kept.push_back(without_every_second(run, windows, first));
+      blocks.push_back(std::move(windows));
+    }
+    const auto errors = errors_of(linear_fit(kept, taus, priors), runs);
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      const BlockScore one = score_every_second(runs[k], since_onset(errors[k], blocks[k]), blocks[k], first);
+      total.parts.insert(total.parts.end(), one.parts.begin(), one.parts.end());
+    }
+  }
+  return total;
+}
+
+}  // namespace
+
+double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors,
+                         SmoothnessScores& scores) {
+  constexpr int kWidest = 7;  // 2^-7 to 2^7
+  constexpr std::size_t kLeastParts = 4;
+  std::map<int, BlockScore> tried;  // by the exponent
+  const auto score_at = [&](int exponent) -> const BlockScore& {
+    auto [at, is_new] = tried.try_emplace(exponent);
+    if (is_new) {
+      priors.smoothness = std::pow(2.0, exponent);
+      at->second = heldout_score(runs, taus, priors);
+    }
+    return at->second;
+  };
+  int best = 0;
+  if (priors.constant && score_at(best).parts.size() < kLeastParts) return 1.0;  // an OCV that no other part judges
+  for (const int direction : {1, -1}) {
+    while (std::abs(best) < kWidest && score_at(best + direction).mean() < score_at(best).mean()) best += direction;
+  }
+  // The score need not rise steadily: each is tried, from the smoothest.
+  int smoothest = -kWidest;
+  while (score_at(smoothest).mean() >
+         score_at(best).mean() + standard_error_of_difference(score_at(smoothest), score_at(best)))
+    ++smoothest;
+  for (const auto& [exponent, score] : tried) scores.emplace_back(std::pow(2.0, exponent), score.mean());
+  return std::pow(2.0, smoothest);
+}
+
+std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
+  std::vector<OrderScore> out;
+  for (Index branches = 1; branches <= 3; ++branches) {
+    const CircuitFit fit(runs, branches, priors);
+    const Eigen::VectorXd taus = fit.search_taus(first_taus(branches), kSearchEvaluations);
+    const FittedCircuit trial = linear_fit(runs, taus, priors);
+    const auto errors = errors_of(trial, runs);
+    const double square = mean_square(runs, errors), density = noise_density(runs, errors);
+    double seconds = 0.0;
+    for (const MeasuredRun& run : runs) seconds += run.weight_s.sum();
+    const double samples = std::max(2.0, seconds * square / density);  // independent ones
+    const double parameters = static_cast<double>((2 * branches + 1) * fit.r_count());
+    out.push_back({static_cast<int>(branches), heldout_score(runs, taus, priors).mean(),
+                   samples * std::log(square) + parameters * std::log(samples)});
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

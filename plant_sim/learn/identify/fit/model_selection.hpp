@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the recordings themselves must decide where the circuit is only an approximation: smoothness and number of
+// branches, by how well a half of the pulses predicts the other half.
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "learn/identify/circuit/fitted_circuit.hpp"
+#include "learn/identify/recording/holdout_blocks.hpp"
+
+namespace voltlap::plant {
+
+/// Smoothness, held-out rms [V].
+using SmoothnessScores = std::vector<std::pair<double, double>>;
+
+/// The smoothest weight whose held-out error is above the least by no more than one standard error of their
+/// difference. Neighbours of the best are tried, by factors of two, until it stands between two worse ones.
+/// A plain circuit has the OCV alone to choose it for: a free OCV would take over what constant resistances miss.
+[[nodiscard]] double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
+                                       FitPriors priors, SmoothnessScores& scores);
+
+struct OrderScore {
+  int branches;
+  double heldout_rms_v, information_criterion;
+};
+/// One, two and three branches.
+[[nodiscard]] std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const FitPriors& priors);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/preparation/first_estimates.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+
+using Eigen::Index;
+
+std::vector<Segment> segments(const MeasuredRun& run) {
+  const double quiet = 0.01 * run.current_a.cwiseAbs().maxCoeff();
+  const auto kind_of = [&](double i) {
+    return std::abs(i) <= quiet ? Segment::Kind::kRest
+           : i > 0.0            ? Segment::Kind::kDischarge
+                                : Segment::Kind::kCharge;
+  };
+  std::vector<Segment> out;
+  for (Index row = 0; row < run.rows(); ++row) {
+    const auto kind = kind_of(run.current_a(row));
+    if (out.empty() || out.back().kind != kind || run.is_reset(row)) out.push_back({kind, row, row, 0.0});
+    out.back().last = row + 1;
+    if (row > out.back().first) out.back().duration_s += run.dt_s(row);
+  }
+  return out;
+}
+
+std::vector<StepEstimate> resistance_steps(const MeasuredRun& run) {
+  constexpr double kLongest = 2.0, kJump = 0.1;
+  const double most = run.current_a.cwiseAbs().maxCoeff();
+  std::vector<StepEstimate> out;
+  for (Index row = 1; row < run.rows(); ++row) {
+    const double di = run.current_a(row) - run.current_a(row - 1);
+    const bool usable = run.weight_s(row) > 0.0 && run.weight_s(row - 1) > 0.0 && !run.is_reset(row);
+    if (!usable || run.dt_s(row) > kLongest || std::abs(di) < kJump * most) continue;
+    const double r = -(run.voltage_v(row) - run.voltage_v(row - 1)) / di;
+    if (r > 0.0) out.push_back({run.soc(row), r});
+  }
+  return out;
+}
+
+std::vector<OcvKnowledge> ocv_from_rests(const MeasuredRun& run, double shortest_s) {
+  constexpr double kLeastSigma = 5e-4;
+  std::vector<OcvKnowledge> out;
+  for (const Segment& s : segments(run)) {
+    if (s.kind != Segment::Kind::kRest || s.duration_s < shortest_s || run.weight_s(s.last - 1) <= 0.0) continue;
+    const double end = run.time_s(s.last - 1);
+    // Voltages at a half and a quarter of the rest before its end tell how fast it still moves.
+    const auto voltage_at = [&](double t) {
+      const double* first = run.time_s.data() + s.first;
+      const auto at = std::lower_bound(first, run.time_s.data() + s.last - 1, t) - run.time_s.data();
+      return run.voltage_v(at);
+    };
+    const double v3 = run.voltage_v(s.last - 1), v2 = voltage_at(end - 0.25 * s.duration_s),
+                 v1 = voltage_at(end - 0.5 * s.duration_s);
+    const double late = v3 - v2, early = v2 - v1;
+    const double ratio = std::abs(early) > 1e-4 ? std::clamp(late / early, 0.0, 0.8) : 0.0;
+    const double still_to_go = late * ratio / (1.0 - ratio);
+    out.push_back({run.soc(s.last - 1), v3 + still_to_go,
+                   std::max(kLeastSigma, std::abs(still_to_go) + 0.5 * std::abs(late))});
+  }
+  return out;
+}
+
+SlowTest ocv_from_slow_test(const CellLog& log) {
+  constexpr double kSlow = 0.1, kOneSided = 0.01;  // C-rate; V
+  constexpr int kBins = 40;
+  RunOptions options;
+  const auto full = full_charges(log);
+  const std::vector<double> drawn = charge_drawn_ah(log, options.hold);
+  const std::size_t from = full.empty() ? 0 : full.front();
+  SlowTest out;
+  out.capacity_ah = *std::max_element(drawn.begin() + static_cast<std::ptrdiff_t>(from), drawn.end()) - drawn[from];
+  options.capacity_ah = std::max(out.capacity_ah, 1e-6);
+  options.anchor.row = from;
+  const MeasuredRun run = make_run(log, options);
+  struct Side {
+    double voltage = 0.0, weight = 0.0;
+  };
+  std::array<std::array<Side, 2>, kBins + 1> bins{};
+  for (Index row = 0; row < run.rows(); ++row) {
+    const double i = run.current_a(row), soc = run.soc(row);
+    if (std::abs(i) > kSlow * out.capacity_ah || std::abs(i) < 1e-3 * out.capacity_ah || soc < 0.0 || soc > 1.0)
+      continue;
+    // Hat weights: the mean voltage around a node, straight within its bin.
+    const auto bin = static_cast<std::size_t>(std::lround(soc * kBins));
+    const double weight =
+        run.weight_s(row) * std::max(0.0, 1.0 - 2.0 * std::abs(soc * kBins - static_cast<double>(bin)));
+    Side& side = bins[bin][i > 0.0 ? 0 : 1];
+    side.voltage += weight * run.voltage_v(row);
+    side.weight += weight;
+  }
+  for (std::size_t bin = 0; bin < bins.size(); ++bin) {
+    const auto& [down, up] = bins[bin];
+    const double soc = static_cast<double>(bin) / kBins;
+    if (down.weight <= 0.0) continue;
+    const double low = down.voltage / down.weight;
+    if (up.weight <= 0.0) {
+      out.ocv.push_back({soc, low, kOneSided});
+    } else {
+      const double high = up.voltage / up.weight;
+      out.ocv.push_back({soc, 0.5 * (low + high), std::max(1e-3, 0.5 * std::abs(high - low))});
+    }
+  }
+  if (out.ocv.size() < 10) {
+    throw InputError(log.path, "no slow discharge over the range of SOC",
+                     "a discharge at C/10 or slower from a full charge",
+                     "Give a slow test or a cell file with --ocv");
+  }
+  return out;
+}
+
+}  // namespace voltlap::plant

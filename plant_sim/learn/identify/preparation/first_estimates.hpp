@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// First estimates from the shape of a recording: pulses and rests, R0 from steps (reference study, 2016, Eq. 6.1),
+// OCV from rests with its uncertainty, time constants from the relaxation (Eq. 6.2).
+#pragma once
+#include <vector>
+
+#include "learn/identify/circuit/circuit_fit.hpp"
+#include "learn/identify/recording/measured_run.hpp"
+
+namespace voltlap::plant {
+
+/// A stretch of rows in which the current rests, is drawn or is fed. Last is exclusive.
+struct Segment {
+  enum class Kind { kRest, kDischarge, kCharge } kind;
+  Eigen::Index first, last;
+  double duration_s;
+};
+[[nodiscard]] std::vector<Segment> segments(const MeasuredRun& run);
+
+struct StepEstimate {
+  double soc, resistance_ohm;
+};
+/// dV/dI where the current jumps between two rows at most two seconds apart.
+[[nodiscard]] std::vector<StepEstimate> resistance_steps(const MeasuredRun& run);
+
+/// OCV at the end of each rest of at least `shortest_s`. Its sigma: what the voltage still had to go by the
+/// relaxation's own curve, half of what it went last, and never less than 0.5 mV.
+[[nodiscard]] std::vector<OcvKnowledge> ocv_from_rests(const MeasuredRun& run, double shortest_s = 240.0);
+
+/// A slow test (C/10 or slower) as an OCV: the middle of discharge and charge where both were recorded, with half
+/// of their distance as sigma; the discharge alone with 10 mV where only that was.
+struct SlowTest {
+  std::vector<OcvKnowledge> ocv;
+  double capacity_ah = 0.0;
+};
+/// Throws InputError when the recording holds no slow discharge.
+[[nodiscard]] SlowTest ocv_from_slow_test(const CellLog& log);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a recording tells before any fit: where it is full, how much charge it spans, how its current is held.
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "learn/identify/circuit/circuit_fit.hpp"
+#include "learn/identify/recording/measured_run.hpp"
+
+namespace voltlap::plant {
+
+/// One recording with what is known of it.
+struct PreparedLog {
+  const CellLog* log;
+  RunOptions run;
+  std::string hold_from;     ///< counter, voltage, like the first file
+  bool anchored = false;     ///< SOC is known without a model
+  bool hold_certain = true;  ///< false: the recording cannot tell, and the first candidate was taken
+};
+
+/// What is known of the cell before its recordings are read.
+struct PriorKnowledge {
+  std::optional<double> capacity_ah;           ///< certain
+  std::optional<double> capacity_fallback_ah;  ///< used when the recordings span less than nine tenths of it
+  double reference_temperature_c = 25.0, per_kelvin = 0.0;
+  std::optional<CurrentHold> hold;  ///< declared; else it is found
+};
+
+/// Capacity, anchors and holds. Throws InputError when there is no current in a recording, or it never changes.
+[[nodiscard]] std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKnowledge& known,
+                                               std::vector<std::string>& notes);
+
+/// Charge from a row to the lowest point after it.
+[[nodiscard]] double span_ah(const CellLog& log, std::size_t from, CurrentHold hold);
+
+/// Gives the recordings that `prepare` could not anchor a SOC: from their first rest by the model's OCV, else the
+/// one at which the model predicts them best.
+void anchor_by_model(std::vector<PreparedLog>& prepared, const CircuitModel& model, double shortest_rest_s = 240.0);
+
+/// Runs of the recordings that are anchored, steady rows averaged unless every row is wanted.
+[[nodiscard]] std::vector<MeasuredRun> runs_of(const std::vector<PreparedLog>& prepared, bool every_row = false);
+
+/// Half of what remains between slow charge and slow discharge at the same SOC when the circuit's own drop is taken
+/// off [V], by SOC: an open-circuit voltage that depends on the direction. Empty when the recordings do not tell.
+struct HysteresisPoint {
+  double soc, middle_v, half_gap_v, excess_v;
+};
+[[nodiscard]] std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs, double capacity_ah);
+
+}  // namespace voltlap::plant

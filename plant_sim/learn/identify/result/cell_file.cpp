@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/result/cell_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Json = nlohmann::ordered_json;
+
+std::string numbers(const std::vector<double>& values) {
+  std::vector<std::string> parts;
+  for (const double v : values) parts.push_back(fmt::format("{:.6g}", v));
+  std::string text = fmt::format("[{}]", fmt::join(parts, ", "));
+  // TOML keeps integers and floats apart: a list of both is refused by older readers.
+  return text;
+}
+
+std::string real(double value) {
+  const std::string text = fmt::format("{:.6g}", value);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+std::string file_names(const CellIdentification& identified) {
+  std::vector<std::string> names;
+  for (const OperatingPoint& point : identified.points) {
+    for (const RecordingResult& file : point.result.files)
+      names.push_back(std::filesystem::path(file.path).filename().string());
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string section(const char* name, const char* unit, const CellParameterMap& map) {
+  std::string out = fmt::format("\n[{}]\n", name);
+  if (map.table.empty()) {
+    out += fmt::format("value = {}  # {}; identified\n", numbers(map.value), unit);
+    if (map.per_kelvin != 0.0) {
+      out +=
+          fmt::format("per_kelvin = {}  # 1/K; assumed within one temperature: reference study, 2016, Table 7.2\n",
+                      real(map.per_kelvin));
+    }
+  } else {
+    out += fmt::format("table = {}  # {}; identified, [soc][temperature][current], last index fastest\n",
+                       numbers(map.table), unit);
+  }
+  return out;
+}
+
+struct TableName {
+  const char* name;
+  bool is_tau;
+  Index column;
+};
+std::vector<TableName> table_names(Index branches) {
+  constexpr std::array kResistances{"r0_ohm", "r1_ohm", "r2_ohm", "r3_ohm"};
+  constexpr std::array kTaus{"tau1_s", "tau2_s", "tau3_s"};
+  std::vector<TableName> out;
+  for (Index k = 0; k <= branches; ++k) out.push_back({kResistances[static_cast<std::size_t>(k)], false, k});
+  for (Index k = 0; k < branches; ++k) out.push_back({kTaus[static_cast<std::size_t>(k)], true, k});
+  return out;
+}
+
+constexpr double kInterval = 1.96;
+
+Json parameters_json(const IdentifyResult& result) {
+  const CircuitModel& model = result.model;
+  Json out = Json::object();
+  Json em = Json::object();
+  for (Index node = 0; node < model.em.size(); ++node) {
+    const double half = kInterval * result.uncertainty.sigma(node);
+    em["soc"].push_back(model.ocv.at(node));
+    em["value"].push_back(model.em(node));
+    em["ci95_low"].push_back(model.em(node) - half);
+    em["ci95_high"].push_back(model.em(node) + half);
+    em["excited"].push_back(is_ocv_excited(result, node));
+  }
+  out["em_v"] = em;
+  const std::vector<TableName> names = table_names(model.branches());
+  for (std::size_t table = 0; table < names.size(); ++table) {
+    Json one = Json::object();
+    for (Index node = 0; node < model.grid.size(); ++node) {
+      const double value =
+          names[table].is_tau ? model.tau(node, names[table].column) : model.r(node, names[table].column);
+      const Index at = model.em.size() + static_cast<Index>(table) * model.grid.size() + node;
+      const double factor = std::exp(std::min(kInterval * result.uncertainty.sigma(at), 20.0));
+      one["soc"].push_back(model.grid.at(node));
+      one["value"].push_back(value);
+      one["ci95_low"].push_back(value / factor);
+      one["ci95_high"].push_back(value * factor);
+      one["data_share"].push_back(result.uncertainty.data_share(at));
+      one["excited"].push_back(is_excited(result, static_cast<Index>(table), node));
+    }
+    out[names[table].name] = one;
+  }
+  return out;
+}
+
+Json file_json(const RecordingResult& file) {
+  return {{"file", file.path},
+          {"map", file.map},
+          {"rows", file.rows},
+          {"duration_s", file.duration_s},
+          {"current_hold", name_of(file.hold)},
+          {"current_hold_from", file.hold_from},
+          {"soc_anchor", file.anchor.soc},
+          {"soc_anchor_from", file.anchor.from},
+          {"soc_low", file.soc_low},
+          {"soc_high", file.soc_high},
+          {"rms_v", file.rms_v},
+          {"rms_v_from_anchor", file.rms_pulses_v},
+          {"repairs", file.repairs}};
+}
+
+}  // namespace
+
+std::string cell_toml(const CellParameters& cell, const CellIdentification& identified, const std::string& thermal_from) {
+  const std::string files = file_names(identified);
+  std::string out = fmt::format("# Identified by voltlap identify from {}.\n", files);
+  for (const std::string& note : identified.points[identified.reference].result.notes) out += "# " + note + "\n";
+  const OcvPolynomial polynomial = ocv_polynomial(identified.points[identified.reference].result.model);
+  out += fmt::format("name = \"{}\"\n", cell.name);
+  const auto line = [&](const char* key, double value, const char* unit, const std::string& source) {
+    out += fmt::format("{} = {}  # {}; {}\n", key, real(value), unit, source);
+  };
+  const std::string assumed = "assumed: from " + thermal_from + ", not identified";
+  line("capacity_ah", cell.capacity_ah, "Ah", "identified");
+  line("voltage_min_v", cell.voltage_min_v, "V", "lowest in the recordings");
+  line("voltage_max_v", cell.voltage_max_v, "V", "highest in the recordings");
+  line("mass_kg", cell.mass_kg, "kg", assumed + ", scaled by capacity");
+  line("heat_capacity_j_per_kg_k", cell.heat_capacity_j_per_kg_k, "J/kg/K", assumed);
+  line("surface_area_m2", cell.surface_area_m2, "m2", assumed + ", scaled by capacity");
+  line("convection_w_per_m2_k", cell.convection_w_per_m2_k, "W/m2/K", assumed);
+  line("surface_lag_s", cell.surface_lag_s, "s", assumed);
+  line("reference_temperature_c", cell.reference_temperature_c, "degC", "of the recordings");
+  line("reference_current_a", cell.reference_current_a, "A", "of the recordings; 0: several currents in one table");
+  out += "\n[breakpoints]\n";
+  out += fmt::format("soc = {}  # 1; reference study, 2016, Table 6.9\n", numbers(cell.soc_breakpoints));
+  out += fmt::format("temperature_c = {}  # degC\n", numbers(cell.temperature_breakpoints_c));
+  out += fmt::format("current_a = {}  # A\n", numbers(cell.current_breakpoints_a));
+  if (cell.kinetic_law) out += "kinetic_law = true  # between the tests by Arrhenius and Butler-Volmer\n";
+  out += fmt::format("\n# As a polynomial in SOC, from SOC^0 up: {} V, within {:.1f} mV.\n",
+                     numbers(polynomial.coefficients_v), 1e3 * polynomial.error_max_v);
+  out += "[ocv]\n";
+  out +=
+      fmt::format("soc = {}  # 1\nvoltage_v = {}  # V; identified\n", numbers(cell.ocv_soc), numbers(cell.ocv_v));
+  if (!cell.ocv_table_v.empty()) {
+    out += fmt::format(
+        "table = {}  # V; as each test found it, [soc][temperature][current]; the plant uses the curve\n",
+        numbers(cell.ocv_table_v));
+  }
+  out += section("r0", "ohm", cell.r0_ohm) + section("r1", "ohm", cell.r1_ohm) + section("r2", "ohm", cell.r2_ohm);
+  out += section("tau1", "s", cell.tau1_s) + section("tau2", "s", cell.tau2_s);
+  return out;
+}
+
+std::string identification_json(const CellParameters& cell, const CellIdentification& identified, const std::string& version) {
+  Json out = {{"name", cell.name},
+              {"version", version},
+              {"capacity_ah", cell.capacity_ah},
+              {"temperatures_c", identified.temperatures_c},
+              {"currents_a", identified.currents_a}};
+  const OcvPolynomial polynomial = ocv_polynomial(identified.points[identified.reference].result.model);
+  out["ocv_polynomial_v"] = polynomial.coefficients_v;
+  out["ocv_polynomial_error_max_v"] = polynomial.error_max_v;
+  for (const OperatingPoint& point : identified.points) {
+    const IdentifyResult& r = point.result;
+    Json one = {{"temperature_c", point.temperature_c}, {"current_a", point.current_a},
+                {"branches", r.model.branches()},       {"rms_v", r.rms_v},
+                {"noise_v2_s", r.noise_v2_s},           {"smoothness_from", r.smoothness_from},
+                {"smoothness", r.smoothness > 0.0 ? Json(r.smoothness) : Json()},
+                {"iterations", r.iterations},           {"seconds", r.seconds},
+                {"hysteresis_v", r.hysteresis_v},       {"notes", r.notes}};
+    one["rms_other_blocks_v"] = r.rms_other_blocks_v ? Json(*r.rms_other_blocks_v) : Json(nullptr);
+    for (const RecordingResult& file : r.files) one["files"].push_back(file_json(file));
+    for (const OrderScore& order : r.orders) {
+      one["orders"].push_back({{"branches", order.branches},
+                               {"heldout_rms_v", order.heldout_rms_v},
+                               {"information_criterion", order.information_criterion}});
+    }
+    for (const auto& [smoothness, rms] : r.smoothness_scores)
+      one["smoothness_scores"].push_back({{"smoothness", smoothness}, {"heldout_rms_v", rms}});
+    one["parameters"] = parameters_json(r);
+    out["tests"].push_back(one);
+  }
+  for (std::size_t t = 0; t < identified.temperatures_c.size(); ++t) {
+    for (std::size_t i = 0; i < identified.currents_a.size(); ++i) {
+      if (!identified.was_tested(t, i)) {
+        out["filled"].push_back({{"temperature_c", identified.temperatures_c[t]},
+                                 {"current_a", identified.currents_a[i]},
+                                 {"from_temperature_c", identified.at(t, i).temperature_c},
+                                 {"from_current_a", identified.at(t, i).current_a}});
+      }
+    }
+  }
+  return out.dump(2) + "\n";
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/preparation/first_estimates.hpp"
+
+#include "plant_sim/core/scratch.hpp"
+#include "plant_sim/learn/identify/known_cell.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(FirstEstimates) {
+  KnownCell cell;
+  MeasuredRun run_of(const std::vector<double>& plan) {
+    RunOptions options;
+    options.capacity_ah = cell.capacity_ah;
+    return make_run(cell.record(plan), options);
+  }
+};
+
+TEST(FirstEstimates, PulsesAndRestsAreFound) {
+  const auto found = segments(run_of(cell.pulse_plan(30.0, 900)));
+  // 4 + 6 + 4 pulses (5 % above 80, 10 % between, 5 % below 20, the last shorter) between rests.
+  LONGS_EQUAL(2 * 14 + 1, found.size());
+  CHECK(found[0].kind == Segment::Kind::kRest);
+  CHECK(found[1].kind == Segment::Kind::kDischarge);
+  DOUBLES_EQUAL(0.05 * 3600.0, found[1].duration_s, 2.0);
+}
+
+TEST(FirstEstimates, StepGivesTheSeriesResistance) {
+  const auto steps = resistance_steps(run_of(cell.pulse_plan(30.0, 900)));
+  CHECK(steps.size() > 20);
+  for (const StepEstimate& step : steps) {
+    // One second of the fast branch is in it: a little more than R0.
+    CHECK(step.resistance_ohm > KnownCell::r0(step.soc));
+    CHECK(step.resistance_ohm < 1.1 * KnownCell::r0(step.soc));
+  }
+}
+
+TEST(FirstEstimates, RestGivesTheOcvWithinThreeOfItsSigmas) {
+  for (const int rest : {300, 900, 3600}) {
+    for (const OcvKnowledge& known : ocv_from_rests(run_of(cell.pulse_plan(30.0, rest)))) {
+      DOUBLES_EQUAL(KnownCell::em(known.soc), known.voltage_v, 3.0 * known.sigma_v);
+      if (rest == 3600) CHECK(known.sigma_v < 1e-3);
+    }
+  }
+}
+
+TEST(FirstEstimates, SlowTestGivesTheOcvBetweenItsTwoBranches) {
+  std::vector<double> plan(60, 0.0);
+  plan.insert(plan.end(), 20 * 3600, 1.5);
+  plan.insert(plan.end(), 20 * 3600, -1.5);
+  CellLog log = cell.record(plan);
+  const SlowTest slow = ocv_from_slow_test(log);
+  DOUBLES_EQUAL(30.0, slow.capacity_ah, 0.01);
+  CHECK(slow.ocv.size() > 35);
+  for (const OcvKnowledge& known : slow.ocv) {
+    if (known.soc > 0.05 && known.soc < 0.98) DOUBLES_EQUAL(KnownCell::em(known.soc), known.voltage_v, 2e-3);
+  }
+}
+
+TEST(FirstEstimates, FastDischargeIsNoSlowTest) {
+  std::vector<double> plan(60, 0.0);
+  plan.insert(plan.end(), 3500, 30.0);
+  const CellLog log = cell.record(plan);
+  STRCMP_CONTAINS("C/10", complaint([&] { (void)ocv_from_slow_test(log); }).c_str());
+}
