@@ -20,6 +20,7 @@
 #include "io/atomic_file.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/result/cell_file.hpp"
+#include "learn/identify/result/cell_parameters.hpp"
 #include "learn/identify/result/cell_report.hpp"
 #include "learn/identify/result/identify_text.hpp"
 
@@ -264,7 +265,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   for (const CellData& cell : cells) names.push_back(cell.name);
   if (cells.size() > 1) mean = mean_cell(each, names);
   CellIdentification identified = mean ? mean->identified : each.front();
-  const CellParameters cell = cell_parameters(identified, like, name, identified.points[identified.reference].result.notes);
+  const CellParameters cell = cell_parameters(identified, like, name, identified.reference_point().result.notes);
   std::FILE* to = summary_stream({out_, json_, report_});
   fmt::print(to, "{}", identification_text(cell, identified, recordings_.cells_in_series));
   if (mean) fmt::print(to, "{}", spread_text(*mean));

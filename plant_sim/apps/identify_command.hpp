@@ -36,9 +36,10 @@ class IdentifyCommand {
   };
   [[nodiscard]] std::vector<CellData> read(const DataFolder& data) const;
   [[nodiscard]] std::vector<CellIdentification> identify_cells(const std::vector<CellData>& cells,
-                                                      IdentifyOptions options) const;
+                                                               IdentifyOptions options) const;
   [[nodiscard]] std::vector<MethodScore> compare(const std::vector<CellData>& cells,
-                                                 const std::vector<CellIdentification>& full, IdentifyOptions options) const;
+                                                 const std::vector<CellIdentification>& full,
+                                                 IdentifyOptions options) const;
   void take_constant(const std::vector<CellData>& cells, IdentifyOptions& options) const;
   void take_method(IdentifyOptions& options) const;
   /// What was given on the command line, to repeat it.

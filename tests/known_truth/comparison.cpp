@@ -7,8 +7,10 @@
 #include <cmath>
 
 #include "car/battery/cell_tables.hpp"
+#include "core/demand.hpp"
 #include "core/parameter_file.hpp"
 #include "learn/bench/plan_file.hpp"
+#include "learn/identify/result/excitation.hpp"
 
 namespace voltlap::known_truth {
 namespace {
@@ -60,6 +62,7 @@ InstrumentLimits limits_of(const InstrumentSection& section, double current_a) {
 }  // namespace
 
 CellLog log_of(const BenchRecord& record, std::size_t cell) {
+  VOLTLAP_DEMAND(cell < record.cells.size() && record.cells[cell].voltage_v.size() == record.time_s.size());
   CellLog log;
   log.path = fmt::format("{}, cell {}", record.test.name, cell + 1);
   log.time_s = record.time_s;

@@ -62,14 +62,18 @@ Json json_of(const Timed& timed) {
   return {{"p", list(timed.result.p)}, {"seconds", timed.seconds}, {"iterations", timed.result.iterations}};
 }
 
-Json problem() {
+/// Four hours at 1 Hz.
+CellLog recording() {
   const DataFolder data(VOLTLAP_DATA_FOLDER);
-  // Four hours at 1 Hz.
   const BenchPlan plan = load_plan(data, "pulse_15",
                                    {"test.temperature_c=30", "test.current_a=200", "instruments.systematic=false",
                                     "box.mode=bath", "rest.rule=fixed", "rest.seconds=780"});
   const Campaign campaign(plan, load_cell(data, "aesc_e5_2p", "benchmark"), 1);
-  const CellLog log = voltlap::known_truth::log_of(campaign.run(0), 0);
+  return voltlap::known_truth::log_of(campaign.run(0), 0);
+}
+
+Json problem() {
+  const CellLog log = recording();
   IdentifyOptions options;
   options.branches = 2;
   options.reference_temperature_c = 30.0;

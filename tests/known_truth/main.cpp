@@ -31,6 +31,34 @@ struct Flags {
   bool systematic = false;
 };
 
+/// All seeds on several threads; the first failure ends them.
+Tally tally_of(const Flags& flags) {
+  Tally tally;
+  std::mutex mutex;
+  std::atomic<int> next{0};
+  std::exception_ptr failed;
+  const auto work = [&] {
+    try {
+      for (int k = next++; k < flags.seeds; k = next++) {
+        const Outcome outcome = run_case(flags.one, static_cast<std::uint64_t>(k) + 1,
+                                         static_cast<std::size_t>(flags.test), static_cast<std::size_t>(k) % 4);
+        const std::lock_guard lock(mutex);
+        tally.add(outcome);
+        if (tally.outcomes % 10 == 0) fmt::print(stderr, "voltlap: {} of {}\n", tally.outcomes, flags.seeds);
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      failed = std::current_exception();
+      next = flags.seeds;
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int k = 0; k < flags.threads; ++k) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  if (failed) std::rethrow_exception(failed);
+  return tally;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("How well identify finds cells that are known.", "voltlap known-truth");
   Flags flags;
@@ -56,30 +84,7 @@ int run(int argc, char** argv) {
     flags.one.limits_stated = true;
   }
   flags.one.settings.insert(flags.one.settings.end(), flags.settings.begin(), flags.settings.end());
-  Tally tally;
-  std::mutex mutex;
-  std::atomic<int> next{0};
-  std::exception_ptr failed;
-  const auto work = [&] {
-    try {
-      for (int k = next++; k < flags.seeds; k = next++) {
-        const Outcome outcome = run_case(flags.one, static_cast<std::uint64_t>(k) + 1,
-                                         static_cast<std::size_t>(flags.test), static_cast<std::size_t>(k) % 4);
-        const std::lock_guard lock(mutex);
-        tally.add(outcome);
-        if (tally.outcomes % 10 == 0) fmt::print(stderr, "voltlap: {} of {}\n", tally.outcomes, flags.seeds);
-      }
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      failed = std::current_exception();
-      next = flags.seeds;
-    }
-  };
-  std::vector<std::thread> threads;
-  for (int k = 0; k < flags.threads; ++k) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
-  if (failed) std::rethrow_exception(failed);
-  fmt::print("{}", text_of(tally));
+  fmt::print("{}", text_of(tally_of(flags)));
   return voltlap::plant::kExitOk;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/demand.hpp"
 #include "io/page/html_page.hpp"
 #include "io/page/html_parts.hpp"
 #include "learn/bench/plan_rows.hpp"
@@ -125,6 +126,7 @@ std::string plan_rows_html(const BenchPlan& plan) {
 
 double rise_at_end(const BenchRecord& record, const BenchPhase& rest) {
   constexpr double kHalf = 60.0;  // s
+  VOLTLAP_DEMAND(rest.end_s >= rest.begin_s);
   const auto row_at = [&](double time) {
     return std::lower_bound(record.time_s.begin(), record.time_s.end(), time) - record.time_s.begin();
   };
@@ -145,6 +147,7 @@ double rise_at_end(const BenchRecord& record, const BenchPhase& rest) {
 }
 
 void BenchReport::add(const BenchRecord& record) {
+  VOLTLAP_DEMAND(!record.cells.empty() && record.current_a.size() == record.time_s.size());
   Curves curves{record.test.name, record.duration_s(), record.cells.size(), {}, {}};
   const auto buckets = growing_buckets(record.time_s, current_steps(record.current_a), kPointsMax);
   curves.columns.push_back(bucket_times(buckets, record.time_s));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 
+#include "core/demand.hpp"
 #include "learn/bench/random_stream.hpp"
 
 namespace voltlap::plant {
@@ -46,6 +47,7 @@ Campaign::Campaign(BenchPlan plan, CellParameters cell, std::uint64_t seed)
       tests_(tests_of(plan_)),
       cells_(static_cast<std::size_t>(plan_.cells.count)),
       errors_(draw_errors(plan_.instruments, cells_.size(), stream_seed(seed, BenchStream::kInstruments))) {
+  VOLTLAP_DEMAND(!tests_.empty() && !cells_.empty());
   Spread spread(stream_seed(seed, BenchStream::kCells));
   const BenchCellsSection& section = plan_.cells;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -67,11 +69,13 @@ std::vector<CellVariation> Campaign::cells_of(std::size_t index) const {
 }
 
 BenchRecord Campaign::run(std::size_t index, const StopRequest& stop) const {
+  VOLTLAP_DEMAND(index < tests_.size());
   return run_bench_test(plan_, tests_[index], {cell_, cells_of(index), false}, errors_,
                         stream_seed(seed_, BenchStream::kNoise, index), stop);
 }
 
 BenchRecord Campaign::rehearse(std::size_t index, const StopRequest& stop) const {
+  VOLTLAP_DEMAND(index < tests_.size());
   return run_bench_test(rehearsal_, tests_[index], {cell_, {}, true}, draw_errors(rehearsal_.instruments, 1, 0), 0,
                         stop);
 }

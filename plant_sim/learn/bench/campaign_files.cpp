@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iterator>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "learn/bench/campaign_index.hpp"
 
@@ -55,6 +56,8 @@ void CampaignFiles::add(const BenchRecord& record) {
 }
 
 void CampaignFiles::write_table(const BenchRecord& record, std::size_t cell, const std::string& name) const {
+  VOLTLAP_DEMAND(cell < record.cells.size() && record.cells[cell].voltage_v.size() == record.time_s.size());
+  VOLTLAP_DEMAND(record.ambient_c.size() == record.time_s.size());
   AtomicFile file(paths_.folder + "/" + name);
   file.write(
       fmt::format("# voltlap {} bench-test: plan {}, test {}, cell {} of {}, seed {}, {}\n"

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+#include "core/signal.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -27,10 +30,15 @@ Coverage::Coverage(const CellParameters& cell)
       temperature_(cell.temperature_breakpoints_c),
       current_(cell.current_breakpoints_a),
       load_s_(soc_.size() * temperature_.size() * current_.size()),
-      rest_s_(load_s_.size()) {}
+      rest_s_(load_s_.size()) {
+  VOLTLAP_DEMAND(increasing(soc_) && increasing(temperature_) && increasing(current_));
+  VOLTLAP_DEMAND(!load_s_.empty());
+}
 
 void Coverage::add(const BenchRecord& record) {
+  VOLTLAP_DEMAND(!record.cells.empty() && record.true_current_a.size() == record.time_s.size());
   const CellRecord& cell = record.cells.front();
+  VOLTLAP_DEMAND(cell.true_soc.size() == record.time_s.size());
   double last_load = 0.0;
   for (std::size_t row = 0; row < record.time_s.size(); ++row) {
     const double current = std::abs(record.true_current_a[row]);
@@ -47,6 +55,7 @@ std::size_t Coverage::visited(double load_s_min) const {
 }
 
 void RestSurvey::add(const BenchRecord& record) {
+  VOLTLAP_DEMAND(!record.cells.empty());
   const CellRecord& cell = record.cells.front();
   double last_load = 0.0;
   for (const BenchPhase& phase : record.phases) {
@@ -74,11 +83,10 @@ RestSummary RestSurvey::summary() const {
   RestSummary out = sum_;
   out.count = lengths_.size();
   if (lengths_.empty()) return out;
-  std::vector<double> sorted = lengths_;
-  std::sort(sorted.begin(), sorted.end());
-  out.shortest_s = sorted.front();
-  out.median_s = sorted[sorted.size() / 2];
-  out.longest_s = sorted.back();
+  const auto [shortest, longest] = std::minmax_element(lengths_.begin(), lengths_.end());
+  out.shortest_s = *shortest;
+  out.median_s = median(lengths_);
+  out.longest_s = *longest;
   return out;
 }
 

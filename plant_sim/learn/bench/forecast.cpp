@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 TestForecast summary_of(const BenchRecord& record) {
+  VOLTLAP_DEMAND(!record.cells.empty());
   TestForecast out;
   out.test = record.test;
   out.duration_s = record.duration_s();
@@ -34,6 +37,7 @@ TestForecast summary_of(const BenchRecord& record) {
 }
 
 Forecast forecast(const Campaign& campaign, const std::function<bool(std::size_t, double)>& stop) {
+  VOLTLAP_DEMAND(!campaign.tests().empty() && campaign.plan().sampling.log_hz > 0.0);
   Forecast out{{}, Coverage(campaign.cell()), {}, 1.0 / campaign.plan().sampling.log_hz, 0.0, 0.0, false};
   RestSurvey rests(campaign.cell());
   for (std::size_t i = 0; i < campaign.tests().size(); ++i) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -202,10 +204,12 @@ std::string plan_expectation(const PlanRow& row) {
 }
 
 double schedule_capacity_ah(const TestSection& test, double current_a) {
+  VOLTLAP_DEMAND(!test.capacity_ah.empty());
   const auto& at = test.capacity_at_a;
   const auto& capacity = test.capacity_ah;
   if (capacity.size() == 1 || current_a <= at.front()) return capacity.front();
   if (current_a >= at.back()) return capacity.back();
+  VOLTLAP_DEMAND(increasing(at) && capacity.size() == at.size());
   const auto above = static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), current_a) - at.begin());
   const double fraction = (current_a - at[above - 1]) / (at[above] - at[above - 1]);
   return capacity[above - 1] + fraction * (capacity[above] - capacity[above - 1]);

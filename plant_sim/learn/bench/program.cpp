@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/demand.hpp"
 #include "learn/bench/resistor_bank.hpp"
 
 namespace voltlap::plant {
@@ -73,10 +74,12 @@ Program hppc_program(const BenchPlan& plan, double current_a) {
 }  // namespace
 
 double pulse_time_s(double capacity_ah, double soc_step, double current_a) {
+  VOLTLAP_DEMAND(capacity_ah > 0.0 && soc_step > 0.0 && current_a > 0.0);
   return kSecondsPerHour * capacity_ah * soc_step / current_a;
 }
 
 std::vector<double> pulse_steps(const ScheduleSection& schedule) {
+  VOLTLAP_DEMAND(schedule.soc.size() > 1 && schedule.step.size() + 1 >= schedule.soc.size());
   std::vector<double> steps;
   for (std::size_t region = 0; region + 1 < schedule.soc.size(); ++region) {
     const double end = schedule.soc[region + 1];
@@ -85,6 +88,7 @@ std::vector<double> pulse_steps(const ScheduleSection& schedule) {
       double step = std::min(fine ? schedule.fine_step : schedule.step[region], soc - end);
       const bool crosses = schedule.fine_step > 0.0 && !fine && soc - step < schedule.fine_below - kSocTolerance;
       if (crosses) step = soc - schedule.fine_below;
+      VOLTLAP_DEMAND(step > 0.0);
       steps.push_back(step);
       soc -= step;
     }
@@ -96,6 +100,7 @@ std::vector<int> resistor_order(const LoadSection& load, std::size_t pulses) {
   std::vector<int> order;
   for (const double n : load.resistors) order.push_back(static_cast<int>(n));
   if (!order.empty()) return order;
+  VOLTLAP_DEMAND(load.resistors_max > 1 && load.difference_max > 0);  // else no order ever has enough pulses
   std::mt19937_64 random(static_cast<std::uint64_t>(load.resistor_seed));
   while (order.size() < pulses) {
     // The engine's own numbers: a distribution of the library may differ from one library to the next.

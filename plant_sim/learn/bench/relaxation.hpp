@@ -9,6 +9,8 @@
 #include <span>
 #include <vector>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 class RelaxationRule {
@@ -18,7 +20,9 @@ class RelaxationRule {
         per_minute_(60.0 * rate_hz / static_cast<double>(half_)),
         readings_(cells, std::vector<double>(2 * half_)),
         older_(cells),
-        newer_(cells) {}
+        newer_(cells) {
+    VOLTLAP_DEMAND(cells > 0 && window_s > 0.0 && rate_hz > 0.0);
+  }
 
   /// A rest begins.
   void begin() {

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 std::string BankChoice::name() const {
@@ -13,6 +15,7 @@ std::string BankChoice::name() const {
 }
 
 BankChoice high_bank(const LoadSection& load, int cells, int resistors) {
+  VOLTLAP_DEMAND(load.high_bank_ohm > 0.0 && cells > 0 && resistors > 0);
   const double resistance = load.high_bank_ohm / resistors;
   return {resistors, resistance, load.nominal_cell_v * cells / resistance};
 }

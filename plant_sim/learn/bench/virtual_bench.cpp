@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "car/battery/pack.hpp"
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "learn/bench/relaxation.hpp"
 #include "learn/bench/resistor_bank.hpp"
@@ -50,6 +51,7 @@ class RowBuilder {
     ++count_;
   }
   void finish(double time_s, BenchRecord& record) {
+    VOLTLAP_DEMAND(count_ > 0);
     const double share = 1.0 / count_;
     record.time_s.push_back(time_s);
     record.current_a.push_back(current_ * share);
@@ -91,6 +93,8 @@ class VirtualBench {
         true_voltage_(seen_),
         thermistor_(seen_),
         temperature_(seen_) {
+    VOLTLAP_DEMAND(step_s_ > 0.0 && steps_per_row_ > 0 && seen_ > 0);
+    VOLTLAP_DEMAND(errors.cell_gain.size() >= seen_ && errors.temperature_offset_k.size() >= seen_);
     record_.test = test;
     record_.cells.resize(seen_);
     for (std::size_t cell = 0; cell < seen_; ++cell) {
@@ -117,6 +121,8 @@ class VirtualBench {
     const bool stopped_by_rule = record_.end == TestEnd::kVoltage || record_.end == TestEnd::kTemperature;
     if (stopped_by_rule && record_.phases.back().load) rest();
     record_.charge_ah = pack_.charge_out_ah();
+    VOLTLAP_DEMAND(increasing(record_.time_s) && record_.current_a.size() == record_.time_s.size());
+    VOLTLAP_DEMAND(record_.cells.front().voltage_v.size() == record_.time_s.size());
     return std::move(record_);
   }
 
@@ -261,6 +267,7 @@ class VirtualBench {
   void end() {
     BenchPhase& phase = record_.phases.back();
     phase.end_s = time_s();
+    VOLTLAP_DEMAND(phase.end_s >= phase.begin_s);
     phase.charge_ah = pack_.charge_out_ah() - phase.charge_ah;
     phase.soc = pack_.soc_mean();
   }

@@ -8,125 +8,115 @@
 #include <cmath>
 #include <future>
 
-#include "core/errors.hpp"
+#include "core/demand.hpp"
 #include "learn/identify/common_time_constants.hpp"
+#include "learn/identify/operating_grid.hpp"
 
 namespace voltlap::plant {
 namespace {
 
-using Eigen::Index;
-
-constexpr double kSameTemperature = 4.0, kSameCurrent = 0.2;  // K; relative
-
-/// The one discharge current of a test, or 0 when it draws several.
-double single_current(const CellLog& log) {
-  std::vector<double> drawn;
-  double most = 0.0;
-  for (const double i : log.current_a) most = std::max(most, i);
-  for (const double i : log.current_a) {
-    if (i > 0.05 * most) drawn.push_back(i);
-  }
-  if (drawn.size() < 10) return 0.0;
-  std::sort(drawn.begin(), drawn.end());
-  // A resistor's current falls with the voltage, most in the last pulse: a third between a tenth and nine tenths of the
-  // rows is still one test.
-  const double low = drawn[drawn.size() / 10], high = drawn[drawn.size() * 9 / 10],
-               middle = drawn[drawn.size() / 2];
-  return high - low < 0.35 * middle ? middle : 0.0;
-}
-
-/// A recording without a fast current tells the OCV and the capacity, but no resistance: it makes no group of its own.
-bool is_slow(const CellLog& log) {
-  constexpr double kSlow = 1.0 / 8.0;  // C-rate
-  double most = 0.0;
-  for (const double i : log.current_a) most = std::max(most, std::abs(i));
-  const std::vector<double> drawn = charge_drawn_ah(log, CurrentHold::kLinear);
-  const auto [low, high] = std::minmax_element(drawn.begin(), drawn.end());
-  return most < kSlow * (*high - *low);
-}
-
-/// Those of the values whose recordings are fast; all of them when none is.
-std::vector<double> of_fast(const std::vector<double>& values, const std::vector<bool>& slow) {
-  std::vector<double> out;
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    if (!slow[k]) out.push_back(values[k]);
-  }
-  return out.empty() ? values : out;
-}
-
-template <class Same>
-std::vector<double> clusters(std::vector<double> values, const Same& same) {
-  std::sort(values.begin(), values.end());
-  std::vector<double> centres, members;
-  for (const double value : values) {
-    if (!members.empty() && !same(members.front(), value)) {
-      centres.push_back(members[members.size() / 2]);
-      members.clear();
-    }
-    members.push_back(value);
-  }
-  centres.push_back(members[members.size() / 2]);
-  return centres;
-}
-
-std::size_t nearest(const std::vector<double>& centres, double value) {
-  const auto by_distance = [&](double a, double b) { return std::abs(a - value) < std::abs(b - value); };
-  return static_cast<std::size_t>(std::min_element(centres.begin(), centres.end(), by_distance) - centres.begin());
-}
-
-/// Pool of adjacent violators: the nearest curve that does not fall.
-std::vector<double> not_falling(const Eigen::VectorXd& y) {
-  struct Pool {
-    double sum;
-    std::size_t count;
-    [[nodiscard]] double mean() const { return sum / static_cast<double>(count); }
-  };
-  std::vector<Pool> pools;
-  for (const double value : y) {
-    pools.push_back({value, 1});
-    while (pools.size() > 1 && pools[pools.size() - 2].mean() > pools.back().mean()) {
-      const Pool last = pools.back();
-      pools.pop_back();
-      pools.back().sum += last.sum;
-      pools.back().count += last.count;
-    }
-  }
-  std::vector<double> out;
-  for (const Pool& pool : pools) out.insert(out.end(), pool.count, pool.mean());
-  return out;
-}
-
-/// Nodes of a curve that a table, straight between its entries, is to follow: three more in each interval.
-std::vector<double> fine(const std::vector<double>& at) {
-  constexpr int kParts = 4;
-  std::vector<double> out{at.front()};
-  for (std::size_t k = 1; k < at.size(); ++k) {
-    for (int part = 1; part <= kParts; ++part) out.push_back(at[k - 1] + (at[k] - at[k - 1]) * part / kParts);
-  }
-  return out;
-}
-
-CellParameterMap table_of(const CellIdentification& identified, const auto& value_at) {
-  CellParameterMap map;
-  const Index nodes = breakpoint_grid().size();
-  if (identified.temperatures_c.size() == 1 && identified.currents_a.size() == 1) {
-    for (Index node = 0; node < nodes; ++node) map.value.push_back(value_at(identified.points[0].result.model, node));
-    return map;
-  }
-  for (Index node = 0; node < nodes; ++node) {
-    for (std::size_t t = 0; t < identified.temperatures_c.size(); ++t) {
-      for (std::size_t i = 0; i < identified.currents_a.size(); ++i) {
-        map.table.push_back(value_at(identified.at(t, i).result.model, node));
+/// Every place of the grid at which there are recordings.
+CellIdentification at_operating_points(std::vector<CellLog> logs, const OperatingGrid& grid) {
+  CellIdentification out;
+  out.temperatures_c = grid.temperatures_c;
+  out.currents_a = grid.currents_a;
+  for (std::size_t t = 0; t < grid.temperatures_c.size(); ++t) {
+    for (std::size_t i = 0; i < grid.currents_a.size(); ++i) {
+      OperatingPoint point{grid.temperatures_c[t], grid.currents_a[i], {}, {}};
+      for (std::size_t k = 0; k < logs.size(); ++k) {
+        if (grid.temperature_of[k] == t && grid.current_of[k] == i) point.logs.push_back(std::move(logs[k]));
       }
+      if (!point.logs.empty()) out.points.push_back(std::move(point));
     }
   }
-  return map;
+  return out;
+}
+
+std::size_t nearest_to_usual_temperature(const std::vector<OperatingPoint>& points) {
+  constexpr double kUsual = 25.0;
+  std::size_t nearest = 0;
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    const auto distance = [&](std::size_t at) { return std::abs(points[at].temperature_c - kUsual); };
+    if (distance(k) < distance(nearest)) nearest = k;
+  }
+  return nearest;
+}
+
+IdentifyOptions at_temperature(IdentifyOptions options, double temperature_c) {
+  options.reference_temperature_c = temperature_c;
+  return options;
+}
+
+/// All points with the capacity and the number of branches that the reference has: tables of different circuits do not
+/// mix.
+std::vector<IdentificationProblem> problems_like_reference(const CellIdentification& cell,
+                                                           const IdentifyOptions& options) {
+  IdentifyOptions like_reference = options;
+  like_reference.capacity_ah = cell.reference_point().result.model.capacity_ah;
+  like_reference.branches = static_cast<int>(cell.reference_point().result.model.branches());
+  like_reference.progress = nullptr;
+  std::vector<std::future<IdentificationProblem>> preparing;
+  for (const OperatingPoint& point : cell.points) {
+    IdentifyOptions own = at_temperature(like_reference, point.temperature_c);
+    if (&point == &cell.reference_point()) own.capacity_ah = options.capacity_ah;
+    preparing.push_back(
+        std::async(std::launch::async, [&point, own] { return IdentificationProblem(point.logs, own); }));
+  }
+  std::vector<IdentificationProblem> problems;
+  for (auto& one : preparing) problems.push_back(one.get());
+  return problems;
+}
+
+/// With the time constants of each point; without any, all points but the reference, which stands already.
+void fit_points(std::vector<IdentificationProblem> problems, const std::vector<Eigen::VectorXd>& taus_s,
+                CellIdentification& cell) {
+  VOLTLAP_DEMAND(problems.size() == cell.points.size());
+  VOLTLAP_DEMAND(taus_s.empty() || taus_s.size() == cell.points.size());
+  std::vector<std::future<void>> running;
+  for (std::size_t k = 0; k < cell.points.size(); ++k) {
+    if (taus_s.empty() && k == cell.reference) continue;
+    running.push_back(std::async(std::launch::async, [&, k] {
+      std::optional<Eigen::VectorXd> centre;
+      if (!taus_s.empty()) centre = taus_s[k];
+      cell.points[k].result = std::move(problems[k]).fit(centre);
+    }));
+  }
+  for (auto& one : running) one.get();
+}
+
+/// How many branches there are was found before, from the reference alone; it is told with the rest.
+void keep_choices(IdentifyResult alone, IdentifyResult& result) {
+  result.orders = std::move(alone.orders);
+  for (const std::string& note : alone.notes) {
+    if (std::find(result.notes.begin(), result.notes.end(), note) == result.notes.end()) result.notes.push_back(note);
+  }
+}
+
+std::string time_constants_note(const Eigen::VectorXd& taus_s, const CellIdentification& cell) {
+  std::vector<std::string> seconds;
+  for (const double tau : taus_s) seconds.push_back(fmt::format("{:.3g}", tau));
+  return fmt::format("Time constants around {} s at {:.0f} degC, looked for in all {} tests together.",
+                     fmt::join(seconds, " and "), cell.reference_point().temperature_c, cell.points.size());
+}
+
+/// All points anew, around time constants that they have together.
+void fit_together(std::vector<IdentificationProblem> problems, CellIdentification& cell) {
+  std::vector<double> temperatures_c;
+  for (const OperatingPoint& point : cell.points) temperatures_c.push_back(point.temperature_c);
+  const auto branches = static_cast<int>(cell.reference_point().result.model.branches());
+  const std::vector<Eigen::VectorXd> taus_s = common_time_constants(problems, temperatures_c, branches);
+  IdentifyResult alone = cell.reference_point().result;
+  fit_points(std::move(problems), taus_s, cell);
+  IdentifyResult& result = cell.reference_point().result;
+  keep_choices(std::move(alone), result);
+  result.notes.push_back(time_constants_note(taus_s[cell.reference], cell));
 }
 
 }  // namespace
 
 const OperatingPoint& CellIdentification::at(std::size_t temperature, std::size_t current) const {
-  const OperatingPoint* best = nullptr;
+  VOLTLAP_DEMAND(!points.empty() && temperature < temperatures_c.size() && current < currents_a.size());
+  const OperatingPoint* best = &points.front();
   double least = 1e300;
   for (const OperatingPoint& point : points) {
     const double dt = (point.temperature_c - temperatures_c[temperature]) / 10.0;
@@ -148,200 +138,21 @@ bool CellIdentification::was_tested(std::size_t temperature, std::size_t current
 }
 
 CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<double>& temperatures_c,
-                        const IdentifyOptions& options) {
-  CellIdentification identified;
-  std::vector<double> currents;
-  std::vector<bool> slow;
-  for (const CellLog& log : logs) {
-    currents.push_back(single_current(log));
-    slow.push_back(is_slow(log));
-  }
-  const std::vector<double> told = of_fast(currents, slow);
-  const bool by_current = std::all_of(told.begin(), told.end(), [](double i) { return i > 0.0; });
-  if (!by_current) std::fill(currents.begin(), currents.end(), 0.0);
-  identified.temperatures_c =
-      clusters(of_fast(temperatures_c, slow), [](double a, double b) { return b - a < kSameTemperature; });
-  identified.currents_a =
-      clusters(of_fast(currents, slow), [](double a, double b) { return b - a <= kSameCurrent * a; });
-  for (std::size_t t = 0; t < identified.temperatures_c.size(); ++t) {
-    for (std::size_t i = 0; i < identified.currents_a.size(); ++i) {
-      OperatingPoint point{identified.temperatures_c[t], identified.currents_a[i], {}, {}};
-      for (std::size_t k = 0; k < logs.size(); ++k) {
-        const bool here =
-            nearest(identified.temperatures_c, temperatures_c[k]) == t && nearest(identified.currents_a, currents[k]) == i;
-        if (here) point.logs.push_back(std::move(logs[k]));
-      }
-      if (!point.logs.empty()) identified.points.push_back(std::move(point));
-    }
-  }
-  constexpr double kUsual = 25.0;
-  for (std::size_t g = 1; g < identified.points.size(); ++g) {
-    const auto distance = [&](std::size_t k) { return std::abs(identified.points[k].temperature_c - kUsual); };
-    if (distance(g) < distance(identified.reference)) identified.reference = g;
-  }
-  OperatingPoint& reference = identified.points[identified.reference];
-  const auto own_options = [&](const OperatingPoint& point, IdentifyOptions own) {
-    own.reference_temperature_c = point.temperature_c;
-    return own;
-  };
-  reference.result = identify(reference.logs, own_options(reference, options));
-  if (identified.points.size() == 1) return identified;
-  IdentifyOptions others = options;
-  others.capacity_ah = reference.result.model.capacity_ah;
-  // Every group with the same number of branches: tables of different circuits do not mix.
-  others.branches = static_cast<int>(reference.result.model.branches());
-  others.progress = nullptr;
-  std::vector<std::future<IdentificationProblem>> preparing;
-  for (const OperatingPoint& point : identified.points) {
-    IdentifyOptions own = own_options(point, others);
-    if (&point == &reference) own.capacity_ah = options.capacity_ah;
-    preparing.push_back(std::async(std::launch::async, [&point, own] { return IdentificationProblem(point.logs, own); }));
-  }
-  std::vector<IdentificationProblem> ready;
-  for (auto& one : preparing) ready.push_back(one.get());
-  const bool together = !options.method && !options.constant;
-  if (together && options.progress) options.progress("time constants of all tests together");
-  std::vector<double> temperatures;
-  for (const OperatingPoint& point : identified.points) temperatures.push_back(point.temperature_c);
-  const std::vector<Eigen::VectorXd> taus =
-      together ? common_time_constants(ready, temperatures, others.branches) : std::vector<Eigen::VectorXd>{};
-  IdentifyResult alone = reference.result;
-  std::vector<std::future<void>> running;
-  for (std::size_t g = 0; g < identified.points.size(); ++g) {
-    if (!together && g == identified.reference) continue;
-    running.push_back(std::async(std::launch::async, [&, g] {
-      std::optional<Eigen::VectorXd> centre;
-      if (together) centre = taus[g];
-      identified.points[g].result = std::move(ready[g]).fit(centre);
-    }));
-  }
-  for (auto& one : running) one.get();
-  if (together) {
-    // How many branches there are was found before; it is told with the rest.
-    reference.result.orders = std::move(alone.orders);
-    for (const std::string& note : alone.notes) {
-      auto& notes = reference.result.notes;
-      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
-    }
-    const Eigen::VectorXd& found = taus[identified.reference];
-    std::vector<std::string> seconds;
-    for (const double tau : found) seconds.push_back(fmt::format("{:.3g}", tau));
-    reference.result.notes.push_back(
-        fmt::format("Time constants around {} s at {:.0f} degC, looked for in all {} tests together.",
-                    fmt::join(seconds, " and "), reference.temperature_c, identified.points.size()));
-  }
-  return identified;
-}
-
-CellParameters cell_parameters(const CellIdentification& identified, const CellParameters& like, const std::string& name,
-                               std::vector<std::string>& notes) {
-  const OperatingPoint& reference = identified.points[identified.reference];
-  const CircuitModel& model = reference.result.model;
-  CellParameters cell = like;
-  // Size by charge: mass goes with it, surface with its two-thirds power.
-  const double size = model.capacity_ah / like.capacity_ah;
-  cell.name = name;
-  cell.capacity_ah = model.capacity_ah;
-  cell.mass_kg = like.mass_kg * size;
-  cell.surface_area_m2 = like.surface_area_m2 * std::pow(size, 2.0 / 3.0);
-  cell.reference_temperature_c = reference.temperature_c;
-  cell.reference_current_a = reference.current_a;
-  cell.soc_breakpoints = breakpoint_grid().nodes();
-  cell.temperature_breakpoints_c = identified.temperatures_c;
-  cell.current_breakpoints_a = identified.currents_a;
-  cell.kinetic_law = identified.temperatures_c.size() > 1 || identified.currents_a.size() > 1;
-  double low = 1e9, high = 0.0;
-  for (const RecordingResult& file : reference.result.files) {
-    low = std::min(low, file.voltage_low_v);
-    high = std::max(high, file.voltage_high_v);
-  }
-  cell.voltage_min_v = low;
-  cell.voltage_max_v = high;
-  cell.ocv_polynomial_v.clear();
-  cell.ocv_soc = fine(model.ocv.nodes());
-  Eigen::VectorXd ocv(static_cast<Index>(cell.ocv_soc.size()));
-  for (Index k = 0; k < ocv.size(); ++k) ocv(k) = model.ocv.value(model.em, cell.ocv_soc[static_cast<std::size_t>(k)]);
-  cell.ocv_v = not_falling(ocv);
-  double levelled = 0.0;
-  for (std::size_t k = 0; k < cell.ocv_v.size(); ++k)
-    levelled = std::max(levelled, std::abs(cell.ocv_v[k] - ocv(static_cast<Index>(k))));
-  constexpr double kNoCurve = 1.0;  // V; beyond it this is no open-circuit voltage
-  if (levelled > kNoCurve) {
-    throw InputError(reference.result.files.front().path,
-                     fmt::format("an OCV that falls by {:.2g} V as SOC rises: no rest tells it", levelled),
-                     "recordings with rests of four minutes or more between the pulses",
-                     "Give such a recording, or the OCV of the cell with --ocv");
-  }
-  if (levelled > 1e-3)
-    notes.push_back(fmt::format("The OCV fell with SOC in places; levelled by up to {:.1f} mV.", 1e3 * levelled));
-
-  constexpr double kNoResistance = 1e-7, kNoTau = 1.0;  // a branch that is not there
-  const auto resistance = [&](Index column) {
-    return table_of(identified, [&](const CircuitModel& m, Index node) {
-      return column < m.r.cols() ? std::max(kNoResistance, m.r(node, column)) : kNoResistance;
-    });
-  };
-  const auto tau = [&](Index column) {
-    return table_of(identified, [&](const CircuitModel& m, Index node) {
-      return column < m.tau.cols() ? m.tau(node, column) : kNoTau;
-    });
-  };
-  cell.r0_ohm = resistance(0);
-  cell.r1_ohm = resistance(1);
-  cell.r2_ohm = resistance(2);
-  cell.tau1_s = tau(0);
-  cell.tau2_s = tau(1);
-  cell.ocv_table_v = table_of(identified, [](const CircuitModel& m, Index node) {
-                       return m.ocv.value(m.em, m.grid.at(node));
-                     }).table;
-  if (identified.temperatures_c.size() == 1) {
-    // One temperature was tested: the resistances follow the stated coefficient within 20 K, the tables hold at its
-    // ends.
-    constexpr double kReach = 20.0;
-    cell.temperature_breakpoints_c = {reference.temperature_c - kReach, reference.temperature_c,
-                                      reference.temperature_c + kReach};
-    for (CellParameterMap* map : {&cell.r0_ohm, &cell.r1_ohm, &cell.r2_ohm}) map->per_kelvin = model.per_kelvin;
-    if (!cell.r0_ohm.table.empty()) cell.temperature_breakpoints_c = {reference.temperature_c};
+                                 const IdentifyOptions& options) {
+  const OperatingGrid grid = operating_grid(logs, temperatures_c);
+  CellIdentification cell = at_operating_points(std::move(logs), grid);
+  cell.reference = nearest_to_usual_temperature(cell.points);
+  OperatingPoint& reference = cell.reference_point();
+  reference.result = identify(reference.logs, at_temperature(options, reference.temperature_c));
+  if (cell.points.size() == 1) return cell;
+  std::vector<IdentificationProblem> problems = problems_like_reference(cell, options);
+  if (options.method || options.constant) {
+    fit_points(std::move(problems), {}, cell);
+  } else {
+    if (options.progress) options.progress("time constants of all tests together");
+    fit_together(std::move(problems), cell);
   }
   return cell;
-}
-
-OcvPolynomial ocv_polynomial(const CircuitModel& model) {
-  constexpr Index kOrder = 5;
-  const Index n = model.ocv.size();
-  Eigen::MatrixXd powers(n, kOrder + 1);
-  for (Index row = 0; row < n; ++row) {
-    for (Index k = 0; k <= kOrder; ++k) powers(row, k) = std::pow(model.ocv.at(row), static_cast<double>(k));
-  }
-  const Eigen::VectorXd c = powers.colPivHouseholderQr().solve(model.em);
-  return {{c.begin(), c.end()}, (powers * c - model.em).cwiseAbs().maxCoeff()};
-}
-
-namespace {
-
-bool was_passed(const IdentifyResult& result, double soc) {
-  double low = 1.0, high = 0.0;
-  for (const RecordingResult& file : result.files) {
-    low = std::min(low, file.soc_low);
-    high = std::max(high, file.soc_high);
-  }
-  return soc > low - 0.01 && soc < high + 0.01;
-}
-
-constexpr double kTwoSided = 1.96;
-
-}  // namespace
-
-bool is_excited(const IdentifyResult& result, Index table, Index node) {
-  constexpr double kSeries = 0.01, kBranch = 0.05, kTau = 0.10;
-  const double narrow = table == 0 ? kSeries : table <= result.model.branches() ? kBranch : kTau;
-  const Index at = result.model.em.size() + table * result.model.grid.size() + node;
-  return was_passed(result, result.model.grid.at(node)) && kTwoSided * result.uncertainty.sigma(at) < narrow;
-}
-
-bool is_ocv_excited(const IdentifyResult& result, Index node) {
-  constexpr double kNarrow = 2e-3;  // V
-  return was_passed(result, result.model.ocv.at(node)) && kTwoSided * result.uncertainty.sigma(node) < kNarrow;
 }
 
 }  // namespace voltlap::plant

@@ -17,7 +17,7 @@
 namespace voltlap::plant {
 
 /// Time constants [s] of the branches for each test, in its order; `temperatures_c`: of each.
-[[nodiscard]] std::vector<Eigen::VectorXd> common_time_constants(const std::vector<IdentificationProblem>& tests,
+[[nodiscard]] std::vector<Eigen::VectorXd> common_time_constants(const std::vector<IdentificationProblem>& problems,
                                                                  const std::vector<double>& temperatures_c,
                                                                  int branches);
 

@@ -6,14 +6,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "learn/identify/fit/charge_noise.hpp"
-#include "learn/identify/fit/full_fit.hpp"
-#include "learn/identify/fit/recording_result.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
-#include "learn/identify/preparation/prepared_log.hpp"
+#include "learn/identify/preparation/hysteresis.hpp"
 #include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/methods/identify_by_stage.hpp"
 
@@ -21,58 +19,6 @@ namespace voltlap::plant {
 namespace {
 
 using Eigen::Index;
-
-constexpr double kWindow = 120.0;               // s of a held-out pulse
-constexpr double kHysteresisLeast = 5e-3;       // V
-constexpr double kBin = 0.05, kExcited = 10.0;  // SOC and seconds of fast current that make a bin of SOC known
-constexpr double kCooled = 600.0;               // s of rest after which a cell is taken to be at the room's temperature
-constexpr double kRestShare = 0.5;              // of the longest rest, that a time constant may last
-
-/// Slow charge and slow discharge that disagree: the rows say nothing about the circuit, their middle is the OCV.
-void set_hysteresis_aside(std::vector<MeasuredRun>& runs, double capacity, FitPriors& priors, IdentifyResult& result) {
-  const auto points = hysteresis_of(runs, capacity);
-  double excess = 0.0;
-  for (const HysteresisPoint& point : points) excess += point.excess_v / static_cast<double>(points.size());
-  // More than a tenth of a volt is no hysteresis of any chemistry but a SOC that has drifted between the two.
-  constexpr double kHysteresisMost = 0.1;
-  if (points.size() < 3 || excess < kHysteresisLeast || excess > kHysteresisMost) return;
-  result.hysteresis_v = excess;
-  result.notes.push_back(
-      fmt::format("Hysteresis: slow charge and slow discharge stand {:.1f} mV apart beyond what resistance "
-                  "explains. This circuit cannot represent it: the OCV is their middle, and the slow rows "
-                  "are kept out of the resistances and time constants.",
-                  2e3 * excess));
-  for (const HysteresisPoint& point : points) priors.ocv.push_back({point.soc, point.middle_v, point.half_gap_v});
-  constexpr double kSlow = 1.0 / 8.0;
-  std::map<int, double> fast_s;
-  for (MeasuredRun& run : runs) {
-    double since_fast = 1e9;
-    for (Index row = 0; row < run.rows(); ++row) {
-      const bool fast = std::abs(run.current_a(row)) >= kSlow * capacity;
-      since_fast = fast ? 0.0 : since_fast + run.dt_s(row);
-      if (since_fast > kWindow) run.weight_s(row) = 0.0;
-      if (fast && run.weight_s(row) > 0.0)
-        fast_s[static_cast<int>(std::floor(run.soc(row) / kBin))] += run.dt_s(row);
-    }
-  }
-  const auto excited =
-      std::count_if(fast_s.begin(), fast_s.end(), [](const auto& bin) { return bin.second > kExcited; });
-  if (excited < 5) {
-    throw InputError(runs.front().name, result.notes.back(), "pulses or a drive beside the slow test",
-                     "Give another recording of this cell with currents above C/8, and this one beside it");
-  }
-}
-
-double typical_resistance(const std::vector<MeasuredRun>& runs) {
-  std::vector<double> values;
-  for (const MeasuredRun& run : runs) {
-    for (const StepEstimate& step : resistance_steps(run)) values.push_back(step.resistance_ohm);
-  }
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Longest rest of the recordings: a branch much slower than that is not seen to relax.
 double longest_rest(const std::vector<MeasuredRun>& runs) {
@@ -83,6 +29,11 @@ double longest_rest(const std::vector<MeasuredRun>& runs) {
     }
   }
   return longest;
+}
+
+double longest_time_constant(const std::vector<MeasuredRun>& runs) {
+  constexpr double kShare = 0.5, kLeast = 150.0, kMost = 5000.0;  // of the longest rest; s
+  return std::clamp(kShare * longest_rest(runs), kLeast, kMost);
 }
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
@@ -118,6 +69,7 @@ std::vector<bool> used_rows(const MeasuredRun& whole, const MeasuredRun& run) {
 
 void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<MeasuredRun>& runs,
                 const std::vector<Eigen::VectorXd>& states, IdentifyResult& result) {
+  VOLTLAP_DEMAND(runs.size() == prepared.size() && states.size() == prepared.size());
   double square = 0.0, used_weight = 0.0, floor = 0.0, weight = 0.0;
   for (std::size_t k = 0; k < prepared.size(); ++k) {
     const PreparedLog& one = prepared[k];
@@ -142,6 +94,7 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Meas
 
 IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorded, const IdentifyOptions& given)
     : logs(recorded), options(given) {
+  VOLTLAP_DEMAND(!logs.empty() && options.block_s >= 0.0);
   const auto begin = std::chrono::steady_clock::now();
   for (CellLog& log : logs) smooth_quantised_temperature(log);
   if (by_stage()) return;
@@ -149,48 +102,88 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
     options.per_kelvin = 0.0;
     result.notes.push_back("A plain circuit (--constant): one value of each resistance and time constant.");
   }
+  make_runs();
+  drop_slope_of_warmed_cell();
+  if (options.ocv.empty()) collect_rests();
+  result.hysteresis_v = set_hysteresis_aside(runs, prepared.front().run.capacity_ah, priors, result.notes);
+  everything = runs;
+  if (options.block_s > 0.0) hold_out_blocks();
+  priors.tau_longest_s = longest_time_constant(runs);
+  result.seconds = seconds_since(begin);
+}
+
+void IdentificationProblem::make_runs() {
+  const bool every_row = options.block_s > 0.0;
   prepared = prepare(logs,
                      {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c,
                       options.per_kelvin, options.hold},
                      result.notes);
   priors.ocv = options.ocv;
   priors.constant = options.constant;
-  runs = runs_of(prepared, options.block_s > 0.0);
-  priors.resistance_scale = typical_resistance(runs);
+  runs = runs_of(prepared, every_row);
+  priors.resistance_scale = resistance_step_median(runs);
   if (priors.resistance_scale <= 0.0) {
     throw InputError(logs.front().path, "no step of the current that the voltage follows",
                      "at least one pulse, or a drive, with rows at most 2 s apart", "Give a recording with steps");
   }
   if (runs.size() < prepared.size()) {
     anchor_by_model(prepared, linear_fit(runs, first_taus(2), priors).model);
-    runs = runs_of(prepared, options.block_s > 0.0);
+    runs = runs_of(prepared, every_row);
   }
-  // Resistances of a drive are those that the cell had as it warmed: a slope on top would count the warming twice.
-  if (!options.temperature_told && !options.constant && longest_rest(runs) < kCooled) {
-    options.per_kelvin = 0.0;
+  VOLTLAP_DEMAND(runs.size() == prepared.size());
+}
+
+/// Resistances of a drive are those that the cell had as it warmed: a slope on top would count the warming twice.
+void IdentificationProblem::drop_slope_of_warmed_cell() {
+  constexpr double kCooled = 600.0;  // s of rest after which a cell is taken to be at the room's temperature
+  if (options.temperature_told || options.constant || longest_rest(runs) >= kCooled) return;
+  options.per_kelvin = 0.0;
+  result.notes.push_back(
+      "No temperature was recorded or told, and no rest lets the cell cool: the resistances are those that it had as "
+      "it warmed, written without a change with temperature (--temperature T writes the usual one).");
+}
+
+void IdentificationProblem::collect_rests() {
+  for (const MeasuredRun& run : runs) {
+    for (const OcvKnowledge& rest : ocv_from_rests(run)) rests.push_back(rest);
+  }
+  if (rests.empty())
     result.notes.push_back(
-        "No temperature was recorded or told, and no rest lets the cell cool: the resistances are those that it had as "
-        "it warmed, written without a change with temperature (--temperature T writes the usual one).");
+        "No rest long enough for an OCV: it is fitted with the rest, and its interval says how well. --ocv gives "
+        "a better one.");
+}
+
+void IdentificationProblem::hold_out_blocks() {
+  for (MeasuredRun& run : runs) {
+    blocks.push_back(time_blocks(run, options.block_s));
+    run = without_every_second(run, blocks.back(), options.fit_even_blocks ? 1 : 0);
   }
-  if (options.ocv.empty()) {
-    for (const MeasuredRun& run : runs) {
-      for (const OcvKnowledge& rest : ocv_from_rests(run)) rests.push_back(rest);
+}
+
+/// By what instruments do all day long, and by the noise of the charge that was counted.
+void IdentificationProblem::widen_intervals(const FullFit& full) {
+  const bool capacity_known = options.capacity_ah.has_value();
+  const Eigen::VectorXd lasting = systematic_error_variance(prepared, capacity_known, options.instruments, full),
+                        counted = charge_noise_variance(prepared, runs, capacity_known, full);
+  VOLTLAP_DEMAND(lasting.size() == full.packed.size() && counted.size() == full.packed.size());
+  Eigen::VectorXd& sigma = result.uncertainty.sigma;
+  sigma = (sigma.array().square() + lasting.array() + counted.array()).sqrt();
+}
+
+double IdentificationProblem::rms_of_held_out_blocks(const FullFit& full) const {
+  VOLTLAP_DEMAND(blocks.size() == everything.size());
+  double sum = 0.0, weight = 0.0;
+  const auto all = errors_of(full.fit, everything);
+  for (std::size_t k = 0; k < everything.size(); ++k) {
+    const std::size_t first = options.fit_even_blocks ? 1 : 0;
+    for (std::size_t b = first; b < blocks[k].size(); b += 2) {
+      for (Index row = blocks[k][b].first; row < blocks[k][b].last; ++row) {
+        sum += everything[k].weight_s(row) * all[k](row) * all[k](row);
+        weight += everything[k].weight_s(row);
+      }
     }
-    if (rests.empty())
-      result.notes.push_back(
-          "No rest long enough for an OCV: it is fitted with the rest, and its interval says how well. --ocv gives "
-          "a better one.");
   }
-  set_hysteresis_aside(runs, prepared.front().run.capacity_ah, priors, result);
-  everything = runs;
-  if (options.block_s > 0.0) {
-    for (MeasuredRun& run : runs) {
-      blocks.push_back(time_blocks(run, options.block_s));
-      run = without_every_second(run, blocks.back(), options.fit_even_blocks ? 1 : 0);
-    }
-  }
-  priors.tau_longest_s = std::clamp(kRestShare * longest_rest(runs), 150.0, 5000.0);
-  result.seconds = seconds_since(begin);
+  return std::sqrt(sum / weight);
 }
 
 IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
@@ -204,24 +197,8 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
   if (options.method) fit_options.start = initial_pulse_model(prepared);
   const FullFit full = full_fit(runs, priors, fit_options, result.notes);
   take(full, options, prepared.front().run.capacity_ah, result);
-  const bool capacity_known = options.capacity_ah.has_value();
-  const Eigen::VectorXd lasting = systematic_error_variance(prepared, capacity_known, options.instruments, full),
-                        counted = charge_noise_variance(prepared, runs, capacity_known, full);
-  result.uncertainty.sigma = (result.uncertainty.sigma.array().square() + lasting.array() + counted.array()).sqrt();
-  if (options.block_s > 0.0) {
-    double sum = 0.0, weight = 0.0;
-    const auto all = errors_of(full.fit, everything);
-    for (std::size_t k = 0; k < everything.size(); ++k) {
-      const std::size_t first = options.fit_even_blocks ? 1 : 0;
-      for (std::size_t b = first; b < blocks[k].size(); b += 2) {
-        for (Index row = blocks[k][b].first; row < blocks[k][b].last; ++row) {
-          sum += everything[k].weight_s(row) * all[k](row) * all[k](row);
-          weight += everything[k].weight_s(row);
-        }
-      }
-    }
-    result.rms_other_blocks_v = std::sqrt(sum / weight);
-  }
+  widen_intervals(full);
+  if (options.block_s > 0.0) result.rms_other_blocks_v = rms_of_held_out_blocks(full);
   fill_files(prepared, runs, full.fit.states, result);
   result.seconds += seconds_since(begin);
   return std::move(result);

@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "io/logs/cell_log.hpp"
-#include "learn/identify/circuit/circuit_cost.hpp"
-#include "learn/identify/fit/model_selection.hpp"
+#include "learn/identify/fit/full_fit.hpp"
+#include "learn/identify/fit/recording_result.hpp"
 #include "learn/identify/fit/systematic_errors.hpp"
-#include "learn/identify/fit/uncertainty.hpp"
 #include "learn/identify/preparation/prepared_log.hpp"
 #include "learn/identify/recording/holdout_blocks.hpp"
 #include "learn/methods/stage_methods.hpp"
@@ -34,25 +33,6 @@ struct IdentifyOptions {
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
 };
 
-/// A recording and the model's answer to it, row by row.
-struct RecordingTrace {
-  Eigen::VectorXd time_s, current_a, voltage_v, error_v, soc, weight_s;  ///< error: model less recorded
-};
-
-/// What was found out about one recording before the fit.
-struct RecordingResult {
-  std::string path, map;
-  std::vector<std::string> repairs;
-  CurrentHold hold = CurrentHold::kNext;
-  std::string hold_from;  ///< counter, voltage, like the first file
-  SocAnchor anchor;
-  double soc_low = 0.0, soc_high = 1.0, duration_s = 0.0;
-  double voltage_low_v = 0.0, voltage_high_v = 0.0;  ///< of the rows that the model follows
-  Eigen::Index rows = 0;
-  double rms_v = 0.0, rms_pulses_v = 0.0;  ///< of the fit: all rows; from the full charge on
-  RecordingTrace trace{};
-};
-
 struct IdentifyResult {
   CircuitModel model;
   Uncertainty uncertainty;  ///< of the packed parameters, see CircuitCost
@@ -71,13 +51,14 @@ struct IdentifyResult {
   std::vector<std::string> notes;  ///< what a reader must know, in sentences
 };
 
-/// Recordings of one test that are ready for the fit: anchored, their holds chosen, what is known of the OCV collected.
-/// Throws InputError when the recordings cannot carry a model: no current, no change of current, no known SOC.
+/// Recordings of one operating point, ready for the fit: anchored, their holds chosen, what is known of the OCV
+/// collected. Throws InputError when the recordings cannot carry a model: no current, no change of current, no known
+/// SOC.
 struct IdentificationProblem {
   IdentificationProblem(const std::vector<CellLog>& recorded, const IdentifyOptions& given);
   IdentificationProblem(const IdentificationProblem&) = delete;  // `prepared` would point into the other's logs
   IdentificationProblem(IdentificationProblem&&) = default;
-  /// `tau_centre_s`: time constants by branch that were found from these tests and others together; else they are
+  /// `tau_centre_s`: time constants by branch that were found from these recordings and others together; else they are
   /// looked for here.
   [[nodiscard]] IdentifyResult fit(const std::optional<Eigen::VectorXd>& tau_centre_s = {}) &&;
   [[nodiscard]] bool by_stage() const { return options.method && *options.method != Method::kFinalFull; }
@@ -90,9 +71,17 @@ struct IdentificationProblem {
   std::vector<OcvKnowledge> rests;
   FitPriors priors;
   IdentifyResult result;  ///< notes and hysteresis so far
+
+ private:
+  void make_runs();
+  void drop_slope_of_warmed_cell();
+  void collect_rests();
+  void hold_out_blocks();
+  void widen_intervals(const FullFit& full);
+  [[nodiscard]] double rms_of_held_out_blocks(const FullFit& full) const;
 };
 
-/// Throws InputError as ReadyTests does.
+/// Throws InputError as IdentificationProblem does.
 [[nodiscard]] IdentifyResult identify(const std::vector<CellLog>& logs, const IdentifyOptions& options);
 
 }  // namespace voltlap::plant

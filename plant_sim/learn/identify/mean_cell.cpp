@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -74,6 +75,7 @@ SocScale scale_onto(const CircuitModel& cell, const CircuitModel& other) {
 void rescale(const SocScale& scale, IdentifyResult& result) {
   CircuitModel& model = result.model;
   const CircuitModel was = model;
+  VOLTLAP_DEMAND(was.em.size() == was.ocv.size() && was.r.rows() == was.grid.size() && scale.length > 0.0);
   const auto own = [&](double soc) { return (soc - scale.begin) / scale.length; };
   const auto moved = [&](const SocGrid& grid, const Eigen::VectorXd& y) {
     Eigen::VectorXd out(y.size());
@@ -173,6 +175,7 @@ std::string name_of_table(const CircuitModel& model, Index table) {
 }  // namespace
 
 MeanCell mean_cell(std::vector<CellIdentification> cells, const std::vector<std::string>& names) {
+  VOLTLAP_DEMAND(cells.size() > 1 && names.size() == cells.size());
   MeanCell out{cells.front(), {}, {}, 0.0};
   for (std::size_t c = 1; c < cells.size(); ++c) {
     if (!same_shape(cells[0], cells[c])) {
@@ -184,21 +187,21 @@ MeanCell mean_cell(std::vector<CellIdentification> cells, const std::vector<std:
   for (std::size_t g = 0; g < cells[0].points.size(); ++g) align(cells, g);
   double mean = 0.0;
   for (const CellIdentification& cell : cells) {
-    out.capacity_ah.push_back(cell.points[cell.reference].result.model.capacity_ah);
+    out.capacity_ah.push_back(cell.reference_point().result.model.capacity_ah);
     mean += out.capacity_ah.back() / static_cast<double>(cells.size());
   }
   out.capacity_spread_ah = sample_deviation(out.capacity_ah, mean);
   for (std::size_t g = 0; g < out.identified.points.size(); ++g) {
     out.spread.push_back(average_point(cells, names, g, out.identified.points[g].result));
   }
-  out.identified.points[out.identified.reference].result.notes.push_back(
+  out.identified.reference_point().result.notes.push_back(
       fmt::format("Mean of {} cells; capacity {:.3f} +- {:.3f} Ah (standard deviation between the cells).",
                   cells.size(), mean, out.capacity_spread_ah));
   return out;
 }
 
 std::string spread_text(const MeanCell& mean) {
-  const OperatingPoint& point = mean.identified.points[mean.identified.reference];
+  const OperatingPoint& point = mean.identified.reference_point();
   const CircuitModel& model = point.result.model;
   const Eigen::VectorXd& spread = mean.spread[mean.identified.reference];
   const Index tables = 2 * model.branches() + 2;
@@ -222,7 +225,8 @@ std::string spread_text(const MeanCell& mean) {
 }
 
 std::string spread_comment(const MeanCell& mean) {
-  const CircuitModel& model = mean.identified.points[mean.identified.reference].result.model;
+  VOLTLAP_DEMAND(mean.spread.size() == mean.identified.points.size());
+  const CircuitModel& model = mean.identified.reference_point().result.model;
   const Eigen::VectorXd& spread = mean.spread[mean.identified.reference];
   std::string out = "\n# Spread between the cells on the SOC breakpoints, standard deviation: Em in mV, others in %.\n";
   for (Index table = 0; table < 2 * model.branches() + 2; ++table) {
@@ -236,6 +240,7 @@ std::string spread_comment(const MeanCell& mean) {
 
 std::string with_spread(const std::string& identification, const MeanCell& mean,
                         const std::vector<std::string>& cells) {
+  VOLTLAP_DEMAND(mean.spread.size() == mean.identified.points.size());
   Json out = Json::parse(identification);
   out["capacity_spread_ah"] = mean.capacity_spread_ah;
   for (std::size_t g = 0; g < mean.spread.size(); ++g) {

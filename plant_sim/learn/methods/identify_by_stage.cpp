@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "learn/identify/fit/recording_result.hpp"
 
@@ -15,6 +16,7 @@ using Eigen::Index;
 
 /// Stage by stage the same for each recording; their mean, and the sections of all.
 StageFit mean_fit(const std::vector<PreparedLog>& prepared, Method method) {
+  VOLTLAP_DEMAND(!prepared.empty());
   StageFit mean;
   for (const PreparedLog& one : prepared) {
     const MeasuredRun whole = make_run(*one.log, one.run);
@@ -36,6 +38,39 @@ StageFit mean_fit(const std::vector<PreparedLog>& prepared, Method method) {
   return mean;
 }
 
+void refuse_other_options(const IdentifyOptions& options) {
+  if (options.block_s <= 0.0 && options.ocv.empty()) return;
+  throw InputError("--method", name_of(*options.method),
+                   "no --blocks and no --ocv: the pulse and layered methods take whole pulses and the OCV of their "
+                   "rests",
+                   "Leave them out, or leave out --method");
+}
+
+void require_full_charges(const std::vector<PreparedLog>& prepared) {
+  for (const PreparedLog& one : prepared) {
+    if (!one.anchored) {
+      throw InputError(one.log->path, "no full charge in it", "a pulse test that begins or ends a full charge",
+                       "Leave out --method: the full fit finds its SOC from the other recordings");
+    }
+  }
+}
+
+/// How the model, as it is written, follows whole recordings.
+void score_recordings(const std::vector<PreparedLog>& prepared, IdentifyResult& result) {
+  VOLTLAP_DEMAND(result.model.em.size() == result.model.ocv.size());
+  double square = 0.0, weight = 0.0, floor = 0.0;
+  for (const PreparedLog& one : prepared) {
+    const MeasuredRun whole = make_run(*one.log, one.run);
+    const Eigen::VectorXd error = simulate(result.model, whole) - whole.voltage_v;
+    square += whole.weight_s.dot(error.cwiseAbs2());
+    weight += whole.weight_s.sum();
+    floor += noise_floor(whole) * whole.weight_s.sum();
+    result.files.push_back(recording_result(one, whole, error));
+  }
+  result.rms_v = std::sqrt(square / weight);
+  result.noise_floor_v2 = floor / weight;
+}
+
 }  // namespace
 
 CircuitModel initial_pulse_model(const std::vector<PreparedLog>& prepared) {
@@ -43,25 +78,16 @@ CircuitModel initial_pulse_model(const std::vector<PreparedLog>& prepared) {
 }
 
 IdentifyResult identify_by_stage(const std::vector<CellLog>& logs, const IdentifyOptions& options) {
+  VOLTLAP_DEMAND(!logs.empty() && options.method.has_value());
   const auto begin = std::chrono::steady_clock::now();
-  if (options.block_s > 0.0 || !options.ocv.empty()) {
-    throw InputError("--method", name_of(*options.method),
-                     "no --blocks and no --ocv: the pulse and layered methods take whole pulses and the OCV of their "
-                     "rests",
-                     "Leave them out, or leave out --method");
-  }
+  refuse_other_options(options);
   IdentifyResult result;
   const std::vector<PreparedLog> prepared = prepare(
       logs,
       {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c, options.per_kelvin,
        options.hold},
       result.notes);
-  for (const PreparedLog& one : prepared) {
-    if (!one.anchored) {
-      throw InputError(one.log->path, "no full charge in it", "a pulse test that begins or ends a full charge",
-                       "Leave out --method: the full fit finds its SOC from the other recordings");
-    }
-  }
+  require_full_charges(prepared);
   if (options.progress) options.progress(name_of(*options.method));
   StageFit fit = mean_fit(prepared, *options.method);
   result.model = std::move(fit.model);
@@ -75,17 +101,7 @@ IdentifyResult identify_by_stage(const std::vector<CellLog>& logs, const Identif
   result.uncertainty = {none, none};
   result.notes.push_back(std::string("Method ") + name_of(*options.method) +
                          ": no smoothness, no choice of order, no intervals.");
-  double square = 0.0, weight = 0.0, floor = 0.0;
-  for (const PreparedLog& one : prepared) {
-    const MeasuredRun whole = make_run(*one.log, one.run);
-    const Eigen::VectorXd error = simulate(result.model, whole) - whole.voltage_v;
-    square += whole.weight_s.dot(error.cwiseAbs2());
-    weight += whole.weight_s.sum();
-    floor += noise_floor(whole) * whole.weight_s.sum();
-    result.files.push_back(recording_result(one, whole, error));
-  }
-  result.rms_v = std::sqrt(square / weight);
-  result.noise_floor_v2 = floor / weight;
+  score_recordings(prepared, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

@@ -7,6 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "core/demand.hpp"
+#include "core/signal.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -20,12 +23,6 @@ constexpr StudyScore kStudy[] = {{"ipo", 1.9e-4, 1.5e-5, 1110.0, 30.0},
 
 double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -46,14 +43,15 @@ MethodScore method_score(const std::string& name, const std::vector<CellIdentifi
       out.seconds += point.result.seconds;
     }
   }
+  VOLTLAP_DEMAND(!sections.empty() && !whole.empty());
   out.tests = whole.size();
   out.sections = sections.size();
   out.seconds /= static_cast<double>(whole.size());
   out.mean_v2 = mean_of(sections);
-  out.median_v2 = median_of(sections);
+  out.median_v2 = median(sections);
   out.snr = mean_of(snr);
   out.whole_mean_v2 = mean_of(whole);
-  out.whole_median_v2 = median_of(whole);
+  out.whole_median_v2 = median(whole);
   out.noise_floor_v2 = mean_of(floor);
   return out;
 }
@@ -65,6 +63,7 @@ const StudyScore* study_score(const std::string& name) {
 }
 
 std::string comparison_text(const std::vector<MethodScore>& scores) {
+  VOLTLAP_DEMAND(!scores.empty());
   std::string out = fmt::format(
       "Mean square error in V2 over {} tests; noise of the voltage's instrument {:.1e} V2\n"
       "                 by section                    whole tests, as written        time    reference study, 2016\n"

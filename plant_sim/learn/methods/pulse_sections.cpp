@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 
@@ -110,11 +111,12 @@ std::vector<PulseSection> pulse_sections(const MeasuredRun& run) {
 }
 
 MeasuredRun part_of(const MeasuredRun& run, Index first, Index last) {
+  VOLTLAP_DEMAND(first >= 0 && first < last && last <= run.rows());
   MeasuredRun out;
   out.name = run.name;
-  for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc, &MeasuredRun::dt_s,
-                      &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a, &MeasuredRun::weight_s,
-                      &MeasuredRun::resistance_scale}) {
+  for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc,
+                      &MeasuredRun::dt_s, &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a,
+                      &MeasuredRun::weight_s, &MeasuredRun::resistance_scale}) {
     out.*member = (run.*member).segment(first, last - first);
   }
   out.reset.assign(run.reset.begin() + first, run.reset.begin() + last);
@@ -125,6 +127,7 @@ MeasuredRun part_of(const MeasuredRun& run, Index first, Index last) {
 }
 
 CircuitModel NodeTable::model() const {
+  VOLTLAP_DEMAND(soc.size() > 1 && values.rows() == static_cast<Index>(soc.size()));
   CircuitModel out;
   const bool falling = soc.front() > soc.back();
   const Eigen::MatrixXd rising = falling ? values.colwise().reverse() : values;
@@ -157,6 +160,8 @@ CircuitModel NodeTable::on_breakpoints() const {
 
 SectionFit fit_section(const MeasuredRun& part, const NodeTable& start, const Free& free,
                        const Eigen::Vector2d& before_v) {
+  VOLTLAP_DEMAND(free.rows() == start.values.rows() && free.cols() == kParameterColumns && free.any());
+  VOLTLAP_DEMAND(part.rows() > 1);
   constexpr double kShortest = 0.2, kLongest = 3.0;  // s; of the part: beyond it a branch is a drift of Em
   const double reach = std::log(1000.0), shortest = std::log(kShortest),
                longest = std::log(kLongest * (part.time_s(part.rows() - 1) - part.time_s(0)));
@@ -190,6 +195,7 @@ SectionFit fit_section(const MeasuredRun& part, const NodeTable& start, const Fr
 Eigen::Vector2d relaxation_taus(const MeasuredRun& run, Index first, Index last) {
   constexpr int kPoints = 12, kRounds = 3;
   constexpr double kApart = 1.5, kLongest = 2.0;  // tau2 over tau1; of the rest
+  VOLTLAP_DEMAND(first >= 0 && first < last && last <= run.rows());
   const Index n = last - first;
   const Eigen::VectorXd t = run.time_s.segment(first, n).array() - run.time_s(first);
   const Eigen::VectorXd y = run.voltage_v(last - 1) - run.voltage_v.segment(first, n).array();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 
 namespace voltlap::plant {
@@ -105,6 +106,7 @@ void Stages::final_pulse() {
 }
 
 void Stages::average() {
+  VOLTLAP_DEMAND(!locals_.empty());
   const auto count = static_cast<Index>(locals_.size());
   nodes_ = {{locals_.front().table.soc[0]}, Eigen::MatrixXd(count + 1, kParameterColumns)};
   for (const Local& local : locals_) nodes_.soc.push_back(local.table.soc[1]);
@@ -133,6 +135,7 @@ Local Stages::layer(Index node) const {
 
 void Stages::layered(bool all_free) {
   const auto count = static_cast<Index>(sections_.size());
+  VOLTLAP_DEMAND(nodes_.values.rows() == count + 1);
   locals_.clear();
   for (Index node = 0; node <= count; ++node) {
     Local local = layer(node);
@@ -178,12 +181,14 @@ std::optional<Method> method_of(const std::string& name) {
 }
 
 SectionScore score_of(const MeasuredRun& part, const Eigen::VectorXd& voltage_v) {
+  VOLTLAP_DEMAND(part.rows() > 0 && voltage_v.size() == part.rows());
   const double seconds = part.weight_s.sum();
   const double square = part.weight_s.dot((voltage_v - part.voltage_v).cwiseAbs2()) / seconds;
   return {square, part.weight_s.dot(part.voltage_v) / seconds / std::sqrt(square)};
 }
 
 StageFit stage_fit(const MeasuredRun& whole, const MeasuredRun& fitted, Method method) {
+  VOLTLAP_DEMAND(whole.rows() >= fitted.rows() && method != Method::kFinalFull);
   Stages stages(whole, fitted);
   stages.initial_pulse();
   if (method >= Method::kFinalPulse) stages.final_pulse();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/validate/error_sensitivity.hpp"
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -35,6 +37,7 @@ constexpr std::array kRows{
 std::vector<ErrorSensitivity> error_sensitivities(const CellParameters& cell,
                                                   const std::vector<PlacedRecording>& recordings,
                                                   const std::vector<CapacityAdjustment>& capacities) {
+  VOLTLAP_DEMAND(!recordings.empty() && capacities.size() == recordings.size());
   std::vector<ErrorSensitivity> out;
   for (const Row& row : kRows) {
     const std::string name = row.parameter;

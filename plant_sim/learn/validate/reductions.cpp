@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -28,6 +30,7 @@ CellParameters without_dependence(const CellParameters& cell, TableParameter par
   const std::size_t currents = cell.current_breakpoints_a.size(),
                     temperatures = cell.temperature_breakpoints_c.size();
   const bool by_current = axis == TableAxis::kCurrent;
+  VOLTLAP_DEMAND(table.size() == cell.soc_breakpoints.size() * temperatures * currents);
   const std::size_t points = by_current ? currents : temperatures, stride = by_current ? 1 : currents,
                     others = by_current ? temperatures : currents, step = by_current ? currents : 1;
   for (std::size_t soc = 0; soc < cell.soc_breakpoints.size(); ++soc) {
@@ -53,6 +56,7 @@ CellParameters without_dependence(const CellParameters& cell, TableParameter par
 }
 
 std::vector<Reduction> reductions(const CellParameters& cell, const std::vector<PlacedRecording>& recordings) {
+  VOLTLAP_DEMAND(!recordings.empty());
   std::vector<Reduction> out{reduced(cell, recordings, {}, TableAxis::kCurrent)};
   for (const TableAxis axis : {TableAxis::kCurrent, TableAxis::kTemperature}) {
     std::vector<TableParameter> there;

@@ -2,6 +2,7 @@
 #include "learn/validate/table_parameter.hpp"
 
 #include "car/battery/cell_tables.hpp"
+#include "core/demand.hpp"
 
 namespace voltlap::plant {
 
@@ -22,6 +23,8 @@ std::vector<double> table_of(const CellParameters& cell, TableParameter paramete
 }
 
 void set_table(CellParameters& cell, TableParameter parameter, std::vector<double> table) {
+  VOLTLAP_DEMAND(table.size() == cell.soc_breakpoints.size() * cell.temperature_breakpoints_c.size() *
+                                     cell.current_breakpoints_a.size());
   if (parameter == TableParameter::kEm) {
     cell.ocv_table_v = std::move(table);
     return;

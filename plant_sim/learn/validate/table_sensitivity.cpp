@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/validate/table_sensitivity.hpp"
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -20,6 +22,7 @@ std::optional<double> mean_slope(const CellParameters& cell, const std::vector<d
   const bool by_current = axis == TableAxis::kCurrent;
   const std::vector<double>& at = by_current ? cell.current_breakpoints_a : cell.temperature_breakpoints_c;
   if (table.empty() || at.size() < 2) return std::nullopt;
+  VOLTLAP_DEMAND(increasing(at) && table.size() == cell.soc_breakpoints.size() * temperatures * currents);
   const std::size_t stride = by_current ? 1 : currents, others = by_current ? temperatures : currents,
                     step = by_current ? currents : 1;
   double sum = 0.0;

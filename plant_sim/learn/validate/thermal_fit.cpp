@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "car/battery/cell_thermal.hpp"
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -42,6 +43,7 @@ struct Lagging {
 /// Columns: 1/C, start of each recording.
 LinearPart linear_part(const std::vector<ThermalRecording>& recordings, const Pace& pace) {
   const double rate = pace.rate, lag = pace.lag_s;
+  VOLTLAP_DEMAND(rate > 0.0 && lag >= 0.0);
   Index rows = 0;
   for (const auto& r : recordings) {
     rows +=
@@ -138,8 +140,8 @@ Pace best_pace(const std::vector<ThermalRecording>& recordings, double rate) {
   return out;
 }
 
-/// 95 % half widths of C and G, relative, and of the lag. Neighbouring residuals resemble each other: with correlation r from row to
-/// row only (1 - r) / (1 + r) of the rows count.
+/// 95 % half widths of C and G, relative, and of the lag. Neighbouring residuals resemble each other: with correlation r
+/// from row to row only (1 - r) / (1 + r) of the rows count.
 void widths(const std::vector<ThermalRecording>& recordings, const Pace& pace, bool with_lag, ThermalModel& model) {
   constexpr double kStep = 1e-4, kStep_s = 0.05;
   const Solved here = solve(recordings, pace);
@@ -189,6 +191,8 @@ std::optional<ThermalModel> fit_if_told(const std::vector<ThermalRecording>& rec
 
 ThermalRecording thermal_recording(const std::string& file, const MeasuredRun& run, const CellResponse& response,
                                    const RecordedTemperature& temperature) {
+  VOLTLAP_DEMAND(response.heat_w.size() == run.rows());
+  VOLTLAP_DEMAND(temperature.cell_c.size() == static_cast<std::size_t>(run.rows()));
   ThermalRecording out{file, {}, {}, temperature.cell_c, temperature.ambient_c, temperature.ambient_c.empty()};
   if (out.ambient_assumed) out.ambient_c.assign(out.temperature_c.size(), temperature.start_c);
   for (Index row = 0; row < run.rows(); ++row) {
@@ -237,6 +241,7 @@ ThermalModel fit_thermal(const std::vector<ThermalRecording>& recordings) {
 }
 
 std::vector<double> thermal_response(const ThermalModel& model, const ThermalRecording& recording) {
+  VOLTLAP_DEMAND(model.capacity_j_per_k > 0.0 && recording.dt_s.size() == recording.temperature_c.size());
   const CellThermal thermal{model.capacity_j_per_k, model.conductance_w_per_k, model.surface_lag_s};
   const auto known = std::find_if(recording.temperature_c.begin(), recording.temperature_c.end(),
                                   [](double t) { return std::isfinite(t); });
@@ -258,6 +263,7 @@ std::vector<double> thermal_response(const ThermalModel& model, const ThermalRec
 
 double thermal_rms_c(const ThermalModel& model, const ThermalRecording& recording, std::size_t from_row) {
   const std::vector<double> t = thermal_response(model, recording);
+  VOLTLAP_DEMAND(t.size() == recording.dt_s.size());
   double sum = 0.0, weight = 0.0;
   for (std::size_t row = from_row; row < t.size(); ++row) {
     const double e = t[row] - recording.temperature_c[row], dt = recording.dt_s[row];

@@ -7,8 +7,8 @@
 //
 // Seen from its surface a cell with a core (Lin et al., J. Power Sources 257, 2014) is the same two poles and no zero.
 // For a given rate a = G / C and lag L the temperature is linear in 1/C and in the start temperatures: those by linear
-// least squares, a and L by a search. A lag that could as well be none is none. An ambient that was not recorded is the temperature at which the cell began. Reversible
-// (entropic) heat is not in it.
+// least squares, a and L by a search. A lag that could as well be none is none. An ambient that was not recorded is the
+// temperature at which the cell began. Reversible (entropic) heat is not in it.
 #pragma once
 #include <optional>
 #include <string>

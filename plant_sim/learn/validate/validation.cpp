@@ -3,7 +3,9 @@
 
 #include <algorithm>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 
 namespace voltlap::plant {
@@ -61,6 +63,7 @@ void for_counted(const MeasuredRun& run, const std::vector<bool>& counts, const 
 }
 
 ErrorSum sum_of(const MeasuredRun& run, const Eigen::VectorXd& voltage, const std::vector<bool>& counts) {
+  VOLTLAP_DEMAND(voltage.size() == run.rows() && counts.size() == static_cast<std::size_t>(run.rows()));
   ErrorSum sum;
   for_counted(run, counts, [&](Index row) {
     const double e = voltage(row) - run.voltage_v(row);
@@ -166,8 +169,7 @@ bool draws_one_current(const PlacedRecording& placed) {
     if (placed.run.current_a(row) > kDrawn * most) drawn.push_back(placed.run.current_a(row));
   });
   if (drawn.empty()) return false;
-  std::sort(drawn.begin(), drawn.end());
-  return drawn[drawn.size() * 19 / 20] - drawn[drawn.size() / 20] < kBand * drawn[drawn.size() / 2];
+  return quantile(drawn, 0.95) - quantile(drawn, 0.05) < kBand * median(drawn);
 }
 
 TemperatureKind temperature_kind(const PlacedRecording& placed) {
@@ -191,6 +193,7 @@ double soc_at_start(const PlacedRecording& placed) {
 }  // namespace
 
 PlacedRecording place_recording(const CellModel& model, const CellLog& log, const ValidationOptions& options) {
+  VOLTLAP_DEMAND(log.rows() > 0 && model.cell().capacity_ah > 0.0);
   std::vector<CurrentHold> candidates{CurrentHold::kNext, CurrentHold::kPrevious, CurrentHold::kLinear};
   std::string hold_from = "its voltage";
   if (const auto counted = hold_from_counter(log); !counted.empty()) {
@@ -218,6 +221,7 @@ PlacedRecording place_recording(const CellModel& model, const CellLog& log, cons
 }
 
 MeasuredRun changed_run(const PlacedRecording& placed, const RunChange& change) {
+  VOLTLAP_DEMAND(placed.log != nullptr && change.capacity_ah >= 0.0);
   RunOptions options = placed.options;
   if (change.capacity_ah > 0.0) options.capacity_ah = change.capacity_ah;
   MeasuredRun run = make_run(*placed.log, options);
@@ -235,6 +239,7 @@ ErrorSum error_of(const CellModel& model, const PlacedRecording& placed, const R
 CapacityAdjustment adjust_capacity(const CellModel& model, const PlacedRecording& placed) {
   constexpr double kReach = 0.15, kFinest = 5e-5;
   const double nominal = placed.options.capacity_ah;
+  VOLTLAP_DEMAND(nominal > 0.0);
   const auto rms_at = [&](double share) { return error_of(model, placed, {nominal * (1.0 + share), 0.0}).rms_v(); };
   double centre = 0.0, best = error_of(model, placed).rms_v();
   for (double step = 0.05; step > kFinest; step *= 1.0 / 3.0) {
@@ -252,6 +257,7 @@ CapacityAdjustment adjust_capacity(const CellModel& model, const PlacedRecording
 }
 
 FileValidation validate(const CellModel& model, const PlacedRecording& placed, const CellResponse& response) {
+  VOLTLAP_DEMAND(placed.log != nullptr && response.voltage.size() == placed.run.rows());
   FileValidation out;
   out.file = placed.log->path;
   out.repairs = placed.log->repairs;

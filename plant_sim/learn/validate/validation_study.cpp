@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/validate/validation_study.hpp"
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -39,6 +40,7 @@ ValidationStudy study_validation(const CellParameters& cell, const std::vector<C
   const auto progress = [&](const std::string& what, double fraction) {
     if (options.progress) options.progress(what, fraction);
   };
+  VOLTLAP_DEMAND(!logs.empty() && options.pack_cells >= 0);
   const CellModel model(cell);
   ValidationStudy out;
   std::vector<CapacityAdjustment> capacities;
@@ -50,6 +52,7 @@ ValidationStudy study_validation(const CellParameters& cell, const std::vector<C
     capacities.push_back(out.files.back().capacity);
     add_to_kind(out, out.files.back());
   }
+  VOLTLAP_DEMAND(out.files.size() == logs.size() && out.responses.size() == logs.size());
   if (options.reductions) {
     progress("reductions", 1.0);
     out.reductions = reductions(cell, out.recordings);

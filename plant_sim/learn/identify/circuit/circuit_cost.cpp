@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -31,9 +33,12 @@ CircuitCost::CircuitCost(const CircuitFit& fit, Eigen::VectorXd tau_centre_s)
       r_rough_(fit.r_roughness()) {
   prior_rows_ = em_rough_.rows() + r_rough_.rows() * (2 * at_.branches + 1) + at_.nodes * at_.branches +
                 static_cast<Index>(fit.priors().ocv.size()) + at_.states;
+  VOLTLAP_DEMAND(log_centre_.size() == at_.branches && log_centre_.allFinite());
 }
 
 Eigen::VectorXd CircuitCost::pack(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const {
+  VOLTLAP_DEMAND(solution.x.size() == fit_.linear_count());
+  VOLTLAP_DEMAND(tau_s.rows() == at_.nodes && tau_s.cols() == at_.branches);
   Eigen::VectorXd p(at_.size());
   const Index resistances = at_.tau(0) - at_.em;
   p.head(at_.em) = solution.x.head(at_.em);
@@ -45,6 +50,7 @@ Eigen::VectorXd CircuitCost::pack(const LinearSolution& solution, const Eigen::M
 }
 
 CircuitModel CircuitCost::model_of(const Eigen::VectorXd& p) const {
+  VOLTLAP_DEMAND(p.size() == at_.size());
   CircuitModel model;
   model.em = p.head(at_.em);
   model.r = p.segment(at_.em, at_.tau(0) - at_.em).array().exp().reshaped(at_.nodes, at_.branches + 1);
@@ -120,6 +126,7 @@ void CircuitCost::evaluate(const double* p, double* residuals, double* jacobian)
 }
 
 CircuitCost::Sums CircuitCost::sums(const Eigen::VectorXd& p) const {
+  VOLTLAP_DEMAND(p.size() == at_.size());
   NormalSums data = sums_of(fit_.rows(), at_, plain(p.data()).data(), true);
   const Index n = at_.size();
   Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
@@ -142,6 +149,7 @@ CircuitCost::Sums CircuitCost::sums(const Eigen::VectorXd& p) const {
 RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int iterations_max, double tolerance) {
   constexpr int kMostTrials = 12;
   const CircuitLayout& at = cost.layout();
+  VOLTLAP_DEMAND(start.size() == at.size() && tolerance >= 0.0);
   RefineResult out{start};
   CircuitCost::Sums sums = cost.sums(start);
   out.cost = sums.cost();
@@ -177,6 +185,7 @@ RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int i
     }
     if (!accepted) break;
   }
+  VOLTLAP_DEMAND(out.p.size() == start.size());
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
 #include "learn/identify/circuit/nelder_mead.hpp"
 
 namespace voltlap::plant {
@@ -14,12 +15,42 @@ using Eigen::Index;
 constexpr double kScale = 2e-3;  // s [V s^0.5]
 constexpr double kConstant = 1e-6;  // slope of a constant table that counts as one s, in its unit
 
+/// x that is least in x^T normal x - 2 right^T x with x >= 0 from `first` to `last` (exclusive): those that would be
+/// negative are held at zero, until no more would.
+Eigen::VectorXd solve_not_negative(const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, Index first,
+                                   Index last) {
+  constexpr int kPasses = 30;
+  const Index count = right.size();
+  std::vector<bool> held(static_cast<std::size_t>(count), false);
+  Eigen::VectorXd x;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    std::vector<Index> free;
+    for (Index k = 0; k < count; ++k) {
+      if (!held[static_cast<std::size_t>(k)]) free.push_back(k);
+    }
+    const Eigen::VectorXd part = normal(free, free).ldlt().solve(right(free));
+    x = Eigen::VectorXd::Zero(count);
+    for (std::size_t k = 0; k < free.size(); ++k) x(free[k]) = part(static_cast<Index>(k));
+    bool all_well = true;
+    for (Index k = first; k < last; ++k) {
+      if (x(k) < 0.0) {
+        held[static_cast<std::size_t>(k)] = true;
+        x(k) = 0.0;
+        all_well = false;
+      }
+    }
+    if (all_well) break;
+  }
+  return x;
+}
+
 }  // namespace
 
 double FitPriors::roughness_weight(Index table, Index branches) const {
   if (roughness_weights.size() > 0) return roughness_weights(table);
   if (table == 0) return kScale / (em_roughness_v * (constant ? smoothness : 1.0));
-  return kScale / ((constant ? kConstant : smoothness) * (table <= branches + 1 ? resistance_scale : log_tau_roughness));
+  const double unit = table <= branches + 1 ? resistance_scale : log_tau_roughness;
+  return kScale / ((constant ? kConstant : smoothness) * unit);
 }
 
 CircuitFit::CircuitFit(const std::vector<MeasuredRun>& runs, Index branches, FitPriors priors, SocGrid grid)
@@ -29,7 +60,10 @@ CircuitFit::CircuitFit(const std::vector<MeasuredRun>& runs, Index branches, Fit
       priors_(std::move(priors)),
       rows_(runs, ocv_, grid_, branches),
       em_rough_(ocv_.roughness()),
-      r_rough_(priors_.constant ? grid_.slopes() : grid_.roughness()) {}
+      r_rough_(priors_.constant ? grid_.slopes() : grid_.roughness()) {
+  VOLTLAP_DEMAND(!runs_.empty() && branches_ >= 1);
+  VOLTLAP_DEMAND(priors_.resistance_scale > 0.0 && priors_.noise_v2_s >= 0.0);
+}
 
 void CircuitFit::add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, double& square) const {
   const Index em = em_count(), r = r_count();
@@ -54,6 +88,7 @@ void CircuitFit::add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, dou
 
 LinearSolution CircuitFit::solve(const Eigen::MatrixXd& tau_s) const {
   const CircuitLayout at = layout();
+  VOLTLAP_DEMAND(tau_s.rows() == r_count() && tau_s.cols() == branches_);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());
   x.segment(at.tau(0), tau_s.size()) = tau_s.reshaped();
   const NormalSums sums = sums_of(rows_, at, x.data(), false);
@@ -67,28 +102,9 @@ LinearSolution CircuitFit::solve(const Eigen::MatrixXd& tau_s) const {
   double square = sums.rest_square + sums.load_square;
   add_priors(normal, right, square);
   normal.diagonal() *= 1.0 + 1e-12;
-  // Resistances are not negative: those that would be are held at zero, until no more would.
   const Index first = em_count(), last = em_count() + r_count() * (branches_ + 1);
-  std::vector<bool> held(static_cast<std::size_t>(linear_count()), false);
-  LinearSolution out;
-  for (int pass = 0; pass < 30; ++pass) {
-    std::vector<Index> free;
-    for (Index k = 0; k < linear_count(); ++k) {
-      if (!held[static_cast<std::size_t>(k)]) free.push_back(k);
-    }
-    const Eigen::VectorXd part = normal(free, free).ldlt().solve(right(free));
-    out.x = Eigen::VectorXd::Zero(linear_count());
-    for (std::size_t k = 0; k < free.size(); ++k) out.x(free[k]) = part(static_cast<Index>(k));
-    bool all_well = true;
-    for (Index k = first; k < last; ++k) {
-      if (out.x(k) < 0.0) {
-        held[static_cast<std::size_t>(k)] = true;
-        out.x(k) = 0.0;
-        all_well = false;
-      }
-    }
-    if (all_well) break;
-  }
+  LinearSolution out{solve_not_negative(normal, right, first, last)};
+  VOLTLAP_DEMAND(out.x.size() == linear_count());
   out.cost = square - 2.0 * right.dot(out.x) + out.x.dot(normal * out.x);
   return out;
 }
@@ -105,11 +121,13 @@ double CircuitFit::cost_of_taus(const Eigen::VectorXd& log_tau) const {
 }
 
 Eigen::VectorXd CircuitFit::search_taus(const Eigen::VectorXd& start_s, int evaluations) const {
+  VOLTLAP_DEMAND(start_s.size() == branches_ && evaluations > 0);
   const auto cost = [&](const Eigen::VectorXd& log_tau) { return cost_of_taus(log_tau); };
   return nelder_mead_minimum(cost, start_s.array().log().matrix(), 0.7, evaluations).array().exp();
 }
 
 CircuitModel CircuitFit::model_of(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const {
+  VOLTLAP_DEMAND(solution.x.size() == linear_count());
   CircuitModel model;
   model.em = solution.x.head(em_count());
   model.r = Eigen::Map<const Eigen::MatrixXd>(solution.x.data() + em_count(), r_count(), branches_ + 1);

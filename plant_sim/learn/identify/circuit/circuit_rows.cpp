@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -141,11 +143,14 @@ struct Line {
 
 }  // namespace
 
-CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid, Index branches) {
+CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid,
+                         Index branches) {
+  VOLTLAP_DEMAND(branches >= 0 && branches <= kMostBranches && grid.size() <= kMostNodes);
   std::size_t count = 0;
   for (const MeasuredRun& run : runs) count += static_cast<std::size_t>(run.rows());
   rows.reserve(count);
   for (const MeasuredRun& run : runs) {
+    VOLTLAP_DEMAND(run.rows() > 0 && run.soc.size() == run.rows() && run.weight_s.size() == run.rows());
     const double quiet = kQuiet * run.current_a.cwiseAbs().maxCoeff();
     for (Index k = 0; k < run.rows(); ++k) {
       const Index before = std::max<Index>(0, k - 1);
@@ -175,6 +180,8 @@ CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& oc
 }
 
 NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, bool with_tau) {
+  VOLTLAP_DEMAND(x != nullptr && layout.branches <= kMostBranches && layout.nodes <= kMostNodes);
+  VOLTLAP_DEMAND(rows.states == layout.states);
   double most = 0.0;
   for (const CircuitRow& row : rows.rows) most = std::max(most, std::abs(row.drop_a));
   constexpr double kNegligible = 1e-5;  // of a derivative, next to its largest
@@ -204,6 +211,7 @@ NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const d
 
 void residuals_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, double* residuals,
                   double* derivatives) {
+  VOLTLAP_DEMAND(x != nullptr && residuals != nullptr && rows.states == layout.states);
   Line line;
   Index out = 0;
   walk(rows, layout, x, derivatives != nullptr, 0.0,

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/identify/circuit/fitted_circuit.hpp"
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 using Eigen::Index;
 
 Eigen::VectorXd first_taus(Index branches) {
+  VOLTLAP_DEMAND(branches >= 1 && branches <= 3);
   if (branches == 1) return Eigen::VectorXd::Constant(1, 60.0);
   if (branches == 2) return Eigen::Vector2d(15.0, 300.0);
   return Eigen::Vector3d(3.0, 40.0, 600.0);
@@ -23,10 +26,12 @@ std::vector<Eigen::VectorXd> states_by_run(const std::vector<MeasuredRun>& runs,
     out.push_back(all.segment(first, count));
     first += count;
   }
+  VOLTLAP_DEMAND(first == all.size() && out.size() == runs.size());
   return out;
 }
 
 double mean_square(const std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
+  VOLTLAP_DEMAND(errors.size() == runs.size());
   double sum = 0.0, weight = 0.0;
   for (std::size_t k = 0; k < runs.size(); ++k) {
     sum += (runs[k].weight_s.array() * errors[k].array().square()).sum();
@@ -46,6 +51,7 @@ FittedCircuit linear_fit(const std::vector<MeasuredRun>& runs, const Eigen::Vect
 }
 
 std::vector<Eigen::VectorXd> errors_of(const FittedCircuit& fit, const std::vector<MeasuredRun>& runs) {
+  VOLTLAP_DEMAND(fit.states.size() == runs.size());
   std::vector<Eigen::VectorXd> out;
   for (std::size_t k = 0; k < runs.size(); ++k)
     out.push_back(simulate(fit.model, runs[k], fit.states[k]) - runs[k].voltage_v);

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 /// Where `f` is least, from a simplex of edges `size` at `start`; ends when its points agree within 0.02 or after about
@@ -14,6 +16,7 @@ template <class Function>
 Eigen::VectorXd nelder_mead_minimum(const Function& f, const Eigen::VectorXd& start, double size, int evaluations) {
   using Eigen::Index;
   const Index n = start.size();
+  VOLTLAP_DEMAND(n > 0 && start.allFinite() && size > 0.0);
   std::vector<std::pair<double, Eigen::VectorXd>> points{{f(start), start}};
   for (Index k = 0; k < n; ++k) {
     Eigen::VectorXd at = start;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -40,6 +42,7 @@ std::vector<Count> counts_of(const PreparedLog& one, const MeasuredRun& run, boo
 /// SOC error of each row by one term of the walk.
 Eigen::VectorXd soc_error(const MeasuredRun& run, const Count& count, const CurrentNoise& noise, double capacity_ah,
                           int term) {
+  VOLTLAP_DEMAND(count.from >= 0 && count.from < count.to && count.to <= run.rows());
   const double quiet = 0.01 * run.current_a.cwiseAbs().maxCoeff();
   Index end = count.to - 1;
   if (count.bridge) {
@@ -75,8 +78,7 @@ Eigen::VectorXd ocv_slopes(const CircuitModel& model, const MeasuredRun& run) {
 CurrentNoise current_noise(const CellLog& log) {
   constexpr double kSteady = 0.03, kSame = 0.01;  // of the largest current; of dt
   const std::vector<bool> resting = resting_rows(log);
-  double most = 0.0;
-  for (const double i : log.current_a) most = std::max(most, std::abs(i));
+  const double most = largest_current(log);
   struct Mean {
     double sum = 0.0, count = 0.0;
     [[nodiscard]] double value() const { return count > 0.0 ? sum / count : 0.0; }
@@ -97,6 +99,7 @@ CurrentNoise current_noise(const CellLog& log) {
 
 Eigen::VectorXd charge_noise_variance(const std::vector<PreparedLog>& prepared, const std::vector<MeasuredRun>& runs,
                                       bool capacity_known, const FullFit& full) {
+  VOLTLAP_DEMAND(!runs.empty() && runs.size() == prepared.size());
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(full.packed.size());
   const auto gradient_of = [&](const std::vector<MeasuredRun>& at) {
     const CircuitFit fit(at, full.fit.model.branches(), full.priors);
@@ -106,6 +109,7 @@ Eigen::VectorXd charge_noise_variance(const std::vector<PreparedLog>& prepared, 
   Eigen::MatrixXd whole = base.whole();
   whole.diagonal() *= 1.0 + 1e-12;
   const auto solver = whole.ldlt();
+  VOLTLAP_DEMAND(base.gradient.size() == full.packed.size());
   double widest = 0.0;
   for (const PreparedLog& one : prepared)
     widest = std::max(widest, span_ah(*one.log, one.run.anchor.row, one.run.hold));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 using Eigen::Index;
@@ -48,6 +50,7 @@ Evidence evidence_at(const CircuitCost& cost, const Eigen::VectorXd& p, double c
   constexpr double kMostChange = 30.0;  // of a variance in one update
   constexpr double kStraight = 0.05;  // least spread of a roughness in its unit: as good as a straight line
   const CircuitLayout& at = cost.layout();
+  VOLTLAP_DEMAND(p.size() == at.size() && colour >= 1.0);
   const CircuitCost::Sums sums = cost.sums(p);
   Eigen::MatrixXd whole = sums.whole();
   whole.diagonal() *= 1.0 + 1e-12;
@@ -74,6 +77,7 @@ EvidenceFit fit_by_evidence(const std::vector<MeasuredRun>& runs, Index branches
                             const Eigen::VectorXd& tau_centre_s, const Eigen::VectorXd& start, double colour) {
   constexpr int kRounds = 12;
   constexpr double kStill = 0.1;  // of the logarithm of a weight
+  VOLTLAP_DEMAND(tau_centre_s.size() == branches && colour >= 1.0);
   EvidenceFit out{std::move(priors), {start}};
   for (; out.rounds < kRounds; ++out.rounds) {
     const CircuitFit fit(runs, branches, out.priors);

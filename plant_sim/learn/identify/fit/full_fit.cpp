@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
+#include "core/demand.hpp"
+#include "core/signal.hpp"
 #include "learn/identify/fit/evidence.hpp"
 
 namespace voltlap::plant {
@@ -20,15 +23,15 @@ constexpr double kTogether = 0.3;  // of ln(tau) over SOC, around the centre tha
 /// Rows that no fit explains: contactors that open, glitches. They are given no weight, and counted.
 std::size_t drop_outliers(std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
   constexpr double kLeast = 0.05, kTimes = 10.0;  // V; times the typical error
+  constexpr double kSigmaOfMedian = 1.4826;       // of the sizes of normal errors
+  VOLTLAP_DEMAND(errors.size() == runs.size());
   std::vector<double> sizes;
   for (std::size_t k = 0; k < runs.size(); ++k) {
     for (Index row = 0; row < runs[k].rows(); ++row) {
       if (runs[k].weight_s(row) > 0.0) sizes.push_back(std::abs(errors[k](row)));
     }
   }
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  const double limit = std::max(kLeast, kTimes * 1.4826 * *middle);
+  const double limit = std::max(kLeast, kTimes * kSigmaOfMedian * median(std::move(sizes)));
   std::size_t dropped = 0;
   for (std::size_t k = 0; k < runs.size(); ++k) {
     for (Index row = 0; row < runs[k].rows(); ++row) {
@@ -42,6 +45,7 @@ std::size_t drop_outliers(std::vector<MeasuredRun>& runs, const std::vector<Eige
 }
 
 Index chosen_order(const std::vector<OrderScore>& o, std::vector<std::string>& notes) {
+  VOLTLAP_DEMAND(o.size() == 3);
   constexpr double kWorthIt = 0.95;  // a branch more must predict better by this
   if (o[2].heldout_rms_v < kWorthIt * o[1].heldout_rms_v) {
     notes.push_back(
@@ -76,6 +80,7 @@ class FullFitter {
       by_prediction();
     }
     out_.tau_centre_s = taus_;
+    VOLTLAP_DEMAND(out_.packed.size() == out_.uncertainty.sigma.size() && out_.fit.states.size() == runs_.size());
     return std::move(out_);
   }
 
@@ -85,6 +90,7 @@ class FullFitter {
   }
   void search(const Eigen::VectorXd& from) {
     if (options_.tau_centre_s) {
+      VOLTLAP_DEMAND(options_.tau_centre_s->size() == branches_);
       taus_ = *options_.tau_centre_s;
       priors_.log_tau_sigma = kTogether;
     } else {
@@ -185,6 +191,7 @@ class FullFitter {
 
 FullFit full_fit(std::vector<MeasuredRun>& runs, FitPriors priors, const FullFitOptions& options,
                  std::vector<std::string>& notes) {
+  VOLTLAP_DEMAND(!runs.empty() && options.branches >= 0 && options.instrument_v2_s > 0.0);
   return FullFitter(runs, std::move(priors), options, notes).run();
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/demand.hpp"
 #include "learn/identify/fit/uncertainty.hpp"
 
 namespace voltlap::plant {
@@ -17,6 +18,7 @@ constexpr int kSearchEvaluations = 30;
 
 /// Both halves kept back in turn. Pulses with their first two minutes, from their onset; without pulses, minutes.
 BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+  VOLTLAP_DEMAND(!runs.empty() && taus.size() > 0);
   BlockScore total;
   for (const std::size_t first : {std::size_t{0}, std::size_t{1}}) {
     std::vector<MeasuredRun> kept;
@@ -61,6 +63,7 @@ double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::Vect
   while (score_at(smoothest).mean() >
          score_at(best).mean() + standard_error_of_difference(score_at(smoothest), score_at(best)))
     ++smoothest;
+  VOLTLAP_DEMAND(smoothest >= -kWidest && smoothest <= kWidest + 1);
   for (const auto& [exponent, score] : tried) scores.emplace_back(std::pow(2.0, exponent), score.mean());
   return std::pow(2.0, smoothest);
 }

@@ -4,11 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 using Eigen::Index;
 
-RecordingResult recording_result(const PreparedLog& prepared, const MeasuredRun& whole, const Eigen::VectorXd& error_v) {
+RecordingResult recording_result(const PreparedLog& prepared, const MeasuredRun& whole,
+                                 const Eigen::VectorXd& error_v) {
+  VOLTLAP_DEMAND(prepared.log != nullptr && prepared.run.anchor.row < prepared.log->rows());
+  VOLTLAP_DEMAND(whole.rows() > 0 && error_v.size() == whole.rows());
   RecordingResult file{prepared.log->path, prepared.log->map,  prepared.log->repairs,
                    prepared.run.hold,  prepared.hold_from, prepared.run.anchor};
   file.soc_low = whole.soc.minCoeff();

@@ -1,13 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an identification says of one recording once there is a model: its span, and how the model follows it.
 #pragma once
-#include "learn/identify/identify.hpp"
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
 #include "learn/identify/preparation/prepared_log.hpp"
 
 namespace voltlap::plant {
 
+/// A recording and the model's answer to it, row by row.
+struct RecordingTrace {
+  Eigen::VectorXd time_s, current_a, voltage_v, error_v, soc, weight_s;  ///< error: model less recorded
+};
+
+/// What was found of one recording, before the fit and by it.
+struct RecordingResult {
+  std::string path, map;
+  std::vector<std::string> repairs;
+  CurrentHold hold = CurrentHold::kNext;
+  std::string hold_from;  ///< counter, voltage, like the first file
+  SocAnchor anchor;
+  double soc_low = 0.0, soc_high = 1.0, duration_s = 0.0;
+  double voltage_low_v = 0.0, voltage_high_v = 0.0;  ///< of the rows that the model follows
+  Eigen::Index rows = 0;
+  double rms_v = 0.0, rms_pulses_v = 0.0;  ///< of the fit: all rows; from the full charge on
+  RecordingTrace trace{};
+};
+
 /// `error_v`: model less recorded, at every row of `whole`.
 [[nodiscard]] RecordingResult recording_result(const PreparedLog& prepared, const MeasuredRun& whole,
-                                       const Eigen::VectorXd& error_v);
+                                               const Eigen::VectorXd& error_v);
 
 }  // namespace voltlap::plant

@@ -6,14 +6,32 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
-/// One error at one sigma; of the half step all of it, which `share` makes a sigma.
+constexpr double kSigmaOfBound = 1.0 / std::numbers::sqrt3;  // of errors spread evenly up to the bound
+
+/// One error at one sigma; of the half step all of it.
 struct Error {
   double voltage_v, voltage_gain, current_a, current_gain, rest_current_a;
   bool half_step;
+  [[nodiscard]] bool is_any() const {
+    return half_step || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
+  }
 };
+
+std::array<Error, 6> errors_at_one_sigma(const std::vector<PreparedLog>& prepared, const InstrumentLimits& limits) {
+  const bool uncertain =
+      std::any_of(prepared.begin(), prepared.end(), [](const PreparedLog& one) { return !one.hold_certain; });
+  return {{{kSigmaOfBound * limits.voltage_v, 0, 0, 0, 0, false},
+           {0, kSigmaOfBound * limits.voltage_gain, 0, 0, 0, false},
+           {0, 0, kSigmaOfBound * limits.current_a, 0, 0, false},
+           {0, 0, 0, kSigmaOfBound * limits.current_gain, 0, false},
+           {0, 0, 0, 0, kSigmaOfBound * limits.rest_current_a, false},
+           {0, 0, 0, 0, 0, uncertain}}};
+}
 
 CellLog with_error(const CellLog& log, const Error& error) {
   CellLog out = log;
@@ -30,43 +48,46 @@ CurrentHold half_a_step_from(CurrentHold hold) {
   return hold == CurrentHold::kLinear ? CurrentHold::kNext : CurrentHold::kLinear;
 }
 
+/// The recordings as they would be with an error, into `logs`; a capacity that they span themselves follows.
+std::vector<PreparedLog> prepared_with(const Error& error, const std::vector<PreparedLog>& prepared,
+                                       bool capacity_known, std::vector<CellLog>& logs) {
+  logs.clear();
+  for (const PreparedLog& one : prepared) logs.push_back(with_error(*one.log, error));
+  std::vector<PreparedLog> wrong = prepared;
+  double capacity = 0.0, before = 0.0;
+  for (std::size_t k = 0; k < wrong.size(); ++k) {
+    if (error.half_step && !wrong[k].hold_certain) wrong[k].run.hold = half_a_step_from(wrong[k].run.hold);
+    before = std::max(before, span_ah(*prepared[k].log, prepared[k].run.anchor.row, prepared[k].run.hold));
+    wrong[k].log = &logs[k];
+    capacity = std::max(capacity, span_ah(logs[k], wrong[k].run.anchor.row, wrong[k].run.hold));
+  }
+  for (PreparedLog& one : wrong) one.run.capacity_ah *= capacity_known ? 1.0 : capacity / before;
+  return wrong;
+}
+
+/// A^-1 g: the fit's answer to recordings with an error, but for its sign.
+Eigen::VectorXd change_by(const Error& error, const std::vector<PreparedLog>& prepared, bool capacity_known,
+                          const FullFit& full) {
+  std::vector<CellLog> logs;
+  const std::vector<MeasuredRun> runs = runs_of(prepared_with(error, prepared, capacity_known, logs));
+  const CircuitFit fit(runs, full.fit.model.branches(), full.priors);
+  const CircuitCost::Sums sums = CircuitCost(fit, full.tau_centre_s).sums(full.packed);
+  VOLTLAP_DEMAND(sums.gradient.size() == full.packed.size());
+  Eigen::MatrixXd whole = sums.whole();
+  whole.diagonal() *= 1.0 + 1e-12;
+  return whole.ldlt().solve(sums.gradient);
+}
+
 }  // namespace
 
 Eigen::VectorXd systematic_error_variance(const std::vector<PreparedLog>& prepared, bool capacity_known,
-                                    const InstrumentLimits& limits, const FullFit& full) {
-  const bool uncertain =
-      std::any_of(prepared.begin(), prepared.end(), [](const PreparedLog& one) { return !one.hold_certain; });
-  const double share = 1.0 / std::numbers::sqrt3;
-  const std::array<Error, 6> errors{{{share * limits.voltage_v, 0, 0, 0, 0, false},
-                                     {0, share * limits.voltage_gain, 0, 0, 0, false},
-                                     {0, 0, share * limits.current_a, 0, 0, false},
-                                     {0, 0, 0, share * limits.current_gain, 0, false},
-                                     {0, 0, 0, 0, share * limits.rest_current_a, false},
-                                     {0, 0, 0, 0, 0, uncertain}}};
+                                          const InstrumentLimits& limits, const FullFit& full) {
+  VOLTLAP_DEMAND(!prepared.empty() && full.packed.allFinite());
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(full.packed.size());
-  for (const Error& error : errors) {
-    const bool any = error.half_step || error.voltage_v + error.voltage_gain + error.current_a + error.current_gain +
-                                                error.rest_current_a >
-                                            0.0;
-    if (!any) continue;
-    std::vector<CellLog> logs;
-    std::vector<PreparedLog> wrong = prepared;
-    for (const PreparedLog& one : prepared) logs.push_back(with_error(*one.log, error));
-    double capacity = 0.0, before = 0.0;
-    for (std::size_t k = 0; k < wrong.size(); ++k) {
-      if (error.half_step && !wrong[k].hold_certain) wrong[k].run.hold = half_a_step_from(wrong[k].run.hold);
-      before = std::max(before, span_ah(*prepared[k].log, prepared[k].run.anchor.row, prepared[k].run.hold));
-      wrong[k].log = &logs[k];
-      capacity = std::max(capacity, span_ah(logs[k], wrong[k].run.anchor.row, wrong[k].run.hold));
-    }
-    for (PreparedLog& one : wrong) one.run.capacity_ah *= capacity_known ? 1.0 : capacity / before;
-    const std::vector<MeasuredRun> runs = runs_of(wrong);
-    const CircuitFit fit(runs, full.fit.model.branches(), full.priors);
-    const CircuitCost::Sums sums = CircuitCost(fit, full.tau_centre_s).sums(full.packed);
-    Eigen::MatrixXd whole = sums.whole();
-    whole.diagonal() *= 1.0 + 1e-12;
-    const double sigmas = error.half_step ? share : 1.0;
-    variance += (sigmas * whole.ldlt().solve(sums.gradient)).array().square().matrix();
+  for (const Error& error : errors_at_one_sigma(prepared, limits)) {
+    if (!error.is_any()) continue;
+    const double sigmas = error.half_step ? kSigmaOfBound : 1.0;
+    variance += (sigmas * change_by(error, prepared, capacity_known, full)).array().square().matrix();
   }
   return variance;
 }

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -83,6 +85,7 @@ std::vector<Index> places_on_halved(const CircuitLayout& at, const CircuitLayout
 
 double noise_density(const std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
   constexpr double kFewestBlocks = 20.0;
+  VOLTLAP_DEMAND(!runs.empty() && errors.size() == runs.size());
   double largest = 0.0;
   for (const double length : kLengths) {
     const BlockDensity at = density_at(runs, errors, length);
@@ -113,6 +116,7 @@ double instrument_noise(const MeasuredRun& run) {
 
 ResidualColour colour_of(const std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors,
                          double instrument_v2_s) {
+  VOLTLAP_DEMAND(errors.size() == runs.size() && instrument_v2_s > 0.0);
   constexpr double kSure = 3.0, kMostOfNoise = 4.0;  // standard errors; ratio
   const double white = std::max(1e-30, density_at(runs, errors, 0.0).density_v2_s);
   ResidualColour out;
@@ -126,6 +130,7 @@ ResidualColour colour_of(const std::vector<MeasuredRun>& runs, const std::vector
 }
 
 Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd& p, double colour) {
+  VOLTLAP_DEMAND(p.size() == cost.parameter_count() && colour >= 1.0);
   const CircuitFit& lines = cost.fit();
   const CircuitFit fit(lines.runs(), lines.branches(), lines.priors(), halved(lines.grid()));
   const CircuitCost curve(fit, cost.tau_centre_s());
@@ -145,10 +150,12 @@ Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd&
   const Eigen::ArrayXd beside = (inverse * sums.gradient).array().square();
   const Eigen::VectorXd sigma = (noise + beside).sqrt();
   const std::vector<Index> nodes = places_on_halved(cost.layout(), curve.layout());
+  VOLTLAP_DEMAND(static_cast<Index>(nodes.size()) == p.size());
   return {sigma(nodes), data_share(inverse, sums)(nodes)};
 }
 
 Uncertainty uncertainty_of(const CircuitCost& cost, const Eigen::VectorXd& p, double noise_v2_s) {
+  VOLTLAP_DEMAND(p.size() == cost.parameter_count() && noise_v2_s >= 0.0);
   const CircuitCost::Sums sums = cost.sums(p);
   const Eigen::MatrixXd inverse = inverse_of(sums.whole());
   Uncertainty out;

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 
 namespace voltlap::plant {
 
@@ -42,6 +45,14 @@ std::vector<StepEstimate> resistance_steps(const MeasuredRun& run) {
   return out;
 }
 
+double resistance_step_median(const std::vector<MeasuredRun>& runs) {
+  std::vector<double> resistances;
+  for (const MeasuredRun& run : runs) {
+    for (const StepEstimate& step : resistance_steps(run)) resistances.push_back(step.resistance_ohm);
+  }
+  return median(std::move(resistances));
+}
+
 std::vector<OcvKnowledge> ocv_from_rests(const MeasuredRun& run, double shortest_s) {
   constexpr double kLeastSigma = 5e-4;
   std::vector<OcvKnowledge> out;
@@ -65,9 +76,55 @@ std::vector<OcvKnowledge> ocv_from_rests(const MeasuredRun& run, double shortest
   return out;
 }
 
+namespace {
+
+constexpr int kSlowBins = 40;  // of SOC
+
+/// Sums over the rows around a node of SOC in which the current went one way.
+struct Side {
+  double voltage = 0.0, weight = 0.0;
+};
+using SlowBins = std::array<std::array<Side, 2>, kSlowBins + 1>;  // discharge, charge
+
+/// Hat weights: the mean voltage around a node, straight within its bin.
+SlowBins slow_bins(const MeasuredRun& run, double capacity_ah) {
+  constexpr double kSlow = 0.1;  // C-rate
+  SlowBins bins{};
+  for (Index row = 0; row < run.rows(); ++row) {
+    const double i = run.current_a(row), soc = run.soc(row);
+    if (std::abs(i) > kSlow * capacity_ah || std::abs(i) < 1e-3 * capacity_ah || soc < 0.0 || soc > 1.0) continue;
+    const auto bin = static_cast<std::size_t>(std::lround(soc * kSlowBins));
+    const double weight =
+        run.weight_s(row) * std::max(0.0, 1.0 - 2.0 * std::abs(soc * kSlowBins - static_cast<double>(bin)));
+    Side& side = bins[bin][i > 0.0 ? 0 : 1];
+    side.voltage += weight * run.voltage_v(row);
+    side.weight += weight;
+  }
+  return bins;
+}
+
+std::vector<OcvKnowledge> middle_of(const SlowBins& bins) {
+  constexpr double kOneSided = 0.01, kLeastSigma = 1e-3;  // V
+  std::vector<OcvKnowledge> out;
+  for (std::size_t bin = 0; bin < bins.size(); ++bin) {
+    const auto& [down, up] = bins[bin];
+    const double soc = static_cast<double>(bin) / kSlowBins;
+    if (down.weight <= 0.0) continue;
+    const double low = down.voltage / down.weight;
+    if (up.weight <= 0.0) {
+      out.push_back({soc, low, kOneSided});
+    } else {
+      const double high = up.voltage / up.weight;
+      out.push_back({soc, 0.5 * (low + high), std::max(kLeastSigma, 0.5 * std::abs(high - low))});
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
 SlowTest ocv_from_slow_test(const CellLog& log) {
-  constexpr double kSlow = 0.1, kOneSided = 0.01;  // C-rate; V
-  constexpr int kBins = 40;
+  VOLTLAP_DEMAND(log.rows() > 0 && log.current_a.size() == log.rows());
   RunOptions options;
   const auto full = full_charges(log);
   const std::vector<double> drawn = charge_drawn_ah(log, options.hold);
@@ -76,35 +133,7 @@ SlowTest ocv_from_slow_test(const CellLog& log) {
   out.capacity_ah = *std::max_element(drawn.begin() + static_cast<std::ptrdiff_t>(from), drawn.end()) - drawn[from];
   options.capacity_ah = std::max(out.capacity_ah, 1e-6);
   options.anchor.row = from;
-  const MeasuredRun run = make_run(log, options);
-  struct Side {
-    double voltage = 0.0, weight = 0.0;
-  };
-  std::array<std::array<Side, 2>, kBins + 1> bins{};
-  for (Index row = 0; row < run.rows(); ++row) {
-    const double i = run.current_a(row), soc = run.soc(row);
-    if (std::abs(i) > kSlow * out.capacity_ah || std::abs(i) < 1e-3 * out.capacity_ah || soc < 0.0 || soc > 1.0)
-      continue;
-    // Hat weights: the mean voltage around a node, straight within its bin.
-    const auto bin = static_cast<std::size_t>(std::lround(soc * kBins));
-    const double weight =
-        run.weight_s(row) * std::max(0.0, 1.0 - 2.0 * std::abs(soc * kBins - static_cast<double>(bin)));
-    Side& side = bins[bin][i > 0.0 ? 0 : 1];
-    side.voltage += weight * run.voltage_v(row);
-    side.weight += weight;
-  }
-  for (std::size_t bin = 0; bin < bins.size(); ++bin) {
-    const auto& [down, up] = bins[bin];
-    const double soc = static_cast<double>(bin) / kBins;
-    if (down.weight <= 0.0) continue;
-    const double low = down.voltage / down.weight;
-    if (up.weight <= 0.0) {
-      out.ocv.push_back({soc, low, kOneSided});
-    } else {
-      const double high = up.voltage / up.weight;
-      out.ocv.push_back({soc, 0.5 * (low + high), std::max(1e-3, 0.5 * std::abs(high - low))});
-    }
-  }
+  out.ocv = middle_of(slow_bins(make_run(log, options), out.capacity_ah));
   if (out.ocv.size() < 10) {
     throw InputError(log.path, "no slow discharge over the range of SOC",
                      "a discharge at C/10 or slower from a full charge",

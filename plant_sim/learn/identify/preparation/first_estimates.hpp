@@ -22,6 +22,8 @@ struct StepEstimate {
 };
 /// dV/dI where the current jumps between two rows at most two seconds apart.
 [[nodiscard]] std::vector<StepEstimate> resistance_steps(const MeasuredRun& run);
+/// The middle one of all steps of the runs [ohm]; 0 without any.
+[[nodiscard]] double resistance_step_median(const std::vector<MeasuredRun>& runs);
 
 /// OCV at the end of each rest of at least `shortest_s`. Its sigma: what the voltage still had to go by the
 /// relaxation's own curve, half of what it went last, and never less than 0.5 mV.

@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 
@@ -130,94 +129,111 @@ void require_more_than_one_pulse(const std::vector<CellLog>& logs) {
                    "Give them too, or a cell file of the same type with --ocv");
 }
 
+PreparedLog anchored_where_full(const CellLog& log, const PriorKnowledge& known) {
+  PreparedLog one{&log, {}, {}};
+  one.run.per_kelvin = known.per_kelvin;
+  one.run.reference_temperature_c = known.reference_temperature_c;
+  one.run.full_rows = full_charges(log);
+  one.anchored = !one.run.full_rows.empty();
+  if (one.anchored) one.run.anchor = {one.run.full_rows.back(), 1.0, "full charge"};
+  if (known.capacity_ah) one.run.capacity_ah = *known.capacity_ah;
+  return one;
+}
+
+/// A full charge at the end of a recording spans nothing: then the one before which most was drawn. Returns what it
+/// spans [Ah].
+double anchor_before_longest(PreparedLog& one) {
+  double most = -1.0;
+  for (const std::size_t row : one.run.full_rows) {
+    const double span = span_ah(*one.log, row, one.run.hold);
+    if (span <= most) continue;
+    most = span;
+    one.run.anchor.row = row;
+  }
+  return most;
+}
+
+/// Without any full charge. Returns what the recording spans [Ah].
+double assume_full_at_least_drawn(PreparedLog& first, std::vector<std::string>& notes) {
+  first.anchored = true;
+  const std::vector<double> drawn = charge_drawn_ah(*first.log, first.run.hold);
+  const auto [low, high] = std::minmax_element(drawn.begin(), drawn.end());
+  first.run.anchor = {static_cast<std::size_t>(low - drawn.begin()), 1.0, "assumed"};
+  notes.push_back("No full charge in the recordings: SOC 1 is assumed at the least charge drawn.");
+  return *high - *low;
+}
+
+double soc_of_ocv(const CircuitModel& model, double voltage_v) {
+  double low = 0.0, high = 1.0;
+  for (int k = 0; k < 40; ++k)
+    (model.ocv.value(model.em, 0.5 * (low + high)) < voltage_v ? low : high) = 0.5 * (low + high);
+  return 0.5 * (low + high);
+}
+
+/// SOC at the anchor with which the model follows the recording best.
+double best_predicted_soc(const PreparedLog& one, const CircuitModel& model) {
+  const auto error_at = [&](double soc) {
+    RunOptions tried = one.run;
+    tried.anchor.soc = soc;
+    const MeasuredRun run = make_run(*one.log, tried);
+    const Eigen::VectorXd e = simulate(model, run) - run.voltage_v;
+    return (run.weight_s.array() * e.array().square()).sum();
+  };
+  double best = 1e300, centre = 0.5;
+  for (double width = 0.5; width > 5e-4; width *= 0.25) {
+    const double from = centre;
+    for (int k = -4; k <= 4; ++k) {
+      const double soc = from + width * k / 4.0, error = error_at(soc);
+      if (error < best) {
+        best = error;
+        centre = soc;
+      }
+    }
+  }
+  return centre;
+}
+
 }  // namespace
 
 double span_ah(const CellLog& log, std::size_t from, CurrentHold hold) {
   const std::vector<double> drawn = charge_drawn_ah(log, hold);
+  VOLTLAP_DEMAND(from < drawn.size());
   return *std::max_element(drawn.begin() + static_cast<std::ptrdiff_t>(from), drawn.end()) - drawn[from];
 }
 
 std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKnowledge& known,
                                  std::vector<std::string>& notes) {
+  VOLTLAP_DEMAND(!logs.empty());
+  if (!known.capacity_ah && !known.capacity_fallback_ah) require_more_than_one_pulse(logs);
   std::vector<PreparedLog> out;
   double capacity = 0.0;
-  if (!known.capacity_ah && !known.capacity_fallback_ah) require_more_than_one_pulse(logs);
   for (const CellLog& log : logs) {
     require_excitation(log);
-    PreparedLog one{&log, {}, {}};
-    one.run.per_kelvin = known.per_kelvin;
-    one.run.reference_temperature_c = known.reference_temperature_c;
-    const auto full = full_charges(log);
-    one.anchored = !full.empty();
-    if (one.anchored) one.run.anchor = {full.back(), 1.0, "full charge"};
-    one.run.full_rows = full;
-    if (known.capacity_ah) one.run.capacity_ah = *known.capacity_ah;
+    PreparedLog one = anchored_where_full(log, known);
     choose_hold(one, out, known);
-    // A full charge at the end of a recording spans nothing: then the one before which most was drawn.
-    if (one.anchored) {
-      double most = -1.0;
-      for (const std::size_t row : full) {
-        const double span = span_ah(log, row, one.run.hold);
-        if (span <= most) continue;
-        most = span;
-        one.run.anchor.row = row;
-      }
-      capacity = std::max(capacity, most);
-    }
+    if (one.anchored) capacity = std::max(capacity, anchor_before_longest(one));
     out.push_back(std::move(one));
   }
-  if (capacity == 0.0) {
-    PreparedLog& first = out.front();
-    first.anchored = true;
-    const std::vector<double> drawn = charge_drawn_ah(*first.log, first.run.hold);
-    const auto [low, high] = std::minmax_element(drawn.begin(), drawn.end());
-    first.run.anchor = {static_cast<std::size_t>(low - drawn.begin()), 1.0, "assumed"};
-    capacity = *high - *low;
-    notes.push_back("No full charge in the recordings: SOC 1 is assumed at the least charge drawn.");
-  }
+  if (capacity == 0.0) capacity = assume_full_at_least_drawn(out.front(), notes);
   capacity = settled_capacity(capacity, known, notes);
   for (PreparedLog& one : out) one.run.capacity_ah = capacity;
+  VOLTLAP_DEMAND(out.size() == logs.size());
   return out;
 }
 
 void anchor_by_model(std::vector<PreparedLog>& prepared, const CircuitModel& model, double shortest_rest_s) {
+  constexpr double kTrial = 0.5;  // SOC at row 0, from which that of a rest is counted
+  VOLTLAP_DEMAND(model.em.size() == model.ocv.size() && model.em.allFinite());
   for (PreparedLog& one : prepared) {
     if (one.anchored) continue;
     one.anchored = true;
-    one.run.anchor = {0, 0.5, "fitted"};
-    const MeasuredRun run = make_run(*one.log, one.run);
-    const auto soc_at = [&](double voltage) {
-      double low = 0.0, high = 1.0;
-      for (int k = 0; k < 40; ++k)
-        (model.ocv.value(model.em, 0.5 * (low + high)) < voltage ? low : high) = 0.5 * (low + high);
-      return 0.5 * (low + high);
-    };
-    const auto rests = ocv_from_rests(run, shortest_rest_s);
-    if (!rests.empty()) {
-      // The rest's SOC was counted from 0.5 at row 0.
-      one.run.anchor = {0, 0.5 + soc_at(rests.front().voltage_v) - rests.front().soc, "rest"};
-      continue;
+    one.run.anchor = {0, kTrial, "fitted"};
+    const auto rests = ocv_from_rests(make_run(*one.log, one.run), shortest_rest_s);
+    if (rests.empty()) {
+      one.run.anchor.soc = best_predicted_soc(one, model);
+    } else {
+      one.run.anchor = {0, kTrial + soc_of_ocv(model, rests.front().voltage_v) - rests.front().soc, "rest"};
     }
-    double best = 1e300;
-    const auto error_at = [&](double soc) {
-      RunOptions tried = one.run;
-      tried.anchor.soc = soc;
-      const MeasuredRun at = make_run(*one.log, tried);
-      const Eigen::VectorXd e = simulate(model, at) - at.voltage_v;
-      return (at.weight_s.array() * e.array().square()).sum();
-    };
-    double centre = 0.5;
-    for (double width = 0.5; width > 5e-4; width *= 0.25) {
-      const double from = centre;
-      for (int k = -4; k <= 4; ++k) {
-        const double soc = from + width * k / 4.0, error = error_at(soc);
-        if (error < best) {
-          best = error;
-          centre = soc;
-        }
-      }
-    }
-    one.run.anchor.soc = centre;
   }
 }
 
@@ -225,51 +241,11 @@ std::vector<MeasuredRun> runs_of(const std::vector<PreparedLog>& prepared, bool 
   std::vector<MeasuredRun> runs;
   for (const PreparedLog& one : prepared) {
     if (!one.anchored) continue;
+    VOLTLAP_DEMAND(one.log != nullptr);
     const MeasuredRun run = make_run(*one.log, one.run);
     runs.push_back(every_row ? run : averaged(run));
   }
   return runs;
-}
-
-std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs, double capacity_ah) {
-  constexpr double kSlow = 1.0 / 8.0, kSteady = 300.0, kBin = 0.05;  // C-rate; s; SOC
-  struct Side {
-    double weight = 0.0, voltage = 0.0, current = 0.0;
-  };
-  std::map<int, std::array<Side, 2>> bins;
-  std::vector<double> resistances;
-  for (const MeasuredRun& run : runs) {
-    for (const StepEstimate& step : resistance_steps(run)) resistances.push_back(step.resistance_ohm);
-    double steady = 0.0;
-    for (Index row = 1; row < run.rows(); ++row) {
-      const double i = run.current_a(row);
-      const bool slow = std::abs(i) < kSlow * capacity_ah && std::abs(i) > 1e-3 * capacity_ah;
-      steady = slow && i * run.current_a(row - 1) > 0.0 ? steady + run.dt_s(row) : 0.0;
-      if (steady < kSteady || run.weight_s(row) <= 0.0) continue;
-      Side& side = bins[static_cast<int>(std::floor(run.soc(row) / kBin))][i > 0.0 ? 0 : 1];
-      side.weight += run.weight_s(row);
-      side.voltage += run.weight_s(row) * run.voltage_v(row);
-      side.current += run.weight_s(row) * std::abs(i);
-    }
-  }
-  // Both branches add about as much again as the step shows, each.
-  constexpr double kWhole = 3.0;
-  double resistance = 0.0;
-  if (!resistances.empty()) {
-    std::nth_element(resistances.begin(), resistances.begin() + static_cast<std::ptrdiff_t>(resistances.size() / 2),
-                     resistances.end());
-    resistance = kWhole * resistances[resistances.size() / 2];
-  }
-  std::vector<HysteresisPoint> out;
-  for (const auto& [bin, sides] : bins) {
-    if (bin < 2 || bin > 17 || sides[0].weight <= 0.0 || sides[1].weight <= 0.0)
-      continue;  // ends: the OCV is too steep
-    const double down = sides[0].voltage / sides[0].weight, up = sides[1].voltage / sides[1].weight;
-    const double current = 0.5 * (sides[0].current / sides[0].weight + sides[1].current / sides[1].weight);
-    const double half = 0.5 * (up - down);
-    out.push_back({kBin * (bin + 0.5), 0.5 * (up + down), half, half - current * resistance});
-  }
-  return out;
 }
 
 }  // namespace voltlap::plant

@@ -40,11 +40,4 @@ void anchor_by_model(std::vector<PreparedLog>& prepared, const CircuitModel& mod
 /// Runs of the recordings that are anchored, steady rows averaged unless every row is wanted.
 [[nodiscard]] std::vector<MeasuredRun> runs_of(const std::vector<PreparedLog>& prepared, bool every_row = false);
 
-/// Half of what remains between slow charge and slow discharge at the same SOC when the circuit's own drop is taken
-/// off [V], by SOC: an open-circuit voltage that depends on the direction. Empty when the recordings do not tell.
-struct HysteresisPoint {
-  double soc, middle_v, half_gap_v, excess_v;
-};
-[[nodiscard]] std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs, double capacity_ah);
-
 }  // namespace voltlap::plant

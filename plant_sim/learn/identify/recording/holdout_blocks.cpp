@@ -3,12 +3,15 @@
 
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 
 using Eigen::Index;
 
 std::vector<Block> pulse_windows(const MeasuredRun& run, double window_s) {
   constexpr double kRest = 30.0;
+  VOLTLAP_DEMAND(run.rows() > 0 && window_s > 0.0);
   const double quiet = 0.01 * run.current_a.cwiseAbs().maxCoeff();
   std::vector<Block> blocks;
   double rested = 0.0, begun = -1e300;
@@ -32,6 +35,7 @@ std::vector<Block> pulse_windows(const MeasuredRun& run, double window_s) {
 }
 
 std::vector<Block> time_blocks(const MeasuredRun& run, double seconds) {
+  VOLTLAP_DEMAND(run.rows() > 0 && seconds > 0.0);
   std::vector<Block> blocks;
   Index first = 0;
   for (Index row = 0; row < run.rows(); ++row) {
@@ -49,6 +53,7 @@ std::vector<Block> time_blocks(const MeasuredRun& run, double seconds) {
 }
 
 MeasuredRun without_every_second(const MeasuredRun& run, const std::vector<Block>& blocks, std::size_t first) {
+  VOLTLAP_DEMAND(blocks.empty() || blocks.back().last <= run.rows());
   MeasuredRun out = run;
   for (std::size_t b = first; b < blocks.size(); b += 2) {
     out.weight_s.segment(blocks[b].first, blocks[b].last - blocks[b].first).setZero();
@@ -57,6 +62,7 @@ MeasuredRun without_every_second(const MeasuredRun& run, const std::vector<Block
 }
 
 Eigen::VectorXd since_onset(const Eigen::VectorXd& error, const std::vector<Block>& blocks) {
+  VOLTLAP_DEMAND(blocks.empty() || blocks.back().last <= error.size());
   Eigen::VectorXd out = error;
   for (const Block& block : blocks) {
     if (block.first > 0) out.segment(block.first, block.last - block.first).array() -= error(block.first - 1);
@@ -74,6 +80,7 @@ double BlockScore::mean() const {
 }
 
 double standard_error_of_difference(const BlockScore& a, const BlockScore& b) {
+  VOLTLAP_DEMAND(a.parts.size() == b.parts.size());
   const double mean = a.mean() - b.mean(), count = static_cast<double>(a.parts.size());
   double scatter = 0.0, seconds = 0.0;
   for (std::size_t k = 0; k < a.parts.size(); ++k) {
@@ -86,6 +93,7 @@ double standard_error_of_difference(const BlockScore& a, const BlockScore& b) {
 
 BlockScore score_every_second(const MeasuredRun& run, const Eigen::VectorXd& error, const std::vector<Block>& blocks,
                               std::size_t first) {
+  VOLTLAP_DEMAND(error.size() == run.rows() && (blocks.empty() || blocks.back().last <= run.rows()));
   BlockScore score;
   for (std::size_t b = first; b < blocks.size(); b += 2) {
     const Index n = blocks[b].last - blocks[b].first;

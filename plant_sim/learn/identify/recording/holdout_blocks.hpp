@@ -19,7 +19,8 @@ struct Block {
 [[nodiscard]] std::vector<Block> time_blocks(const MeasuredRun& run, double seconds);
 
 /// The same run with the rows of every second block (from block `first`) given no weight.
-[[nodiscard]] MeasuredRun without_every_second(const MeasuredRun& run, const std::vector<Block>& blocks, std::size_t first);
+[[nodiscard]] MeasuredRun without_every_second(const MeasuredRun& run, const std::vector<Block>& blocks,
+                                               std::size_t first);
 
 /// Error less its value just before each block: what the block itself adds, without the drift of the OCV.
 [[nodiscard]] Eigen::VectorXd since_onset(const Eigen::VectorXd& error, const std::vector<Block>& blocks);

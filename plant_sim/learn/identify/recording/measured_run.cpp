@@ -4,22 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+
 namespace voltlap::plant {
 namespace {
 
 using Eigen::Index;
 
 constexpr double kRestShare = 0.01;  // of the largest current
-
-double largest_current(const CellLog& log) {
-  double most = 0.0;
-  for (const double i : log.current_a) most = std::max(most, std::abs(i));
-  return most;
-}
-
-}  // namespace
-
-namespace {
 
 /// Rows that are means (hold kLinear) and have a step of the current inside: their mean voltage is not that of their
 /// mean current, by up to an eighth of a row's rise of the branches.
@@ -34,6 +26,12 @@ bool has_step_inside(const CellLog& log, std::size_t row, double most) {
 
 }  // namespace
 
+double largest_current(const CellLog& log) {
+  double most = 0.0;
+  for (const double i : log.current_a) most = std::max(most, std::abs(i));
+  return most;
+}
+
 std::vector<bool> resting_rows(const CellLog& log) {
   const double threshold = kRestShare * largest_current(log);
   std::vector<bool> out(log.rows());
@@ -42,6 +40,7 @@ std::vector<bool> resting_rows(const CellLog& log) {
 }
 
 std::vector<std::size_t> full_charges(const CellLog& log) {
+  VOLTLAP_DEMAND(log.rows() > 0 && log.voltage_v.size() == log.rows());
   // A full charge is one that ends within this of the highest voltage that the cell ever shows.
   constexpr double kFullBand = 0.03, kLeastCharge = 120.0;
   const double most = largest_current(log);
@@ -69,29 +68,33 @@ std::vector<std::size_t> full_charges(const CellLog& log) {
   return rows;
 }
 
-MeasuredRun make_run(const CellLog& log, const RunOptions& options) {
-  const auto n = static_cast<Index>(log.rows());
-  MeasuredRun run;
-  run.name = log.path;
-  run.time_s = Eigen::Map<const Eigen::VectorXd>(log.time_s.data(), n);
-  run.current_a = Eigen::Map<const Eigen::VectorXd>(log.current_a.data(), n);
-  run.voltage_v = Eigen::Map<const Eigen::VectorXd>(log.voltage_v.data(), n);
+namespace {
+
+Eigen::Map<const Eigen::VectorXd> column(const std::vector<double>& values) {
+  return {values.data(), static_cast<Index>(values.size())};
+}
+
+/// By the charge drawn since the anchor; 1 again at each later full charge.
+Eigen::VectorXd counted_soc(const CellLog& log, const RunOptions& options) {
   const std::vector<double> drawn = charge_drawn_ah(log, options.hold);
-  run.soc = (Eigen::Map<const Eigen::VectorXd>(drawn.data(), n).array() - drawn[options.anchor.row]) *
-                (-1.0 / options.capacity_ah) +
-            options.anchor.soc;
+  Eigen::VectorXd soc =
+      (column(drawn).array() - drawn[options.anchor.row]) * (-1.0 / options.capacity_ah) + options.anchor.soc;
   for (const std::size_t full : options.full_rows) {
     if (full <= options.anchor.row) continue;
     const auto row = static_cast<Index>(full);
-    run.soc.tail(n - row).array() += 1.0 - run.soc(row);
+    soc.tail(soc.size() - row).array() += 1.0 - soc(row);
   }
+  return soc;
+}
+
+/// Lengths, currents and weights of the intervals; where branch states are free.
+void set_intervals(const CellLog& log, const RunOptions& options, MeasuredRun& run) {
+  const Index n = run.rows();
   run.dt_s = run.current_begin_a = run.current_end_a = run.weight_s = Eigen::VectorXd::Zero(n);
-  run.resistance_scale = Eigen::VectorXd::Ones(n);
   run.reset.assign(log.rows(), false);
   run.at_rest_before.assign(log.rows(), false);
   run.reset[0] = true;
-  const std::vector<bool> resting = resting_rows(log);
-  run.at_rest_before[0] = resting[0] || options.anchor.row == 0;
+  run.at_rest_before[0] = resting_rows(log)[0] || options.anchor.row == 0;
   for (Index row = 1; row < n; ++row) {
     const auto at = static_cast<std::size_t>(row);
     run.dt_s(row) = log.time_s[at] - log.time_s[at - 1];
@@ -102,15 +105,44 @@ MeasuredRun make_run(const CellLog& log, const RunOptions& options) {
     run.weight_s(row) += share;
     run.weight_s(row - 1) += share;
   }
+}
+
+/// Rows whose voltage is none, or not that of their current, lose their weight.
+void drop_unusable_rows(const CellLog& log, CurrentHold hold, MeasuredRun& run) {
   const double most = largest_current(log);
-  for (Index row = 0; row < n; ++row) {
-    const auto at = static_cast<std::size_t>(row);
-    if (options.hold == CurrentHold::kLinear && has_step_inside(log, at, most)) run.weight_s(row) = 0.0;
+  for (Index row = 0; row < run.rows(); ++row) {
+    if (hold == CurrentHold::kLinear && has_step_inside(log, static_cast<std::size_t>(row), most))
+      run.weight_s(row) = 0.0;
     if (!std::isfinite(run.voltage_v(row))) run.weight_s(row) = run.voltage_v(row) = 0.0;
-    if (!log.temperature_c.empty() && std::isfinite(log.temperature_c[at])) {
-      run.resistance_scale(row) += options.per_kelvin * (log.temperature_c[at] - options.reference_temperature_c);
-    }
   }
+}
+
+Eigen::VectorXd resistance_scale(const CellLog& log, const RunOptions& options) {
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(static_cast<Index>(log.rows()));
+  for (std::size_t row = 0; row < log.temperature_c.size(); ++row) {
+    if (!std::isfinite(log.temperature_c[row])) continue;
+    scale(static_cast<Index>(row)) +=
+        options.per_kelvin * (log.temperature_c[row] - options.reference_temperature_c);
+  }
+  return scale;
+}
+
+}  // namespace
+
+MeasuredRun make_run(const CellLog& log, const RunOptions& options) {
+  VOLTLAP_DEMAND(log.rows() > 0 && log.current_a.size() == log.rows() && log.voltage_v.size() == log.rows());
+  VOLTLAP_DEMAND(log.temperature_c.empty() || log.temperature_c.size() == log.rows());
+  VOLTLAP_DEMAND(log.gap.size() == log.rows() && options.anchor.row < log.rows());
+  VOLTLAP_DEMAND(increasing(log.time_s) && all_finite(log.current_a));
+  MeasuredRun run;
+  run.name = log.path;
+  run.time_s = column(log.time_s);
+  run.current_a = column(log.current_a);
+  run.voltage_v = column(log.voltage_v);
+  run.soc = counted_soc(log, options);
+  set_intervals(log, options, run);
+  drop_unusable_rows(log, options.hold, run);
+  run.resistance_scale = resistance_scale(log, options);
   return run;
 }
 
@@ -154,6 +186,7 @@ void add_mean(const MeasuredRun& run, Index first, Index last, Index out_row, Me
 
 MeasuredRun averaged(const MeasuredRun& run, double share) {
   constexpr double kSocMost = 0.004;
+  VOLTLAP_DEMAND(run.rows() > 0 && share >= 0.0);
   const std::vector<bool> steady = steady_rows(run);
   std::vector<Index> begins{0};
   double step_at = run.time_s(0);
@@ -169,9 +202,9 @@ MeasuredRun averaged(const MeasuredRun& run, double share) {
   MeasuredRun out;
   out.name = run.name;
   const auto n = static_cast<Index>(begins.size());
-  for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc, &MeasuredRun::dt_s,
-                      &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a, &MeasuredRun::weight_s,
-                      &MeasuredRun::resistance_scale})
+  for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc,
+                      &MeasuredRun::dt_s, &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a,
+                      &MeasuredRun::weight_s, &MeasuredRun::resistance_scale})
     (out.*member) = Eigen::VectorXd::Zero(n);
   for (Index k = 0; k < n; ++k) {
     const Index first = begins[static_cast<std::size_t>(k)],
@@ -186,7 +219,10 @@ MeasuredRun averaged(const MeasuredRun& run, double share) {
   return out;
 }
 
-MeasuredRun thinned(const MeasuredRun& run, double share) {
+namespace {
+
+/// Rows that thinned() keeps: all under load, and of a rest one whenever `share` of its time has passed.
+std::vector<Index> rows_kept(const MeasuredRun& run, double share) {
   std::vector<Index> keep{0};
   double step_at = run.time_s(0);
   const double quiet = kRestShare * run.current_a.cwiseAbs().maxCoeff();
@@ -201,6 +237,14 @@ MeasuredRun thinned(const MeasuredRun& run, double share) {
     if (!still || run.time_s(row) - run.time_s(keep.back()) >= share * (run.time_s(row) - step_at))
       keep.push_back(row);
   }
+  return keep;
+}
+
+}  // namespace
+
+MeasuredRun thinned(const MeasuredRun& run, double share) {
+  VOLTLAP_DEMAND(run.rows() > 0 && share >= 0.0);
+  const std::vector<Index> keep = rows_kept(run, share);
   MeasuredRun out;
   out.name = run.name;
   const auto n = static_cast<Index>(keep.size());

@@ -32,6 +32,9 @@ struct SocAnchor {
 /// Rows at which a charge has ended at the highest voltage, and a first row that stands there already.
 [[nodiscard]] std::vector<std::size_t> full_charges(const CellLog& log);
 
+/// Of |current| [A].
+[[nodiscard]] double largest_current(const CellLog& log);
+
 /// True where |current| is below a hundredth of the recording's largest.
 [[nodiscard]] std::vector<bool> resting_rows(const CellLog& log);
 

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/demand.hpp"
+#include "core/signal.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -14,14 +17,8 @@ using Eigen::Index;
 
 /// Step of the readings [K], or 0 when they are fine, or all the same.
 double step_of(const std::vector<double>& readings) {
-  constexpr double kCoarse = 0.2, kSame = 1e-6;  // K
-  std::vector<double> values = readings;
-  std::sort(values.begin(), values.end());
-  double step = 0.0;
-  for (std::size_t k = 1; k < values.size(); ++k) {
-    const double rise = values[k] - values[k - 1];
-    if (rise > kSame) step = step > 0.0 ? std::min(step, rise) : rise;
-  }
+  constexpr double kCoarse = 0.2;  // K
+  const double step = smallest_step(readings);
   return step >= kCoarse ? step : 0.0;
 }
 
@@ -64,6 +61,7 @@ struct Curve {
 
 Curve curve_of(const CellLog& log, const Eigen::VectorXd& readings, double step, double tau_s) {
   constexpr int kRounds = 30;
+  VOLTLAP_DEMAND(readings.size() == static_cast<Index>(log.rows()) && step > 0.0 && tau_s > 0.0);
   constexpr Index kRowsMax = 2000;  // of the fit: temperatures are slow
   const Eigen::MatrixXd whole = basis(log, tau_s);
   const auto some = Eigen::seq(0, readings.size() - 1, std::max<Index>(1, readings.size() / kRowsMax));

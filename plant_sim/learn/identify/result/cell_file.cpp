@@ -9,6 +9,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "learn/identify/result/cell_parameters.hpp"
+#include "learn/identify/result/excitation.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -120,11 +123,12 @@ Json file_json(const RecordingResult& file) {
 
 }  // namespace
 
-std::string cell_toml(const CellParameters& cell, const CellIdentification& identified, const std::string& thermal_from) {
+std::string cell_toml(const CellParameters& cell, const CellIdentification& identified,
+                      const std::string& thermal_from) {
   const std::string files = file_names(identified);
   std::string out = fmt::format("# Identified by voltlap identify from {}.\n", files);
-  for (const std::string& note : identified.points[identified.reference].result.notes) out += "# " + note + "\n";
-  const OcvPolynomial polynomial = ocv_polynomial(identified.points[identified.reference].result.model);
+  for (const std::string& note : identified.reference_point().result.notes) out += "# " + note + "\n";
+  const OcvPolynomial polynomial = ocv_polynomial(identified.reference_point().result.model);
   out += fmt::format("name = \"{}\"\n", cell.name);
   const auto line = [&](const char* key, double value, const char* unit, const std::string& source) {
     out += fmt::format("{} = {}  # {}; {}\n", key, real(value), unit, source);
@@ -160,13 +164,14 @@ std::string cell_toml(const CellParameters& cell, const CellIdentification& iden
   return out;
 }
 
-std::string identification_json(const CellParameters& cell, const CellIdentification& identified, const std::string& version) {
+std::string identification_json(const CellParameters& cell, const CellIdentification& identified,
+                                const std::string& version) {
   Json out = {{"name", cell.name},
               {"version", version},
               {"capacity_ah", cell.capacity_ah},
               {"temperatures_c", identified.temperatures_c},
               {"currents_a", identified.currents_a}};
-  const OcvPolynomial polynomial = ocv_polynomial(identified.points[identified.reference].result.model);
+  const OcvPolynomial polynomial = ocv_polynomial(identified.reference_point().result.model);
   out["ocv_polynomial_v"] = polynomial.coefficients_v;
   out["ocv_polynomial_error_max_v"] = polynomial.error_max_v;
   for (const OperatingPoint& point : identified.points) {

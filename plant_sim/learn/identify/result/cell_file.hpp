@@ -4,6 +4,7 @@
 #pragma once
 #include <string>
 
+#include "core/parameters.hpp"
 #include "learn/identify/cell_identification.hpp"
 
 namespace voltlap::plant {

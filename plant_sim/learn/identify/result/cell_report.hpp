@@ -3,8 +3,11 @@
 // parameter with its interval, and the choices and repairs on the way. html/cell.js draws the charts.
 #pragma once
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/parameters.hpp"
 #include "learn/identify/mean_cell.hpp"
 #include "learn/methods/method_comparison.hpp"
 

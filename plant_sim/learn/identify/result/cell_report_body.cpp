@@ -8,6 +8,7 @@
 #include "io/page/html_page.hpp"
 #include "io/page/html_parts.hpp"
 #include "learn/identify/result/cell_report.hpp"
+#include "learn/identify/result/excitation.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -46,7 +47,7 @@ Index excited_tables(const IdentifyResult& result, Index node) {
 
 std::string tiles(const ReportedCell& reported) {
   const CellIdentification& identified = reported.identified;
-  const IdentifyResult& reference = identified.points[identified.reference].result;
+  const IdentifyResult& reference = identified.reference_point().result;
   Index excited = 0, all = 0;
   for (const OperatingPoint& point : identified.points) {
     const Index tables = 2 * point.result.model.branches() + 1;
@@ -68,7 +69,7 @@ std::string tiles(const ReportedCell& reported) {
   out += html_tile("Values settled by data", fmt::format("{}", excited), fmt::format("of {}", all),
                    "R and tau within ±20 % at 95 %");
   out += html_tile("Computed in", fmt::format("{:.2f}", reference.seconds), "s",
-                   fmt::format("{}, {} iterations", place_text(identified.points[identified.reference]), reference.iterations));
+                   fmt::format("{}, {} iterations", place_text(identified.reference_point()), reference.iterations));
   return out;
 }
 
@@ -115,7 +116,8 @@ std::string coverage_rows(const CellIdentification& identified) {
         }
       }
       out += fmt::format("<tr><th scope=\"row\">{:.1f} °C{}</th>{}</tr>\n", identified.temperatures_c[t],
-                         identified.currents_a[c] > 0.0 ? fmt::format(", {:.0f} A", identified.currents_a[c]) : "", cells);
+                         identified.currents_a[c] > 0.0 ? fmt::format(", {:.0f} A", identified.currents_a[c]) : "",
+                         cells);
     }
   }
   return out;
@@ -213,7 +215,7 @@ std::string file_rows(const CellIdentification& identified) {
 
 std::string notes(const CellIdentification& identified) {
   std::string out;
-  for (const std::string& note : identified.points[identified.reference].result.notes)
+  for (const std::string& note : identified.reference_point().result.notes)
     out += "<li>" + html_text(note) + "</li>\n";
   return out;
 }
@@ -244,29 +246,31 @@ std::string run_facts(const ReportedCell& reported, const std::string& version) 
 std::string cell_report_body(const ReportedCell& reported, const std::string& version) {
   const CellIdentification& identified = reported.identified;
   std::string tables;
-  for (const Surface& s : surfaces(identified.points[identified.reference].result.model.branches()))
+  for (const Surface& s : surfaces(identified.reference_point().result.model.branches()))
     tables += surface_table(identified, s);
   const std::string headline =
       fmt::format("{}: {:.2f} Ah, {:.3f} to {:.3f} V; the model follows {} recording{} within {:.2f} mV RMS",
                   reported.cell.name, reported.cell.capacity_ah, reported.cell.voltage_min_v,
-                  reported.cell.voltage_max_v, recordings(identified), recordings(identified) == 1 ? "" : "s", rms_mv(identified));
+                  reported.cell.voltage_max_v, recordings(identified), recordings(identified) == 1 ? "" : "s",
+                  rms_mv(identified));
   const std::string spread =
       reported.mean == nullptr
           ? ""
           : "<div class=\"card scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Spread\"><pre>" +
                 html_text(spread_text(*reported.mean)) + "</pre></div>";
-  return fill_template(html_asset("cell.html", cell_page_files), {{"headline", html_text(headline)},
-                                                 {"facts", html_text("voltlap identify, version " + version)},
-                                                 {"tiles", tiles(reported)},
-                                                 {"notes", notes(identified)},
-                                                 {"coverage_head", soc_head(identified.points.front().result.model.grid)},
-                                                 {"coverage_rows", coverage_rows(identified)},
-                                                 {"surfaces", tables},
-                                                 {"spread", spread},
-                                                 {"methods", method_section(reported.scores)},
-                                                 {"choice_rows", choice_rows(identified)},
-                                                 {"file_rows", file_rows(identified)},
-                                                 {"run_facts", run_facts(reported, version)}});
+  return fill_template(html_asset("cell.html", cell_page_files),
+                       {{"headline", html_text(headline)},
+                        {"facts", html_text("voltlap identify, version " + version)},
+                        {"tiles", tiles(reported)},
+                        {"notes", notes(identified)},
+                        {"coverage_head", soc_head(identified.points.front().result.model.grid)},
+                        {"coverage_rows", coverage_rows(identified)},
+                        {"surfaces", tables},
+                        {"spread", spread},
+                        {"methods", method_section(reported.scores)},
+                        {"choice_rows", choice_rows(identified)},
+                        {"file_rows", file_rows(identified)},
+                        {"run_facts", run_facts(reported, version)}});
 }
 
 }  // namespace voltlap::plant

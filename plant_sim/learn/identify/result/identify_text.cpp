@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+
+#include "core/demand.hpp"
+#include "learn/identify/result/excitation.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -15,54 +17,69 @@ std::string smoothness_text(const IdentifyResult& result) {
                                  : "by " + result.smoothness_from;
 }
 
+std::string file_text(const RecordingResult& file) {
+  std::string out = fmt::format(
+      "  {}\n    current {} (found from {}); SOC {:.3f} to {:.3f}, {:.3f} by {}; RMS {:.2f} mV over all "
+      "rows, {:.2f} mV from there on\n",
+      file.path, name_of(file.hold), file.hold_from, file.soc_low, file.soc_high, file.anchor.soc, file.anchor.from,
+      1e3 * file.rms_v, 1e3 * file.rms_pulses_v);
+  for (const std::string& repair : file.repairs) out += fmt::format("    {}\n", repair);
+  return out;
+}
+
+std::string order_text(const OrderScore& order) {
+  return fmt::format("  {} branch{}: held-out pulses {:.2f} mV, information criterion {:.0f}\n", order.branches,
+                     order.branches == 1 ? "  " : "es", 1e3 * order.heldout_rms_v, order.information_criterion);
+}
+
+std::string value_text(const IdentifyResult& r, Eigen::Index table, Eigen::Index node) {
+  const Eigen::Index branches = r.model.branches();
+  const double value = table <= branches ? 1e3 * r.model.r(node, table) : r.model.tau(node, table - branches - 1);
+  const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
+  const std::string interval =
+      std::isnan(sigma) ? "    -  " : fmt::format("{:4.0f} %", std::min(999.0, 196.0 * sigma));
+  return fmt::format("  {:9.4g} {:6}{}", value, interval, is_excited(r, table, node) ? " " : "*");
+}
+
+std::string table_text(const IdentifyResult& r) {
+  const Eigen::Index branches = r.model.branches();
+  VOLTLAP_DEMAND(r.uncertainty.sigma.size() >= r.model.em.size() + (2 * branches + 1) * r.model.grid.size());
+  std::string out = "    SOC    Em [V]     R0 [mOhm]  ";
+  for (Eigen::Index k = 1; k <= branches; ++k) out += fmt::format("      R{} [mOhm]  ", k);
+  for (Eigen::Index k = 1; k <= branches; ++k) out += fmt::format("       tau{} [s]  ", k);
+  out += "   (+- 95 %; * not excited)\n";
+  for (Eigen::Index node = r.model.grid.size(); node-- > 0;) {
+    const double soc = r.model.grid.at(node);
+    out += fmt::format("  {:5.3f}  {:8.4f}", soc, r.model.ocv.value(r.model.em, soc));
+    for (Eigen::Index table = 0; table <= 2 * branches; ++table) out += value_text(r, table, node);
+    out += "\n";
+  }
+  return out;
+}
+
+std::string point_text(const OperatingPoint& point, int cells_in_series) {
+  const IdentifyResult& r = point.result;
+  std::string out = fmt::format(
+      "\nat {:.1f} degC{}: {} RC branches, RMS {:.2f} mV, smoothness {}, {} iterations, {:.2f} s\n",
+      point.temperature_c, point.current_a > 0.0 ? fmt::format(", {:.0f} A", point.current_a) : "",
+      r.model.branches(), 1e3 * r.rms_v, smoothness_text(r), r.iterations, r.seconds);
+  for (const RecordingResult& file : r.files) out += file_text(file);
+  for (const OrderScore& order : r.orders) out += order_text(order);
+  if (r.rms_other_blocks_v) {
+    out += fmt::format("  blocks kept back: RMS {:.2f} mV a cell, {:.3f} V over {} in series\n",
+                       1e3 * *r.rms_other_blocks_v, *r.rms_other_blocks_v * cells_in_series, cells_in_series);
+  }
+  for (const std::string& note : r.notes) out += fmt::format("  {}\n", note);
+  return out + table_text(r);
+}
+
 }  // namespace
 
-std::string identification_text(const CellParameters& cell, const CellIdentification& identified, int cells_in_series) {
-  std::string out;
-  const auto to = std::back_inserter(out);
-  fmt::format_to(to, "{}: {:.3f} Ah, {} to {} V\n", cell.name, cell.capacity_ah, cell.voltage_min_v,
-             cell.voltage_max_v);
-  for (const OperatingPoint& point : identified.points) {
-    const IdentifyResult& r = point.result;
-    fmt::format_to(to, "\nat {:.1f} degC{}: {} RC branches, RMS {:.2f} mV, smoothness {}, {} iterations, {:.2f} s\n",
-               point.temperature_c, point.current_a > 0.0 ? fmt::format(", {:.0f} A", point.current_a) : "",
-               r.model.branches(), 1e3 * r.rms_v, smoothness_text(r), r.iterations, r.seconds);
-    for (const RecordingResult& file : r.files) {
-      fmt::format_to(to,
-                 "  {}\n    current {} (found from {}); SOC {:.3f} to {:.3f}, {:.3f} by {}; RMS {:.2f} mV over all "
-                 "rows, {:.2f} mV from there on\n",
-                 file.path, name_of(file.hold), file.hold_from, file.soc_low, file.soc_high, file.anchor.soc,
-                 file.anchor.from, 1e3 * file.rms_v, 1e3 * file.rms_pulses_v);
-      for (const std::string& repair : file.repairs) fmt::format_to(to, "    {}\n", repair);
-    }
-    for (const OrderScore& order : r.orders) {
-      fmt::format_to(to, "  {} branch{}: held-out pulses {:.2f} mV, information criterion {:.0f}\n", order.branches,
-                 order.branches == 1 ? "  " : "es", 1e3 * order.heldout_rms_v, order.information_criterion);
-    }
-    if (r.rms_other_blocks_v) {
-      fmt::format_to(to, "  blocks kept back: RMS {:.2f} mV a cell, {:.3f} V over {} in series\n",
-                 1e3 * *r.rms_other_blocks_v, *r.rms_other_blocks_v * cells_in_series, cells_in_series);
-    }
-    for (const std::string& note : r.notes) fmt::format_to(to, "  {}\n", note);
-    const Eigen::Index branches = r.model.branches();
-    fmt::format_to(to, "    SOC    Em [V]     R0 [mOhm]  ");
-    for (Eigen::Index k = 1; k <= branches; ++k) fmt::format_to(to, "      R{} [mOhm]  ", k);
-    for (Eigen::Index k = 1; k <= branches; ++k) fmt::format_to(to, "       tau{} [s]  ", k);
-    fmt::format_to(to, "   (+- 95 %; * not excited)\n");
-    for (Eigen::Index node = r.model.grid.size(); node-- > 0;) {
-      const double soc = r.model.grid.at(node);
-      fmt::format_to(to, "  {:5.3f}  {:8.4f}", soc, r.model.ocv.value(r.model.em, soc));
-      for (Eigen::Index table = 0; table <= 2 * branches; ++table) {
-        const double value =
-            table <= branches ? 1e3 * r.model.r(node, table) : r.model.tau(node, table - branches - 1);
-        const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
-        const std::string interval =
-            std::isnan(sigma) ? "    -  " : fmt::format("{:4.0f} %", std::min(999.0, 196.0 * sigma));
-        fmt::format_to(to, "  {:9.4g} {:6}{}", value, interval, is_excited(r, table, node) ? " " : "*");
-      }
-      fmt::format_to(to, "\n");
-    }
-  }
+std::string identification_text(const CellParameters& cell, const CellIdentification& identified,
+                                int cells_in_series) {
+  std::string out = fmt::format("{}: {:.3f} Ah, {} to {} V\n", cell.name, cell.capacity_ah, cell.voltage_min_v,
+                                cell.voltage_max_v);
+  for (const OperatingPoint& point : identified.points) out += point_text(point, cells_in_series);
   return out;
 }
 

@@ -73,15 +73,16 @@ BenchPlan one_pulse(const std::vector<std::string>& more) {
 
 }  // namespace
 
-TEST_GROUP(VirtualBench){static void check_charge(const BenchRecord& record, double capacity_ah){double logged = 0.0;
-for (const double current : record.true_current_a) logged += current / 8.0 / 3600.0;
-DOUBLES_EQUAL(record.charge_ah, logged, 1e-9 * logged);
-for (const CellRecord& cell : record.cells) {
-  DOUBLES_EQUAL(record.charge_ah, (cell.initial_soc - cell.true_soc.back()) * capacity_ah, 1e-9 * record.charge_ah);
-}
-}
-}
-;
+TEST_GROUP(VirtualBench) {
+  static void check_charge(const BenchRecord& record, double capacity_ah) {
+    double logged = 0.0;
+    for (const double current : record.true_current_a) logged += current / 8.0 / 3600.0;
+    DOUBLES_EQUAL(record.charge_ah, logged, 1e-9 * logged);
+    for (const CellRecord& cell : record.cells) {
+      DOUBLES_EQUAL(record.charge_ah, (cell.initial_soc - cell.true_soc.back()) * capacity_ah, 1e-9 * record.charge_ah);
+    }
+  }
+};
 
 TEST(VirtualBench, CurrentThroughAResistorIsThatOfTheClosedCircuitAtEveryReading) {
   const BenchRecord record = run_equal(one_pulse({}), constant_cell());

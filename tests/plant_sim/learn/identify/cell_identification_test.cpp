@@ -8,6 +8,7 @@
 #include "known_cell.hpp"
 #include "learn/identify/common_time_constants.hpp"
 #include "learn/identify/result/cell_file.hpp"
+#include "learn/identify/result/cell_parameters.hpp"
 #include "plant_sim/core/scratch.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -49,7 +50,7 @@ TEST(CellIdentification, TestsAtTwoTemperaturesBecomeATable) {
   for (std::size_t row = 0; row < cold.rows(); ++row) cold.voltage_v[row] -= 1e-3 * cold.current_a[row];
   const CellIdentification identified = identify_cell({log, cold}, {25.0, 10.0}, options);
   LONGS_EQUAL(2, identified.points.size());
-  DOUBLES_EQUAL(25.0, identified.points[identified.reference].temperature_c, 0.0);
+  DOUBLES_EQUAL(25.0, identified.reference_point().temperature_c, 0.0);
   const CellTables tables(written_and_read(identified));
   const double warm = tables.circuit(0.5, 25.0, 33.0).r0_ohm, middle = tables.circuit(0.5, 17.5, 33.0).r0_ohm;
   DOUBLES_EQUAL(1e-3, tables.circuit(0.5, 10.0, 33.0).r0_ohm - warm, 5e-5);
@@ -60,8 +61,8 @@ TEST(CellIdentification, TestsAtTwoTemperaturesBecomeATable) {
 }
 
 TEST(CellIdentification, TestsOfSeveralCurrentsDivideALagAmongTheSameTimeConstants) {
-  // Three lags for two branches, the third larger at low currents: each test alone finds another compromise, and a table
-  // of both would charge one branch and discharge the other.
+  // Three lags for two branches, the third larger at low currents: each test alone finds another compromise, and a
+  // table of both would charge one branch and discharge the other.
   const auto tested = [&](double current_a, double third_ohm) {
     CellLog log = cell.record(cell.pulse_plan(current_a, 400, 0.3));
     double third = 0.0;
@@ -104,9 +105,11 @@ TEST(CellIdentification, TimeConstantsOfAllTestsChangeWithTemperatureAlike) {
 TEST(CellIdentification, ACellFileSaysWhichTimeConstantsItsTestsHaveTogether) {
   options.branches = 0;
   const CellIdentification identified = identify_cell(
-      {cell.record(cell.pulse_plan(33.0, 400, 0.3)), cell.record(cell.pulse_plan(99.0, 400, 0.3))}, {25.0, 25.0}, options);
-  STRCMP_CONTAINS("looked for in all 2 tests together", identified.points[identified.reference].result.notes.back().c_str());
-  LONGS_EQUAL(3, identified.points[identified.reference].result.orders.size());  // how the number of branches was chosen stays told
+      {cell.record(cell.pulse_plan(33.0, 400, 0.3)), cell.record(cell.pulse_plan(99.0, 400, 0.3))}, {25.0, 25.0},
+      options);
+  STRCMP_CONTAINS("looked for in all 2 tests together", identified.reference_point().result.notes.back().c_str());
+  // How the number of branches was chosen stays told.
+  LONGS_EQUAL(3, identified.reference_point().result.orders.size());
 }
 
 TEST(CellIdentification, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn) {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "known_cell.hpp"
-#include "learn/identify/cell_identification.hpp"
+#include "learn/identify/result/excitation.hpp"
 #include "plant_sim/core/scratch.hpp"
 
 #include <CppUTest/TestHarness.h>

@@ -29,7 +29,8 @@ TEST_GROUP(MeanCell) {
 TEST(MeanCell, MeanAndSpreadAreThoseOfTheCellsOnOneScaleOfSoc) {
   constexpr double kMore = 3.3e-3;  // V at 33 A: 0.1 mOhm
   const MeanCell mean =
-      mean_cell({identified(30.0, 0.0), identified(30.9, kMore), identified(30.6, 0.5 * kMore, 0.995)}, {"a", "b", "c"});
+      mean_cell({identified(30.0, 0.0), identified(30.9, kMore), identified(30.6, 0.5 * kMore, 0.995)},
+                {"a", "b", "c"});
   DOUBLES_EQUAL(30.0, mean.capacity_ah[0], 0.05);
   DOUBLES_EQUAL(30.9, mean.capacity_ah[1], 0.1);
   DOUBLES_EQUAL(30.6, mean.capacity_ah[2], 0.1);

@@ -7,6 +7,7 @@
 
 #include "core/errors.hpp"
 #include "learn/identify/cell_identification.hpp"
+#include "learn/identify/result/excitation.hpp"
 #include "learn/methods/method_comparison.hpp"
 #include "plant_sim/learn/identify/known_cell.hpp"
 

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/result/cell_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/demand.hpp"
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+/// Pool of adjacent violators: the nearest curve that does not fall.
+std::vector<double> not_falling(const Eigen::VectorXd& y) {
+  struct Pool {
+    double sum;
+    std::size_t count;
+    [[nodiscard]] double mean() const { return sum / static_cast<double>(count); }
+  };
+  std::vector<Pool> pools;
+  for (const double value : y) {
+    pools.push_back({value, 1});
+    while (pools.size() > 1 && pools[pools.size() - 2].mean() > pools.back().mean()) {
+      const Pool last = pools.back();
+      pools.pop_back();
+      pools.back().sum += last.sum;
+      pools.back().count += last.count;
+    }
+  }
+  std::vector<double> out;
+  for (const Pool& pool : pools) out.insert(out.end(), pool.count, pool.mean());
+  return out;
+}
+
+/// Nodes of a curve that a table, straight between its entries, is to follow: three more in each interval.
+std::vector<double> fine(const std::vector<double>& at) {
+  constexpr int kParts = 4;
+  std::vector<double> out{at.front()};
+  for (std::size_t k = 1; k < at.size(); ++k) {
+    for (int part = 1; part <= kParts; ++part) out.push_back(at[k - 1] + (at[k] - at[k - 1]) * part / kParts);
+  }
+  return out;
+}
+
+/// One value a node where there is one operating point, else [soc][temperature][current].
+CellParameterMap table_of(const CellIdentification& identified, const auto& value_at) {
+  CellParameterMap map;
+  const Index nodes = breakpoint_grid().size();
+  if (identified.temperatures_c.size() == 1 && identified.currents_a.size() == 1) {
+    for (Index node = 0; node < nodes; ++node) map.value.push_back(value_at(identified.points[0].result.model, node));
+    return map;
+  }
+  for (Index node = 0; node < nodes; ++node) {
+    for (std::size_t t = 0; t < identified.temperatures_c.size(); ++t) {
+      for (std::size_t i = 0; i < identified.currents_a.size(); ++i) {
+        map.table.push_back(value_at(identified.at(t, i).result.model, node));
+      }
+    }
+  }
+  return map;
+}
+
+/// Size by charge: mass goes with it, surface with its two-thirds power.
+CellParameters scaled_to(double capacity_ah, const CellParameters& like) {
+  VOLTLAP_DEMAND(capacity_ah > 0.0 && like.capacity_ah > 0.0);
+  CellParameters cell = like;
+  const double size = capacity_ah / like.capacity_ah;
+  cell.capacity_ah = capacity_ah;
+  cell.mass_kg = like.mass_kg * size;
+  cell.surface_area_m2 = like.surface_area_m2 * std::pow(size, 2.0 / 3.0);
+  return cell;
+}
+
+void set_axes(const CellIdentification& identified, CellParameters& cell) {
+  cell.reference_temperature_c = identified.reference_point().temperature_c;
+  cell.reference_current_a = identified.reference_point().current_a;
+  cell.soc_breakpoints = breakpoint_grid().nodes();
+  cell.temperature_breakpoints_c = identified.temperatures_c;
+  cell.current_breakpoints_a = identified.currents_a;
+  cell.kinetic_law = identified.temperatures_c.size() > 1 || identified.currents_a.size() > 1;
+  VOLTLAP_DEMAND(increasing(cell.soc_breakpoints) && increasing(cell.current_breakpoints_a));
+}
+
+void set_voltage_limits(const std::vector<RecordingResult>& files, CellParameters& cell) {
+  double low = 1e9, high = 0.0;
+  for (const RecordingResult& file : files) {
+    low = std::min(low, file.voltage_low_v);
+    high = std::max(high, file.voltage_high_v);
+  }
+  cell.voltage_min_v = low;
+  cell.voltage_max_v = high;
+}
+
+/// The reference's curve, levelled where it falls with SOC.
+void set_ocv(const IdentifyResult& reference, CellParameters& cell, std::vector<std::string>& notes) {
+  constexpr double kNoCurve = 1.0, kWorthANote = 1e-3;  // V; beyond the first this is no open-circuit voltage
+  const CircuitModel& model = reference.model;
+  cell.ocv_polynomial_v.clear();
+  cell.ocv_soc = fine(model.ocv.nodes());
+  Eigen::VectorXd ocv(static_cast<Index>(cell.ocv_soc.size()));
+  for (Index k = 0; k < ocv.size(); ++k) ocv(k) = model.ocv.value(model.em, cell.ocv_soc[static_cast<std::size_t>(k)]);
+  cell.ocv_v = not_falling(ocv);
+  VOLTLAP_DEMAND(increasing(cell.ocv_soc) && cell.ocv_v.size() == cell.ocv_soc.size() && all_finite(cell.ocv_v));
+  double levelled = 0.0;
+  for (std::size_t k = 0; k < cell.ocv_v.size(); ++k)
+    levelled = std::max(levelled, std::abs(cell.ocv_v[k] - ocv(static_cast<Index>(k))));
+  if (levelled > kNoCurve) {
+    throw InputError(reference.files.front().path,
+                     fmt::format("an OCV that falls by {:.2g} V as SOC rises: no rest tells it", levelled),
+                     "recordings with rests of four minutes or more between the pulses",
+                     "Give such a recording, or the OCV of the cell with --ocv");
+  }
+  if (levelled > kWorthANote)
+    notes.push_back(fmt::format("The OCV fell with SOC in places; levelled by up to {:.1f} mV.", 1e3 * levelled));
+}
+
+void set_tables(const CellIdentification& identified, CellParameters& cell) {
+  constexpr double kNoResistance = 1e-7, kNoTau = 1.0;  // a branch that is not there
+  const auto resistance = [&](Index column) {
+    return table_of(identified, [&](const CircuitModel& m, Index node) {
+      return column < m.r.cols() ? std::max(kNoResistance, m.r(node, column)) : kNoResistance;
+    });
+  };
+  const auto tau = [&](Index column) {
+    return table_of(identified, [&](const CircuitModel& m, Index node) {
+      return column < m.tau.cols() ? m.tau(node, column) : kNoTau;
+    });
+  };
+  cell.r0_ohm = resistance(0);
+  cell.r1_ohm = resistance(1);
+  cell.r2_ohm = resistance(2);
+  cell.tau1_s = tau(0);
+  cell.tau2_s = tau(1);
+  const auto ocv = [](const CircuitModel& m, Index node) { return m.ocv.value(m.em, m.grid.at(node)); };
+  cell.ocv_table_v = table_of(identified, ocv).table;
+}
+
+/// One temperature was tested: the resistances follow the stated coefficient within 20 K, the tables hold at its ends.
+void reach_beyond_temperature(double temperature_c, double per_kelvin, CellParameters& cell) {
+  constexpr double kReach = 20.0;
+  cell.temperature_breakpoints_c = {temperature_c - kReach, temperature_c, temperature_c + kReach};
+  for (CellParameterMap* map : {&cell.r0_ohm, &cell.r1_ohm, &cell.r2_ohm}) map->per_kelvin = per_kelvin;
+  if (!cell.r0_ohm.table.empty()) cell.temperature_breakpoints_c = {temperature_c};
+}
+
+}  // namespace
+
+CellParameters cell_parameters(const CellIdentification& identified, const CellParameters& like,
+                               const std::string& name, std::vector<std::string>& notes) {
+  VOLTLAP_DEMAND(!identified.points.empty() && identified.reference < identified.points.size());
+  const OperatingPoint& reference = identified.reference_point();
+  CellParameters cell = scaled_to(reference.result.model.capacity_ah, like);
+  cell.name = name;
+  set_axes(identified, cell);
+  set_voltage_limits(reference.result.files, cell);
+  set_ocv(reference.result, cell, notes);
+  set_tables(identified, cell);
+  if (identified.temperatures_c.size() == 1)
+    reach_beyond_temperature(reference.temperature_c, reference.result.model.per_kelvin, cell);
+  return cell;
+}
+
+OcvPolynomial ocv_polynomial(const CircuitModel& model) {
+  constexpr Index kOrder = 5;
+  VOLTLAP_DEMAND(model.em.size() == model.ocv.size() && model.ocv.size() > kOrder);
+  const Index n = model.ocv.size();
+  Eigen::MatrixXd powers(n, kOrder + 1);
+  for (Index row = 0; row < n; ++row) {
+    for (Index k = 0; k <= kOrder; ++k) powers(row, k) = std::pow(model.ocv.at(row), static_cast<double>(k));
+  }
+  const Eigen::VectorXd c = powers.colPivHouseholderQr().solve(model.em);
+  return {{c.begin(), c.end()}, (powers * c - model.em).cwiseAbs().maxCoeff()};
+}
+
+}  // namespace voltlap::plant
