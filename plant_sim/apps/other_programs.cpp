@@ -56,7 +56,8 @@ void hand_over(int argc, char** argv) {
   if (other == nullptr) return;
   const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   execv((folder / other->program).c_str(), argv);
-  throw InputError(std::string("voltlap ") + argv[1], (folder / other->program).string() + " is not there or does not start",
+  throw InputError(std::string("voltlap ") + argv[1],
+                   (folder / other->program).string() + " is not there or does not start",
                    "the program that has this command, built",
                    std::string("Start it with ./voltlap, which builds it, or build the target ") + other->program);
 }

@@ -53,7 +53,7 @@ struct CellParameters {
   std::vector<double> ocv_polynomial_v;      ///< [V] c0 + c1 SOC + c2 SOC^2 ..., ocv.polynomial_v; or
   std::vector<double> ocv_soc;               ///< [1] increasing, ocv.soc, with
   std::vector<double> ocv_v;                 ///< [V] not decreasing, ocv.voltage_v
-  std::vector<double> ocv_table_v;           ///< [V] [soc][temperature][current] ocv.table, by test; unused by the plant
+  std::vector<double> ocv_table_v;           ///< [V] [soc][temperature][current] ocv.table, by test; not for the plant
   CellParameterMap r0_ohm, r1_ohm, r2_ohm;   ///< [ohm] > 0, sections [r0] [r1] [r2]
   CellParameterMap tau1_s, tau2_s;           ///< [s] > 0, sections [tau1] [tau2]
   CellEffects effects;                       ///< section [effects]
