@@ -254,6 +254,8 @@ def print_difference(result, words, old_name, seed, file):
 
 
 def compare(given, folder):
+    file = folder.parent / "difference.txt"
+    file.unlink(missing_ok=True)
     commit = commit_of(given.old)
     old_name = given.old if commit.startswith(given.old) else f"{given.old} ({commit[:12]})"
     extract(commit, folder / "old")
@@ -269,7 +271,7 @@ def compare(given, folder):
     if done.returncode == 0:
         print(text_of_equal(result, words, old_name, given.seed))
     else:
-        print_difference(result, words, old_name, given.seed, folder.parent / "difference.txt")
+        print_difference(result, words, old_name, given.seed, file)
     return done.returncode
 
 

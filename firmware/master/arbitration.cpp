@@ -59,7 +59,8 @@ Ratio measured_excess(const Config& config, const Input& input, const Arbitratio
   std::int64_t excess = 0;
   const std::int64_t limit = state.discharge_limit_before.raw();
   if (limit > 0 && current > limit) excess = (current - limit) * kFull / limit;
-  if (input.pack_voltage.good()) {
+  // A configuration that is refused goes through here too, in the fault state.
+  if (input.pack_voltage.good() && config.power_max_mw > 0) {
     const std::int64_t power_mw = current * input.pack_voltage.value.raw() / kMilliwattPerProduct;
     const std::int64_t over = (power_mw - config.power_max_mw) * kFull / config.power_max_mw;
     if (over > excess) excess = over;

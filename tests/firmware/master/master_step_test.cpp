@@ -88,3 +88,13 @@ TEST(MasterStep, LateStepGetsNoMoreCreditThanTwoSteps) {
   car.out = step(car.config, car.in, car.state);
   LONGS_EQUAL(20'000, car.out.phase_current.raw());
 }
+
+TEST(MasterStep, RefusedConfigurationWithoutPowerStillStepsAndGivesNothing) {
+  car.config.power_max_mw = 0;
+  car.in.pack_current = bench::good(Current::from_raw(10'000));
+  car.run(3);
+  CHECK(car.out.faults.has(MasterFault::kConfigInvalid));
+  CHECK(car.out.drive_state == DriveState::kFault);
+  CHECK_FALSE(car.out.enable);
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+}
