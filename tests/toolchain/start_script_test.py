@@ -192,8 +192,8 @@ def test_needed_package_that_the_distribution_lacks_is_an_error(machine):
 
 
 def test_seconds_count_up_on_a_terminal_while_one_waits(machine):
-    seen = machine.project / "seen"
-    machine.makes_environments(pip=f"until [ -e {seen} ]; do sleep 0.1; done")
+    seen = machine.tools / "seen"
+    machine.makes_environments(pip=f'until [ -e "{seen}" ]; do sleep 0.1; done')
     ours, terminal = pty.openpty()
     run = subprocess.Popen([machine.project / "voltlap", "lap", "--yes"], env=machine.environment(),
                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=terminal, text=True)
