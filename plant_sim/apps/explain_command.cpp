@@ -87,35 +87,41 @@ std::string no_model_because(const Explanation& e, const Model& model) {
   if (!e.world) return "no cause was found that a model could contain";
   const auto left_out = extended_car(model.world, *e.world).left_out;
   if (!left_out.empty()) return fmt::format("a car file has no parameter for {}", fmt::join(left_out, ", "));
-  return model.kind == ModelKind::kCell ? "it is not in the cell of this file but in a sensor, a contact or one cell of many; a pack file as "
-                                          "--model can hold the last two"
-                                        : "the cause is in a sensor, not in the car";
+  if (model.kind != ModelKind::kCell) return "the cause is in a sensor, not in the car";
+  return "it is not in the cell of this file but in a sensor, a contact or one cell of many; a pack file as --model "
+         "can hold the last two";
 }
 
 }  // namespace
 
 ExplainCommand::ExplainCommand(CLI::App& app)
     : command_(app.add_subcommand("explain", what_it_does("explain"))) {
-  command_->add_option("log", log_, "Log of a cell test, a pack or a car: CSV, also gzipped, or CAN through a map")->required();
-  command_->add_option("--map", map_, "Role map: name or path; default: by column names, or a shipped map by its header");
+  command_->add_option("log", log_, "Log of a cell test, a pack or a car: CSV, also gzipped, or CAN through a map")
+      ->required();
+  command_->add_option("--map", map_,
+                       "Role map: name or path; default: by column names, or a shipped map by its header");
   command_->add_option("--model", model_, "Cell, pack or vehicle file (TOML): name or path")->required();
-  command_->add_option("--reference", references_, "Logs that are known to be good: what is usual is learned from them");
-  command_->add_option("--holdout", holdout_, "A second log, on which the gain is measured instead of on blocks of the first");
+  command_->add_option("--reference", references_,
+                       "Logs that are known to be good: what is usual is learned from them");
+  command_->add_option("--holdout", holdout_,
+                       "A second log, on which the gain is measured instead of on blocks of the first");
   add_output_file(*command_, "--json", json_, "Write the explanation as JSON");
   add_output_file(*command_, "--report", report_,
                   "Write a report as one HTML file, with the endurance before and after: a few seconds more");
-  add_output_file(*command_, "--write-model", write_model_, "Write the model with its causes, of the kind that was given");
+  add_output_file(*command_, "--write-model", write_model_,
+                  "Write the model with its causes, of the kind that was given");
   command_
       ->add_option("--set", settings_,
-                   "Change the model (voltlap list keys), or explain.without=CAUSE, explain.fit_blocks=even|odd; key=value, "
-                   "one or several")
+                   "Change the model (voltlap list keys), or explain.without=CAUSE, explain.fit_blocks=even|odd; "
+                   "key=value, one or several")
       ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command_->add_option("--seed", seed_, "Seed of the null distribution")->capture_default_str();
   command_->footer(
       "With --report the endurance is driven as the model was given and as it was extended (not without it: an\n"
       "explanation takes seconds, a race as well); --json then has it as `prediction`. See docs/explain.md.\n"
-      "Example: voltlap explain drive.csv --model vtm16e --reference good1.csv --reference good2.csv --report why.html\n"
+      "Example: voltlap explain drive.csv --model vtm16e --reference good1.csv --reference good2.csv --report "
+      "why.html\n"
       "Exit code: 0 a verdict was reached, whichever; 2 usage or input; 130 interrupted.");
 }
 
@@ -133,7 +139,8 @@ void ExplainCommand::refuse_shared_files() const {
     if (file.empty()) continue;
     for (const auto& [other, output] : outputs) {
       if (std::string_view(flag) != other && !output.empty() && same(file, output)) {
-        throw InputError(fmt::format("{}, {}", flag, other), "one file for both", "a file for each", "Give different names");
+        throw InputError(fmt::format("{}, {}", flag, other), "one file for both", "a file for each",
+                         "Give different names");
       }
     }
     for (const auto& [input, path] : inputs) {
@@ -158,8 +165,8 @@ std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) 
     } else if (setting.key == "explain.fit_blocks" && word && (*word == "even" || *word == "odd" || *word == "all")) {
       options.fit_blocks = *word;
     } else {
-      throw InputError("--set " + text, "an unknown setting", "explain.without=CAUSE or explain.fit_blocks=even|odd|all",
-                       "Correct it");
+      throw InputError("--set " + text, "an unknown setting",
+                       "explain.without=CAUSE or explain.fit_blocks=even|odd|all", "Correct it");
     }
   }
   return model;
@@ -232,9 +239,12 @@ int ExplainCommand::run(const DataFolder& data) try {
   if (extended.empty()) files.leave_out(2);
   const RaceChange* driven = race ? &*race : nullptr;
   if (files[0] != nullptr) {
-    files[0]->write(explanation_json(explanation, driven, seed_, VOLTLAP_VERSION, extended.empty() ? "" : write_model_));
+    const std::string written = extended.empty() ? "" : write_model_;
+    files[0]->write(explanation_json(explanation, driven, seed_, VOLTLAP_VERSION, written));
   }
-  if (files[1] != nullptr) files[1]->write(explanation_report({explanation, driven, run_facts(model), VOLTLAP_VERSION}));
+  if (files[1] != nullptr) {
+    files[1]->write(explanation_report({explanation, driven, run_facts(model), VOLTLAP_VERSION}));
+  }
   if (!extended.empty()) files[2]->write(extended);
   files.commit();
   std::FILE* to = summary_stream({json_, report_, write_model_});

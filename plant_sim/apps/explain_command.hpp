@@ -27,8 +27,8 @@ class ExplainCommand {
   [[nodiscard]] std::vector<std::string> take_settings(ExplainOptions& options) const;
   [[nodiscard]] Explanation explained(const DataFolder& data, Model& model, const ExplainOptions& options) const;
   /// What the explanation changes in the endurance, when a report is asked for.
-  [[nodiscard]] std::optional<RaceChange> raced(const DataFolder& data, const Model& model, const Explanation& explanation,
-                                                ProgressLine& line) const;
+  [[nodiscard]] std::optional<RaceChange> raced(const DataFolder& data, const Model& model,
+                                                const Explanation& explanation, ProgressLine& line) const;
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> run_facts(const Model& model) const;
 
   CLI::App* command_;

@@ -143,7 +143,8 @@ bms::Config bms_config(const VehicleParameters& car) {
   bms::Config config;
   config.cells_in_series = static_cast<std::uint16_t>(car.battery.cells_in_series);
   config.temperature_sensors = static_cast<std::uint16_t>(car.sensors.temperature_count);
-  const double capacity_ah = car.bms.capacity_ah > 0.0 ? car.bms.capacity_ah : car.cell.capacity_ah * car.battery.cells_in_parallel;
+  const double capacity_ah =
+      car.bms.capacity_ah > 0.0 ? car.bms.capacity_ah : car.cell.capacity_ah * car.battery.cells_in_parallel;
   config.capacity_mah = static_cast<std::int32_t>(std::lround(capacity_ah * 1e3));
   fill_tables(car, config);
   config.cell_voltage_min = cell_volts(car.cell.voltage_min_v);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The firmware's configuration for a car: pack, limits and motor as the vehicle file tells them, rounded to the
-// firmware's integers. The BMS's own idea of capacity and resistance follows the plant's unless `bms.*` keys say otherwise.
+// firmware's integers. The BMS's own idea of capacity and resistance follows the plant's unless `bms.*` keys say
+// otherwise.
 #pragma once
 #include "bms/config.hpp"
 #include "core/parameters.hpp"

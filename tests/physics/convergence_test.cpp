@@ -14,7 +14,8 @@ using namespace voltlap::plant::test;
 namespace {
 
 constexpr std::size_t kQuantities = 5;
-constexpr std::array<const char*, kQuantities> kNames = {"speed", "distance", "charge", "energy", "battery temperature"};
+constexpr std::array<const char*, kQuantities> kNames = {"speed", "distance", "charge", "energy",
+                                                         "battery temperature"};
 
 std::array<double, kQuantities> end_of_drive(const Variant& variant, int steps_per_period) {
   Drive drive(variant, steps_per_period);

@@ -44,7 +44,8 @@ Track michigan(int year) {
 }
 
 TemporaryFile::TemporaryFile(const std::string& name, const std::string& text)
-    : path_((std::filesystem::temp_directory_path() / ("voltlap_" + std::to_string(::getpid()) + "_" + name)).string()) {
+    : path_((std::filesystem::temp_directory_path() / ("voltlap_" + std::to_string(::getpid()) + "_" + name))
+                .string()) {
   std::ofstream(path_) << text;
 }
 

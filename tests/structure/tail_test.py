@@ -75,7 +75,8 @@ def python_functions(_, text):
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             given = node.args
-            names = [a.arg for a in (*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg) if a]
+            everyone = (*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg)
+            names = [parameter.arg for parameter in everyone if parameter]
             parameters = len(names) - (names[:1] in (["self"], ["cls"]))
             yield Function(node.name, node.lineno, node.end_lineno - node.lineno + 1, parameters)
 
@@ -170,8 +171,8 @@ PLANTED = {
     "Python line": ("line", "x.py", lambda n: "#" + "\u00b0" * (n - 1), 120),
     "JavaScript line": ("line", "x.js", lambda n: "//" + "x" * (n - 2), 120),
     "C++ parameters": ("parameters", "x.cpp", lambda n: CPP.format(
-        f"void f(std::function<void(int, int)> g, {', '.join(f'int a{i}[3]' for i in range(n - 2))}, B b = {{1, 2}}) {{ }}"),
-        6),
+        "void f(std::function<void(int, int)> g, " + "".join(f"int a{i}[3], " for i in range(n - 2))
+        + "B b = {1, 2}) { }"), 6),
     "Python parameters": ("parameters", "x.py", lambda n: "class A:\n  def f(self, a: dict[str, int], " + "".join(
         f"a{i}, " for i in range(n - 3)) + "*, b=(1, 2), **c): pass", 6),
 }

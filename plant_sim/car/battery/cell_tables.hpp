@@ -68,7 +68,7 @@ class CellTables {
   CellEffects effects_;
   double reference_temperature_c_ = 25.0;
   std::vector<double> log_exchange_;  // ln of the exchange current [A] by temperature; empty: not asked for
-  std::vector<std::array<double, kParameters>> nodes_;  // [soc][temperature][current], all parameters of a node together
+  std::vector<std::array<double, kParameters>> nodes_;  // [soc][temperature][current], a node's parameters together
   std::vector<double> ocv_;
 };
 

@@ -45,9 +45,9 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
     throw InputError(fmt::format("battery.cells.{}", car.battery.cells.size()), "a cell that the pack does not have",
                      fmt::format("a cell from 1 to {}", series_), "Check the number, or battery.cells_in_series");
   }
-  for (auto* array : {&soc_, &v1_, &v2_, &ocv_, &voltage_, &temperature_, &surface_, &heat_j_, &soc_per_amp_, &resistance_scale_,
-                      &r0_, &g1_, &g2_, &c1_, &c2_, &ocv_per_amp_, &decay1_, &decay2_, &gain1_, &gain2_, &mean_decay1_,
-                      &mean_decay2_, &mean_gain1_, &mean_gain2_, &r_step_}) {
+  for (auto* array : {&soc_, &v1_, &v2_, &ocv_, &voltage_, &temperature_, &surface_, &heat_j_, &soc_per_amp_,
+                      &resistance_scale_, &r0_, &g1_, &g2_, &c1_, &c2_, &ocv_per_amp_, &decay1_, &decay2_, &gain1_,
+                      &gain2_, &mean_decay1_, &mean_decay2_, &mean_gain1_, &mean_gain2_, &r_step_}) {
     array->assign(count_, 0.0);
   }
   for (std::size_t i = 0; i < count_; ++i) {
@@ -173,7 +173,8 @@ PackEnergy Pack::advance(double pack_current_a) {
   cell_current_ = current;
   if (std::abs(current) > lookup_floor_a_) lookup_current_ = std::abs(current);
   const double contact_heat = contact_v * pack_current_a * step_s_;
-  return {chemical * multiplicity_, r0_heat * multiplicity_ + contact_heat, rc_heat * multiplicity_, rc_stored * multiplicity_};
+  return {chemical * multiplicity_, r0_heat * multiplicity_ + contact_heat, rc_heat * multiplicity_,
+          rc_stored * multiplicity_};
 }
 
 void Pack::advance_effects(double current_a) {

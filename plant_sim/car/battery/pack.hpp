@@ -28,7 +28,7 @@ struct PackEnergy {
   double rc_stored_j = 0.0; ///< v C dv, both branches
 };
 
-/// The pack as its load sees it over the coming step: V = voltage_v - resistance_ohm I, V and I mean values of the step.
+/// The pack as its load sees it over the coming step: V = voltage_v - resistance_ohm I, V and I means over the step.
 struct PackThevenin {
   double voltage_v = 0.0;
   double resistance_ohm = 0.0;
@@ -48,7 +48,8 @@ class Pack {
   [[nodiscard]] PackThevenin thevenin() const { return thevenin_; }
   /// One step at constant pack current.
   PackEnergy advance(double pack_current_a);
-  /// A planted fault: resistances of a cell times `factor` from the next renewal on. A representative cell stands for all.
+  /// A planted fault: resistances of a cell times `factor` from the next renewal on. A representative cell stands for
+  /// all.
   void scale_resistance(std::size_t cell, double factor) { resistance_fault_[index(cell)] = factor; }
 
   [[nodiscard]] std::size_t cells() const { return series_; }

@@ -142,7 +142,8 @@ void SensorFrames::send_motor_temperatures(Instant now, const Car& car, TxQueue&
   if (!row_due(can::MotorTemperatures::kId, now)) return;
   can::MotorTemperatures m;
   m.motor_dc = to_dc(car.motor_thermal().copper_c());
-  m.inverter_dc = to_dc(parameters_.environment.ambient_c);  // a heat sink at ambient: the inverter has no thermal model
+  // A heat sink at ambient: the inverter has no thermal model.
+  m.inverter_dc = to_dc(parameters_.environment.ambient_c);
   m.motor_ok = m.inverter_ok = true;
   codec::send(m, sealer_, tx);
 }

@@ -76,7 +76,9 @@ TEST(CellTables, LookupIsTrilinearBetweenBreakpoints) {
 
 TEST(CellTables, KineticsSayWhatIsBetweenTestsAtThreeTemperaturesAndRates) {
   // Ohms and a charge transfer of two electrodes, both by Arrhenius; known at nine points, asked between them.
-  const auto arrhenius = [](double energy, double c) { return std::exp(energy / 8.314 * (1.0 / (c + 273.15) - 1.0 / 298.15)); };
+  const auto arrhenius = [](double energy, double c) {
+    return std::exp(energy / 8.314 * (1.0 / (c + 273.15) - 1.0 / 298.15));
+  };
   const auto truth = [&](double c, double i) {
     const double exchange = 40.0 / arrhenius(30e3, c);
     return 1.2e-3 * arrhenius(12e3, c) + charge_transfer_v(exchange, i, c) / i;

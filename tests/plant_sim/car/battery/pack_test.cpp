@@ -297,7 +297,8 @@ TEST(Pack, TheSurfaceOfACellThatWarmsSteadilyIsItsLagBehind) {
   };
   for (int i = 0; i < 20; ++i) (void)minute();
   const double before = pack.cell_temperature_c(0), rate = (minute() - before) / 60.0;
-  DOUBLES_EQUAL(kLag * rate, pack.cell_temperature_c(0) - pack.surface_temperature_c(0), 1e-4);  // the branches still warm up
+  // The branches still warm up.
+  DOUBLES_EQUAL(kLag * rate, pack.cell_temperature_c(0) - pack.surface_temperature_c(0), 1e-4);
 }
 
 TEST(Pack, WithoutALagTheSurfaceIsAsWarmAsTheCell) {
