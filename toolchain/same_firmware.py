@@ -53,7 +53,7 @@ def arguments():
         prog="voltlap same-firmware", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="Example: ./voltlap same-firmware HEAD~1\n"
                "Exit code: 0 equal, 1 different, 2 usage, 5 a version does not build or does not fit, 130 interrupted.")
-    parser.add_argument("old", metavar="OLD_COMMIT", help="the version to compare with, as git names it")
+    parser.add_argument("old", metavar="COMMIT", help="the version to compare with, as git names it")
     parser.add_argument("--calls", type=int, default=10_000_000, metavar="N", help="calls of a node (10 million)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything drawn, 0 to 2^31 - 1 (1)")
     parser.add_argument("--present", type=Path, default=ROOT, metavar="DIR",
