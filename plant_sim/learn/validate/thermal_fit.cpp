@@ -140,8 +140,8 @@ Pace best_pace(const std::vector<ThermalRecording>& recordings, double rate) {
   return out;
 }
 
-/// 95 % half widths of C and G, relative, and of the lag. Neighbouring residuals resemble each other: with correlation r
-/// from row to row only (1 - r) / (1 + r) of the rows count.
+/// 95 % half widths of C and G, relative, and of the lag. Neighbouring residuals resemble each other: with correlation
+/// r from row to row only (1 - r) / (1 + r) of the rows count.
 void widths(const std::vector<ThermalRecording>& recordings, const Pace& pace, bool with_lag, ThermalModel& model) {
   constexpr double kStep = 1e-4, kStep_s = 0.05;
   const Solved here = solve(recordings, pace);

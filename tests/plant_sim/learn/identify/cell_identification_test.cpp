@@ -140,33 +140,6 @@ TEST(CellIdentification, OcvOfEachTestIsInTheFileBesideTheCurve) {
     DOUBLES_EQUAL(0.02, read.ocv_table_v[2 * soc + 1] - read.ocv_table_v[2 * soc], 2e-3);
 }
 
-TEST(CellIdentification, OcvThatFallsIsLevelledALittleAndRefusedBeyond) {
-  CellIdentification identified = identify_cell({cell.record(cell.pulse_plan(33.0, 500, 0.0))}, {30.0}, options);
-  Eigen::VectorXd& em = identified.points[0].result.model.em;
-  const double right = em(10);
-  em(10) = em(9) - 0.02;
-  (void)written_and_read(identified);
-  STRCMP_CONTAINS("levelled by up to", notes.back().c_str());
-  em(10) = right - 5.0;
-  STRCMP_CONTAINS("no rest tells it", complaint([&] { (void)written_and_read(identified); }).c_str());
-}
-
-TEST(CellIdentification, ResistorsCurrentThatFallsInItsLastPulseIsStillOneCurrent) {
-  std::vector<CellLog> logs;
-  for (const double current : {20.0, 60.0}) {
-    std::vector<double> plan = cell.pulse_plan(current, 500, 0.0);
-    const auto drawn = std::count(plan.begin(), plan.end(), current);
-    auto left = drawn * 8 / 100;
-    for (auto row = plan.rbegin(); left > 0; ++row) {
-      if (*row == 0.0) continue;
-      *row *= 0.6;
-      --left;
-    }
-    logs.push_back(cell.record(plan));
-  }
-  LONGS_EQUAL(2, identify_cell(logs, {25.0, 25.0}, options).currents_a.size());
-}
-
 TEST(CellIdentification, PlaceWithoutATestIsFilledFromItsNeighbourInCurrent) {
   const CellLog low = cell.record(cell.pulse_plan(20.0, 500, 0.0)),
                 high = cell.record(cell.pulse_plan(60.0, 500, 0.0));
@@ -180,14 +153,4 @@ TEST(CellIdentification, PlaceWithoutATestIsFilledFromItsNeighbourInCurrent) {
   const CellParameters read = written_and_read(identified);
   LONGS_EQUAL(16 * 2 * 2, read.r1_ohm.table.size());
   STRCMP_CONTAINS("\"filled\"", identification_json(read, identified, "0").c_str());
-}
-
-TEST(CellIdentification, PolynomialFollowsTheOcv) {
-  const CellIdentification identified = identify_cell({cell.record(cell.pulse_plan(33.0, 500, 0.0))}, {25.0}, options);
-  const OcvPolynomial polynomial = ocv_polynomial(identified.points[0].result.model);
-  LONGS_EQUAL(6, polynomial.coefficients_v.size());
-  CHECK(polynomial.error_max_v < 0.06);
-  double at_half = 0.0;
-  for (std::size_t k = 6; k-- > 0;) at_half = at_half * 0.5 + polynomial.coefficients_v[k];
-  DOUBLES_EQUAL(KnownCell::em(0.5), at_half, 0.02);
 }

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/result/cell_parameters.hpp"
+
+#include "core/parameter_file.hpp"
+#include "plant_sim/core/scratch.hpp"
+#include "plant_sim/learn/identify/known_cell.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(CellParameters) {
+  KnownCell cell;
+  IdentifyOptions options;
+  std::vector<std::string> notes;
+  void setup() override { options.branches = 2; }
+  [[nodiscard]] CellIdentification identified() const {
+    return identify_cell({cell.record(cell.pulse_plan(33.0, 500, 0.0))}, {30.0}, options);
+  }
+};
+
+TEST(CellParameters, OcvThatFallsIsLevelledALittleAndRefusedBeyond) {
+  CellIdentification found = identified();
+  const CellParameters like = load_cell(DataFolder{VOLTLAP_DATA_FOLDER}, "aesc_e5_2p", "test");
+  Eigen::VectorXd& em = found.points[0].result.model.em;
+  const double right = em(10);
+  em(10) = em(9) - 0.02;
+  (void)cell_parameters(found, like, "known", notes);
+  STRCMP_CONTAINS("levelled by up to", notes.back().c_str());
+  em(10) = right - 5.0;
+  STRCMP_CONTAINS("no rest tells it", complaint([&] { (void)cell_parameters(found, like, "known", notes); }).c_str());
+}
+
+TEST(CellParameters, PolynomialFollowsTheOcv) {
+  const OcvPolynomial polynomial = ocv_polynomial(identified().points[0].result.model);
+  LONGS_EQUAL(6, polynomial.coefficients_v.size());
+  CHECK(polynomial.error_max_v < 0.06);
+  double at_half = 0.0;
+  for (std::size_t k = 6; k-- > 0;) at_half = at_half * 0.5 + polynomial.coefficients_v[k];
+  DOUBLES_EQUAL(KnownCell::em(0.5), at_half, 0.02);
+}
