@@ -8,7 +8,7 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
-sys.path[:0] = [str(ROOT / "toolchain"), str(ROOT / "tests" / "plant_sim" / "report")]
+sys.path[:0] = [str(ROOT / "toolchain"), str(ROOT / "tests" / "plant_sim" / "race" / "report")]
 from chromium import Chromium, find_chromium  # noqa: E402
 from report_reader import BINARY, ask, opened, requests  # noqa: E402
 
