@@ -29,7 +29,10 @@ def measure(build, interface, rounds):
         subprocess.run([*lap, "--candump", log], check=True, stdout=subprocess.DEVNULL)
         for _ in range(rounds):
             done = subprocess.run([bare, interface, log], check=True, stdout=subprocess.PIPE, text=True)
-            ticks, seconds = re.fullmatch(r"(\d+) ticks ([\d.]+) s\n", done.stdout).groups()
+            told = re.fullmatch(r"(\d+) ticks ([\d.]+) s\n", done.stdout)
+            if told is None:
+                raise RuntimeError(f"{bare}: found {done.stdout!r}, expected its ticks and seconds")
+            ticks, seconds = told.groups()
             bare_s.append(float(seconds))
             subprocess.run([*lap, "--bus", interface, "--json", report], check=True, stdout=subprocess.DEVNULL)
             lockstep_s.append(json.loads(Path(report).read_text())["wall_s"])

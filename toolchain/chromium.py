@@ -24,13 +24,16 @@ class Chromium:
     """A browser of its own with a fresh profile; `with Chromium() as browser: page = browser.page(url)`."""
 
     def __init__(self):
+        program = find_chromium()
+        if program is None:
+            raise FileNotFoundError("no Chromium or Chrome on this machine; Debian's package is chromium")
         self.profile = tempfile.TemporaryDirectory(prefix="voltlap-chromium-", ignore_cleanup_errors=True)
         to_browser, self.write_end = os.pipe()
         self.read_end, from_browser = os.pipe()
         # Chromium reads commands from descriptor 3 and answers on 4; only a shell can place them there.
         shell = f'exec "$@" 3<&{to_browser} 4>&{from_browser}'
         self.process = subprocess.Popen(
-            ["bash", "-c", shell, "bash", find_chromium(), *FLAGS, f"--user-data-dir={self.profile.name}",
+            ["bash", "-c", shell, "bash", program, *FLAGS, f"--user-data-dir={self.profile.name}",
              "about:blank"],
             pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(to_browser)
