@@ -43,7 +43,8 @@ def call(command, folder, environment=None):
         return done.returncode, done.stdout
     except subprocess.TimeoutExpired as late:
         text = late.stdout or ""
-        return 1, (text if isinstance(text, str) else text.decode(errors="replace")) + f"\nno end after {SUITE_TIMEOUT_S} s"
+        text = text if isinstance(text, str) else text.decode(errors="replace")
+        return 1, f"{text}\nno end after {SUITE_TIMEOUT_S} s"
     except OSError as error:
         return 1, f"{command[0]}: {error.strerror}"
 
@@ -92,7 +93,8 @@ def run_suite(suite):
     properties = {entry["name"]: entry["value"] for entry in suite.get("properties", [])}
     environment = dict(os.environ)
     environment.update(pair.split("=", 1) for pair in properties.get("ENVIRONMENT", []))
-    folder, command, labels = properties.get("WORKING_DIRECTORY", PROJECT), suite["command"], properties.get("LABELS", [])
+    folder, command = properties.get("WORKING_DIRECTORY", PROJECT), suite["command"]
+    labels = properties.get("LABELS", [])
     begin = time.monotonic()
     if "pytest" in labels or "pytest" in command:
         outcome = run_pytest(suite["name"], command, folder, environment)
@@ -105,7 +107,8 @@ def run_suite(suite):
 
 
 def known_suites(build):
-    listing = subprocess.run(["ctest", "--test-dir", str(build), "--show-only=json-v1"], check=True, stdout=subprocess.PIPE)
+    listing = subprocess.run(["ctest", "--test-dir", str(build), "--show-only=json-v1"], check=True,
+                             stdout=subprocess.PIPE)
     return json.loads(listing.stdout)["tests"]
 
 
@@ -128,12 +131,14 @@ def report(outcome):
 
 
 def hear_interruptions():
-    """A job in the background of a shell ignores Ctrl-C, and so would its suites: those that send one would wait forever."""
+    """A job in the background of a shell ignores Ctrl-C, and so would its suites: those that
+    send one would wait forever."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="voltlap test", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = argparse.ArgumentParser(prog="voltlap test", description=__doc__,
+                                     formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--build", type=Path, default=PROJECT / "build" / "default", help=argparse.SUPPRESS)
     parser.add_argument("--only", metavar="REGEX", default="", help="only suites whose name matches; builds only those")
     parser.add_argument("--targets", action="store_true", help=argparse.SUPPRESS)  # for the start script, which builds
