@@ -271,7 +271,7 @@ class Run {
   Car car_;
   SensorFrames frames_;
   CommandReceiver commands_;
-  LostNodeWatch losses_{kTick_s};
+  TimeToSafeState losses_{kTick_s};
   const Interventions* asked_ = nullptr;
   TxQueue tx_;
   Pedals pedals_;

@@ -8,7 +8,7 @@
 
 #include "car/energy_ledger.hpp"
 #include "race/limit_reason.hpp"
-#include "race/lost_node_watch.hpp"
+#include "race/time_to_safe_state.hpp"
 
 namespace voltlap::plant {
 

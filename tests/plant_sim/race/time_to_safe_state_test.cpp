@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "race/lost_node_watch.hpp"
+#include "race/time_to_safe_state.hpp"
 
 #include <CppUTest/TestHarness.h>
 
 using namespace voltlap::plant;
 
-TEST_GROUP(LostNodeWatch) {
-  LostNodeWatch watch{0.01};
+TEST_GROUP(TimeToSafeState) {
+  TimeToSafeState watch{0.01};
   std::vector<LostNode> lost;
   std::uint32_t tick = 100;
 
@@ -15,14 +15,14 @@ TEST_GROUP(LostNodeWatch) {
   }
 };
 
-TEST(LostNodeWatch, NothingIsLostByDefault) {
+TEST(TimeToSafeState, NothingIsLostByDefault) {
   pass(1000, true, true);
   CHECK_FALSE(watch.car_is_lost());
   CHECK_FALSE(watch.settled());
   CHECK(watch.rows().empty());
 }
 
-TEST(LostNodeWatch, TimesRunFromTheLossToTheLastTickWithTorqueAndWithClosedContactors) {
+TEST(TimeToSafeState, TimesRunFromTheLossToTheLastTickWithTorqueAndWithClosedContactors) {
   pass(10, true, true);
   lost.push_back({"bms", true});
   pass(7, true, true);
@@ -36,7 +36,7 @@ TEST(LostNodeWatch, TimesRunFromTheLossToTheLastTickWithTorqueAndWithClosedConta
   DOUBLES_EQUAL(0.18, *rows[0].contactors_open_s, 1e-9);
 }
 
-TEST(LostNodeWatch, TorqueThatComesBackCountsToItsEnd) {
+TEST(TimeToSafeState, TorqueThatComesBackCountsToItsEnd) {
   lost.push_back({"master", true});
   pass(5, true, true);
   pass(5, false, true);
@@ -45,14 +45,14 @@ TEST(LostNodeWatch, TorqueThatComesBackCountsToItsEnd) {
   DOUBLES_EQUAL(0.15, *watch.rows()[0].torque_zero_s, 1e-9);
 }
 
-TEST(LostNodeWatch, WhatNeverHappenedHasNoTime) {
+TEST(TimeToSafeState, WhatNeverHappenedHasNoTime) {
   lost.push_back({"bms", true});
   pass(300, true, true);
   CHECK_FALSE(watch.rows()[0].torque_zero_s.has_value());
   CHECK_FALSE(watch.rows()[0].contactors_open_s.has_value());
 }
 
-TEST(LostNodeWatch, ItIsSettledASecondAfterTheFirstControlUnitWasLost) {
+TEST(TimeToSafeState, ItIsSettledASecondAfterTheFirstControlUnitWasLost) {
   lost.push_back({"logger", false});
   pass(200, false, false);
   CHECK_FALSE(watch.car_is_lost());

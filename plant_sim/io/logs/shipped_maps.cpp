@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map for a recording that is given without one.
+// Which of the maps that ship (data/maps) fits a recording that is given without one.
 #include <fmt/format.h>
 
 #include <algorithm>

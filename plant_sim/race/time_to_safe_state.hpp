@@ -19,9 +19,9 @@ struct LostNodeRow {
   std::optional<double> contactors_open_s;  ///< ... until both AIRs were open for good
 };
 
-class LostNodeWatch {
+class TimeToSafeState {
  public:
-  explicit LostNodeWatch(double tick_s) : tick_s_(tick_s) {}
+  explicit TimeToSafeState(double tick_s) : tick_s_(tick_s) {}
 
   /// After every tick: all nodes lost so far, and the car as it is now.
   void observe(std::uint32_t tick, const std::vector<LostNode>& lost, bool torque, bool contactors_closed) {
