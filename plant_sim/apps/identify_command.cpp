@@ -21,7 +21,7 @@
 #include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/result/cell_file.hpp"
 #include "learn/identify/result/cell_parameters.hpp"
-#include "learn/identify/result/cell_report.hpp"
+#include "learn/identify/result/identification_report.hpp"
 #include "learn/identify/result/identify_text.hpp"
 
 namespace voltlap::plant {
@@ -278,7 +278,8 @@ int IdentifyCommand::run(const DataFolder& data) {
   }
   std::string text = identification_json(cell, identified, VOLTLAP_VERSION);
   if (report) {
-    report->write(cell_report({cell, identified, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
+    report->write(identification_report({cell, identified, text, mean ? &*mean : nullptr, scores, flags()},
+                                        VOLTLAP_VERSION));
     report->commit();
   }
   if (json) {

@@ -39,7 +39,7 @@ struct Timed {
 };
 
 /// Through all costs in turn, each from where the one before ended; the quickest of a few.
-Timed solved(const std::vector<const CircuitCost*>& costs, const Eigen::VectorXd& start) {
+Timed solved(const std::vector<const CircuitResiduals*>& costs, const Eigen::VectorXd& start) {
   constexpr int kTimes = 5;
   constexpr double kTolerance = 1e-8;  // as the rival's
   Timed out;
@@ -47,7 +47,7 @@ Timed solved(const std::vector<const CircuitCost*>& costs, const Eigen::VectorXd
     const double begin = processor_s();
     RefineResult result{start};
     int iterations = 0;
-    for (const CircuitCost* cost : costs) {
+    for (const CircuitResiduals* cost : costs) {
       result = refine(*cost, result.p, 60, kTolerance);
       iterations += result.iterations;
     }
@@ -91,12 +91,12 @@ Json problem() {
   const FullFit full = full_fit(means, priors, {2, {}, 3e-7, {}, {}}, notes);
   const std::vector<MeasuredRun> rows = runs_of(prepared, true);
   const CircuitFit fit(rows, 2, full.priors);
-  const CircuitCost cost(fit, full.tau_centre_s);
+  const CircuitResiduals cost(fit, full.tau_centre_s);
   const Eigen::MatrixXd taus = full.tau_centre_s.transpose().replicate(fit.r_count(), 1);
   const Eigen::VectorXd start = cost.pack(fit.solve(taus), taus);
   // As identify sees the recording: steady rows averaged.
   const CircuitFit coarse_fit(means, 2, full.priors);
-  const CircuitCost coarse(coarse_fit, full.tau_centre_s);
+  const CircuitResiduals coarse(coarse_fit, full.tau_centre_s);
   const MeasuredRun& run = rows.front();
   return {{"rows", run.rows()},
           {"hours", (run.time_s(run.rows() - 1) - run.time_s(0)) / 3600.0},

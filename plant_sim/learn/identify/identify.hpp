@@ -35,7 +35,7 @@ struct IdentifyOptions {
 
 struct IdentifyResult {
   CircuitModel model;
-  Uncertainty uncertainty;  ///< of the packed parameters, see CircuitCost
+  Uncertainty uncertainty;  ///< of the packed parameters, see CircuitResiduals
   Eigen::VectorXd packed;
   std::vector<RecordingResult> files;
   std::vector<OrderScore> orders;

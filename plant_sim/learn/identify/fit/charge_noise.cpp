@@ -103,9 +103,9 @@ Eigen::VectorXd charge_noise_variance(const std::vector<PreparedLog>& prepared, 
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(full.packed.size());
   const auto gradient_of = [&](const std::vector<MeasuredRun>& at) {
     const CircuitFit fit(at, full.fit.model.branches(), full.priors);
-    return CircuitCost(fit, full.tau_centre_s).sums(full.packed);
+    return CircuitResiduals(fit, full.tau_centre_s).sums(full.packed);
   };
-  const CircuitCost::Sums base = gradient_of(runs);
+  const CircuitResiduals::Sums base = gradient_of(runs);
   Eigen::MatrixXd whole = base.whole();
   whole.diagonal() *= 1.0 + 1e-12;
   const auto solver = whole.ldlt();

@@ -18,7 +18,7 @@ struct Roughness {
   Eigen::MatrixXd by_p;
 };
 
-Roughness roughness_of(const CircuitCost& cost, const Eigen::VectorXd& p, Index table) {
+Roughness roughness_of(const CircuitResiduals& cost, const Eigen::VectorXd& p, Index table) {
   const CircuitLayout& at = cost.layout();
   const Eigen::MatrixXd rows = table == 0 ? cost.fit().ocv().roughness() : cost.fit().grid().roughness();
   Eigen::VectorXd y = p.segment(at.first(table), at.count(table));
@@ -28,7 +28,7 @@ Roughness roughness_of(const CircuitCost& cost, const Eigen::VectorXd& p, Index 
 }
 
 /// gamma of a table: how many rows of its roughness the data decide.
-double decided_rows(const CircuitCost& cost, const Roughness& rough, const Eigen::MatrixXd& inverse, Index table) {
+double decided_rows(const CircuitResiduals& cost, const Roughness& rough, const Eigen::MatrixXd& inverse, Index table) {
   constexpr double kLeastShare = 0.02;  // of the rows
   const CircuitLayout& at = cost.layout();
   const double weight = cost.fit().priors().roughness_weight(table, at.branches);
@@ -39,19 +39,19 @@ double decided_rows(const CircuitCost& cost, const Roughness& rough, const Eigen
 }
 
 /// What a table's values are measured in.
-double unit_of(const CircuitCost& cost, Index table) {
+double unit_of(const CircuitResiduals& cost, Index table) {
   const bool is_resistance = table > 0 && table <= cost.layout().branches + 1;
   return is_resistance ? cost.fit().priors().resistance_scale : 1.0;
 }
 
 }  // namespace
 
-Evidence evidence_at(const CircuitCost& cost, const Eigen::VectorXd& p, double colour) {
+Evidence evidence_at(const CircuitResiduals& cost, const Eigen::VectorXd& p, double colour) {
   constexpr double kMostChange = 30.0;  // of a variance in one update
   constexpr double kStraight = 0.05;  // least spread of a roughness in its unit: as good as a straight line
   const CircuitLayout& at = cost.layout();
   VOLTLAP_DEMAND(p.size() == at.size() && colour >= 1.0);
-  const CircuitCost::Sums sums = cost.sums(p);
+  const CircuitResiduals::Sums sums = cost.sums(p);
   Eigen::MatrixXd whole = sums.whole();
   whole.diagonal() *= 1.0 + 1e-12;
   const Eigen::MatrixXd inverse = whole.ldlt().solve(Eigen::MatrixXd::Identity(at.size(), at.size()));
@@ -81,7 +81,7 @@ EvidenceFit fit_by_evidence(const std::vector<MeasuredRun>& runs, Index branches
   EvidenceFit out{std::move(priors), {start}};
   for (; out.rounds < kRounds; ++out.rounds) {
     const CircuitFit fit(runs, branches, out.priors);
-    const CircuitCost cost(fit, tau_centre_s);
+    const CircuitResiduals cost(fit, tau_centre_s);
     const int before = out.fit.iterations;
     out.fit = refine(cost, out.fit.p, out.rounds == 0 ? 15 : 5);
     out.fit.iterations += before;

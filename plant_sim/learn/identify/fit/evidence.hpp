@@ -10,7 +10,7 @@
 #pragma once
 #include <Eigen/Dense>
 
-#include "learn/identify/circuit/circuit_cost.hpp"
+#include "learn/identify/circuit/circuit_residuals.hpp"
 
 namespace voltlap::plant {
 
@@ -19,7 +19,7 @@ struct Evidence {
   double noise_v2_s = 0.0;
 };
 /// One update at the parameters of a fit.
-[[nodiscard]] Evidence evidence_at(const CircuitCost& cost, const Eigen::VectorXd& p, double colour = 1.0);
+[[nodiscard]] Evidence evidence_at(const CircuitResiduals& cost, const Eigen::VectorXd& p, double colour = 1.0);
 
 struct EvidenceFit {
   FitPriors priors;

@@ -97,7 +97,7 @@ class FullFitter {
       taus_ = CircuitFit(runs_, branches_, priors_).search_taus(from, kSearchEvaluations);
     }
   }
-  [[nodiscard]] Eigen::VectorXd packed_start(const CircuitCost& cost) const {
+  [[nodiscard]] Eigen::VectorXd packed_start(const CircuitResiduals& cost) const {
     if (options_.start && options_.start->branches() == branches_) {
       LinearSolution given{Eigen::VectorXd::Zero(cost.fit().linear_count())};
       given.x.head(options_.start->em.size()) = options_.start->em;
@@ -107,7 +107,7 @@ class FullFitter {
     const Eigen::MatrixXd taus = taus_.transpose().replicate(cost.fit().r_count(), 1);
     return cost.pack(cost.fit().solve(taus), taus);
   }
-  void take(const CircuitCost& cost, const Eigen::VectorXd& packed) {
+  void take(const CircuitResiduals& cost, const Eigen::VectorXd& packed) {
     out_.packed = packed;
     out_.fit.model = cost.model_of(packed);
     out_.fit.states = states_by_run(runs_, cost.states_of(packed), branches_);
@@ -131,10 +131,10 @@ class FullFitter {
     FitPriors priors = priors_;
     if (!options_.tau_centre_s) priors.log_tau_sigma = kFree;
     const CircuitFit first(runs_, branches_, priors);
-    EvidenceFit fit = fit_by_evidence(runs_, branches_, priors, taus_, packed_start(CircuitCost(first, taus_)));
+    EvidenceFit fit = fit_by_evidence(runs_, branches_, priors, taus_, packed_start(CircuitResiduals(first, taus_)));
     const auto settle = [&] {
       const CircuitFit circuit(runs_, branches_, fit.priors);
-      take(CircuitCost(circuit, taus_), fit.fit.p);
+      take(CircuitResiduals(circuit, taus_), fit.fit.p);
       return colour_of(runs_, errors_of(out_.fit, runs_), options_.instrument_v2_s);
     };
     ResidualColour colour = settle();
@@ -144,7 +144,7 @@ class FullFitter {
       colour = settle();
     }
     const CircuitFit circuit(runs_, branches_, fit.priors);
-    out_.uncertainty = uncertainty_of_noise(CircuitCost(circuit, taus_), fit.fit.p, colour.ratio);
+    out_.uncertainty = uncertainty_of_noise(CircuitResiduals(circuit, taus_), fit.fit.p, colour.ratio);
     out_.priors = fit.priors;
     out_.smoothness_from = "evidence";
     out_.noise_v2_s = fit.priors.noise_v2_s;
@@ -161,7 +161,7 @@ class FullFitter {
     say("full fit");
     // Twice: how much prior knowledge counts depends on the noise, which only a full fit shows.
     std::optional<CircuitFit> circuit;
-    std::optional<CircuitCost> cost;
+    std::optional<CircuitResiduals> cost;
     for (int pass = 0; pass < 2; ++pass) {
       circuit.emplace(runs_, branches_, priors_);
       cost.emplace(*circuit, taus_);

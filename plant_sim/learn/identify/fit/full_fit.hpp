@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "learn/identify/circuit/circuit_cost.hpp"
+#include "learn/identify/circuit/circuit_residuals.hpp"
 #include "learn/identify/fit/model_selection.hpp"
 #include "learn/identify/fit/uncertainty.hpp"
 
@@ -28,7 +28,7 @@ struct FullFitOptions {
 struct FullFit {
   FittedCircuit fit;
   FitPriors priors;              ///< as they were settled
-  Eigen::VectorXd tau_centre_s;  ///< as CircuitCost takes them
+  Eigen::VectorXd tau_centre_s;  ///< as CircuitResiduals takes them
   Eigen::VectorXd packed;
   Uncertainty uncertainty;
   std::string smoothness_from;  ///< evidence, held-out pulses; --constant where too few are left out

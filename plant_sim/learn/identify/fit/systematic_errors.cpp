@@ -71,7 +71,7 @@ Eigen::VectorXd change_by(const Error& error, const std::vector<PreparedLog>& pr
   std::vector<CellLog> logs;
   const std::vector<MeasuredRun> runs = runs_of(prepared_with(error, prepared, capacity_known, logs));
   const CircuitFit fit(runs, full.fit.model.branches(), full.priors);
-  const CircuitCost::Sums sums = CircuitCost(fit, full.tau_centre_s).sums(full.packed);
+  const CircuitResiduals::Sums sums = CircuitResiduals(fit, full.tau_centre_s).sums(full.packed);
   VOLTLAP_DEMAND(sums.gradient.size() == full.packed.size());
   Eigen::MatrixXd whole = sums.whole();
   whole.diagonal() *= 1.0 + 1e-12;

@@ -50,12 +50,12 @@ Eigen::MatrixXd inverse_of(Eigen::MatrixXd whole) {
   return whole.ldlt().solve(Eigen::MatrixXd::Identity(whole.rows(), whole.cols()));
 }
 
-Eigen::VectorXd data_share(const Eigen::MatrixXd& inverse, const CircuitCost::Sums& sums) {
+Eigen::VectorXd data_share(const Eigen::MatrixXd& inverse, const CircuitResiduals::Sums& sums) {
   return inverse.cwiseProduct(sums.rest + sums.load).rowwise().sum().array().max(0.0).min(1.0);
 }
 
 /// Parameters of the same straight lines on the halved grid.
-Eigen::VectorXd halved_parameters(const CircuitCost& cost, const Eigen::VectorXd& p, const CircuitLayout& to) {
+Eigen::VectorXd halved_parameters(const CircuitResiduals& cost, const Eigen::VectorXd& p, const CircuitLayout& to) {
   const CircuitLayout& at = cost.layout();
   Eigen::VectorXd out(to.size());
   out.head(at.em) = p.head(at.em);
@@ -129,13 +129,13 @@ ResidualColour colour_of(const std::vector<MeasuredRun>& runs, const std::vector
   return out;
 }
 
-Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd& p, double colour) {
+Uncertainty uncertainty_of_noise(const CircuitResiduals& cost, const Eigen::VectorXd& p, double colour) {
   VOLTLAP_DEMAND(p.size() == cost.parameter_count() && colour >= 1.0);
   const CircuitFit& lines = cost.fit();
   const CircuitFit fit(lines.runs(), lines.branches(), lines.priors(), halved(lines.grid()));
-  const CircuitCost curve(fit, cost.tau_centre_s());
+  const CircuitResiduals curve(fit, cost.tau_centre_s());
   const Eigen::VectorXd at = halved_parameters(cost, p, curve.layout());
-  const CircuitCost::Sums sums = curve.sums(at);
+  const CircuitResiduals::Sums sums = curve.sums(at);
   const Eigen::MatrixXd inverse = inverse_of(sums.whole());
   // Rows that parameters have used up do not count again.
   const auto rows = static_cast<double>(sums.rest_rows + sums.load_rows);
@@ -154,9 +154,9 @@ Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd&
   return {sigma(nodes), data_share(inverse, sums)(nodes)};
 }
 
-Uncertainty uncertainty_of(const CircuitCost& cost, const Eigen::VectorXd& p, double noise_v2_s) {
+Uncertainty uncertainty_of(const CircuitResiduals& cost, const Eigen::VectorXd& p, double noise_v2_s) {
   VOLTLAP_DEMAND(p.size() == cost.parameter_count() && noise_v2_s >= 0.0);
-  const CircuitCost::Sums sums = cost.sums(p);
+  const CircuitResiduals::Sums sums = cost.sums(p);
   const Eigen::MatrixXd inverse = inverse_of(sums.whole());
   Uncertainty out;
   const Eigen::VectorXd bias = inverse * sums.prior_gradient;

@@ -17,7 +17,7 @@
 #pragma once
 #include <Eigen/Dense>
 
-#include "learn/identify/circuit/circuit_cost.hpp"
+#include "learn/identify/circuit/circuit_residuals.hpp"
 
 namespace voltlap::plant {
 
@@ -42,8 +42,8 @@ struct Uncertainty {
   Eigen::VectorXd data_share;  ///< 0..1
 };
 /// Of a residual that is noise, `colour` times its white density.
-[[nodiscard]] Uncertainty uncertainty_of_noise(const CircuitCost& cost, const Eigen::VectorXd& p, double colour);
+[[nodiscard]] Uncertainty uncertainty_of_noise(const CircuitResiduals& cost, const Eigen::VectorXd& p, double colour);
 /// Of a residual with this power density that is not.
-[[nodiscard]] Uncertainty uncertainty_of(const CircuitCost& cost, const Eigen::VectorXd& p, double noise_v2_s);
+[[nodiscard]] Uncertainty uncertainty_of(const CircuitResiduals& cost, const Eigen::VectorXd& p, double noise_v2_s);
 
 }  // namespace voltlap::plant

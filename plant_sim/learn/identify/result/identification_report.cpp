@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "learn/identify/result/cell_report.hpp"
+#include "learn/identify/result/identification_report.hpp"
 
 #include <fmt/format.h>
 
@@ -105,7 +105,7 @@ Json recordings(const CellIdentification& identified) {
 
 }  // namespace
 
-std::string cell_report(const ReportedCell& reported, const std::string& version) {
+std::string identification_report(const ReportedCell& reported, const std::string& version) {
   const Json found = Json::parse(reported.json);
   Json places = Json::array();
   for (const Json& test : found["tests"]) {
@@ -118,7 +118,7 @@ std::string cell_report(const ReportedCell& reported, const std::string& version
                      {"reference", reported.identified.reference}};
   return html_page({.title = reported.cell.name + ", voltlap identify",
                     .description = fmt::format("{}: {:.2f} Ah", reported.cell.name, reported.cell.capacity_ah),
-                    .body = cell_report_body(reported, version),
+                    .body = identification_report_body(reported, version),
                     .scripts = {kScripts.begin(), kScripts.end()},
                     .data = data.dump(-1, ' ', false, Json::error_handler_t::replace),
                     .own = cell_page_files});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "learn/identify/circuit/circuit_cost.hpp"
+#include "learn/identify/circuit/circuit_residuals.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,7 +24,7 @@ Eigen::VectorXd moved(const Eigen::VectorXd& p, const Eigen::VectorXd& step, con
 
 }  // namespace
 
-CircuitCost::CircuitCost(const CircuitFit& fit, Eigen::VectorXd tau_centre_s)
+CircuitResiduals::CircuitResiduals(const CircuitFit& fit, Eigen::VectorXd tau_centre_s)
     : fit_(fit),
       at_(fit.layout()),
       log_centre_(tau_centre_s.array().log()),
@@ -36,7 +36,7 @@ CircuitCost::CircuitCost(const CircuitFit& fit, Eigen::VectorXd tau_centre_s)
   VOLTLAP_DEMAND(log_centre_.size() == at_.branches && log_centre_.allFinite());
 }
 
-Eigen::VectorXd CircuitCost::pack(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const {
+Eigen::VectorXd CircuitResiduals::pack(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const {
   VOLTLAP_DEMAND(solution.x.size() == fit_.linear_count());
   VOLTLAP_DEMAND(tau_s.rows() == at_.nodes && tau_s.cols() == at_.branches);
   Eigen::VectorXd p(at_.size());
@@ -49,7 +49,7 @@ Eigen::VectorXd CircuitCost::pack(const LinearSolution& solution, const Eigen::M
   return p;
 }
 
-CircuitModel CircuitCost::model_of(const Eigen::VectorXd& p) const {
+CircuitModel CircuitResiduals::model_of(const Eigen::VectorXd& p) const {
   VOLTLAP_DEMAND(p.size() == at_.size());
   CircuitModel model;
   model.em = p.head(at_.em);
@@ -58,7 +58,7 @@ CircuitModel CircuitCost::model_of(const Eigen::VectorXd& p) const {
   return model;
 }
 
-Eigen::VectorXd CircuitCost::plain(const double* p) const {
+Eigen::VectorXd CircuitResiduals::plain(const double* p) const {
   Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(p, at_.size());
   auto logarithms = x.segment(at_.em, at_.state() - at_.em).array();
   logarithms = logarithms.exp().eval();
@@ -66,7 +66,7 @@ Eigen::VectorXd CircuitCost::plain(const double* p) const {
 }
 
 template <class Put>
-void CircuitCost::for_each_prior(const double* p, const Put& put) const {
+void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
   const FitPriors& prior = fit_.priors();
   const double noise = std::sqrt(prior.noise_v2_s);
   std::array<double, 4> w{};
@@ -108,7 +108,7 @@ void CircuitCost::for_each_prior(const double* p, const Put& put) const {
   }
 }
 
-void CircuitCost::evaluate(const double* p, double* residuals, double* jacobian) const {
+void CircuitResiduals::evaluate(const double* p, double* residuals, double* jacobian) const {
   const Index n = at_.size();
   if (jacobian != nullptr) std::fill(jacobian, jacobian + residual_count() * n, 0.0);
   residuals_of(fit_.rows(), at_, plain(p).data(), residuals, jacobian);
@@ -125,7 +125,7 @@ void CircuitCost::evaluate(const double* p, double* residuals, double* jacobian)
   });
 }
 
-CircuitCost::Sums CircuitCost::sums(const Eigen::VectorXd& p) const {
+CircuitResiduals::Sums CircuitResiduals::sums(const Eigen::VectorXd& p) const {
   VOLTLAP_DEMAND(p.size() == at_.size());
   NormalSums data = sums_of(fit_.rows(), at_, plain(p.data()).data(), true);
   const Index n = at_.size();
@@ -146,12 +146,12 @@ CircuitCost::Sums CircuitCost::sums(const Eigen::VectorXd& p) const {
   return out;
 }
 
-RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int iterations_max, double tolerance) {
+RefineResult refine(const CircuitResiduals& cost, const Eigen::VectorXd& start, int iterations_max, double tolerance) {
   constexpr int kMostTrials = 12;
   const CircuitLayout& at = cost.layout();
   VOLTLAP_DEMAND(start.size() == at.size() && tolerance >= 0.0);
   RefineResult out{start};
-  CircuitCost::Sums sums = cost.sums(start);
+  CircuitResiduals::Sums sums = cost.sums(start);
   out.cost = sums.cost();
   double damping = 1e-4, growth = 2.0;
   for (; out.iterations < iterations_max && !out.converged; ++out.iterations) {
@@ -166,7 +166,7 @@ RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int i
       const Eigen::VectorXd taken = step * std::min(1.0, 1.0 / std::max(longest, 1e-12));
       const double predicted = -2.0 * sums.gradient.dot(taken) - taken.dot(whole * taken);
       const Eigen::VectorXd there = moved(out.p, taken, at);
-      CircuitCost::Sums next = cost.sums(there);
+      CircuitResiduals::Sums next = cost.sums(there);
       const double gained = out.cost - next.cost();
       if (predicted <= tolerance * out.cost && std::abs(gained) <= tolerance * out.cost) out.converged = true;
       if (gained > 0.0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "learn/identify/circuit/circuit_cost.hpp"
+#include "learn/identify/circuit/circuit_residuals.hpp"
 
 #include <cmath>
 
@@ -9,7 +9,7 @@
 
 using namespace voltlap::plant;
 
-TEST_GROUP(CircuitCost) {
+TEST_GROUP(CircuitResiduals) {
   std::vector<MeasuredRun> runs;
   FitPriors priors;
 
@@ -43,17 +43,17 @@ TEST_GROUP(CircuitCost) {
   }
 };
 
-TEST(CircuitCost, JacobianAgreesWithDifferences) {
+TEST(CircuitResiduals, JacobianAgreesWithDifferences) {
   for (Eigen::Index branches = 1; branches <= 3; ++branches) {
     const CircuitFit fit(runs, branches, priors);
     Eigen::VectorXd taus(branches);
     for (Eigen::Index k = 0; k < branches; ++k) taus(k) = 5.0 * std::pow(8.0, static_cast<double>(k));
-    const CircuitCost cost(fit, taus);
+    const CircuitResiduals cost(fit, taus);
     LinearSolution start{Eigen::VectorXd::Constant(fit.linear_count(), 1e-3), 0.0};
     start.x.head(fit.em_count()).setConstant(3.8);
     const Eigen::VectorXd p = cost.pack(start, taus.transpose().replicate(fit.r_count(), 1));
     Eigen::VectorXd residuals(cost.residual_count()), up = residuals, down = residuals;
-    CircuitCost::RowMajor jacobian(cost.residual_count(), cost.parameter_count());
+    CircuitResiduals::RowMajor jacobian(cost.residual_count(), cost.parameter_count());
     cost.evaluate(p.data(), residuals.data(), jacobian.data());
     const double scale = jacobian.cwiseAbs().maxCoeff();
     for (Eigen::Index k = 0; k < p.size(); ++k) {
@@ -68,21 +68,21 @@ TEST(CircuitCost, JacobianAgreesWithDifferences) {
   }
 }
 
-TEST(CircuitCost, AgreesWithTheLinearFitAtItsSolution) {
+TEST(CircuitResiduals, AgreesWithTheLinearFitAtItsSolution) {
   const CircuitFit fit(runs, 2, priors);
   const Eigen::Vector2d taus(5.0, 60.0);
   const Eigen::MatrixXd table = taus.transpose().replicate(fit.r_count(), 1);
   const LinearSolution solution = fit.solve(table);
-  const CircuitCost cost(fit, taus);
+  const CircuitResiduals cost(fit, taus);
   Eigen::VectorXd residuals(cost.residual_count());
   cost.evaluate(cost.pack(solution, table).data(), residuals.data(), nullptr);
   DOUBLES_EQUAL(solution.cost, residuals.squaredNorm(), 1e-3 * solution.cost);
 }
 
-TEST(CircuitCost, ResidualsAreThoseOfTheSimulation) {
+TEST(CircuitResiduals, ResidualsAreThoseOfTheSimulation) {
   const CircuitFit fit(runs, 2, priors);
   const Eigen::Vector2d taus(5.0, 60.0);
-  const CircuitCost cost(fit, taus);
+  const CircuitResiduals cost(fit, taus);
   LinearSolution any{Eigen::VectorXd::Constant(fit.linear_count(), 1e-3), 0.0};
   const Eigen::VectorXd p = cost.pack(any, taus.transpose().replicate(fit.r_count(), 1));
   Eigen::VectorXd residuals(cost.residual_count());
@@ -95,7 +95,7 @@ TEST(CircuitCost, ResidualsAreThoseOfTheSimulation) {
   }
 }
 
-TEST(CircuitCost, LinearFitKeepsResistancesFromGoingNegative) {
+TEST(CircuitResiduals, LinearFitKeepsResistancesFromGoingNegative) {
   for (MeasuredRun& run : runs)
     run.voltage_v = run.voltage_v.array() + 5e-3 * run.current_a.array();  // a cell that gives
   const CircuitFit fit(runs, 2, priors);

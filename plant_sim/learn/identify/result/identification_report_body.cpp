@@ -7,7 +7,7 @@
 
 #include "io/page/html_page.hpp"
 #include "io/page/html_parts.hpp"
-#include "learn/identify/result/cell_report.hpp"
+#include "learn/identify/result/identification_report.hpp"
 #include "learn/identify/result/excitation.hpp"
 
 namespace voltlap::plant {
@@ -243,7 +243,7 @@ std::string run_facts(const ReportedCell& reported, const std::string& version) 
 
 }  // namespace
 
-std::string cell_report_body(const ReportedCell& reported, const std::string& version) {
+std::string identification_report_body(const ReportedCell& reported, const std::string& version) {
   const CellIdentification& identified = reported.identified;
   std::string tables;
   for (const Surface& s : surfaces(identified.reference_point().result.model.branches()))

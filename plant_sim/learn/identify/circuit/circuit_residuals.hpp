@@ -9,10 +9,10 @@
 
 namespace voltlap::plant {
 
-class CircuitCost {
+class CircuitResiduals {
  public:
   /// `fit` must outlive the cost; `tau_centre_s`: what each branch's time constants are drawn to, weakly.
-  CircuitCost(const CircuitFit& fit, Eigen::VectorXd tau_centre_s);
+  CircuitResiduals(const CircuitFit& fit, Eigen::VectorXd tau_centre_s);
 
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -63,7 +63,7 @@ struct RefineResult {
 /// Levenberg and Marquardt's method on the sums: a step solves (A + mu diag A) d = -g; mu follows the ratio of real
 /// and predicted decrease (H. B. Nielsen, IMM-REP-1999-05). Ends when a step lowers the cost by less than `tolerance`
 /// of it.
-[[nodiscard]] RefineResult refine(const CircuitCost& cost, const Eigen::VectorXd& start, int iterations_max = 30,
+[[nodiscard]] RefineResult refine(const CircuitResiduals& cost, const Eigen::VectorXd& start, int iterations_max = 30,
                                   double tolerance = 1e-6);
 
 }  // namespace voltlap::plant

@@ -22,10 +22,10 @@ struct ReportedCell {
   std::vector<std::pair<std::string, std::string>> run;  ///< flags and their values
 };
 
-[[nodiscard]] std::string cell_report(const ReportedCell& reported, const std::string& version);
+[[nodiscard]] std::string identification_report(const ReportedCell& reported, const std::string& version);
 
 /// Its texts and tables.
-[[nodiscard]] std::string cell_report_body(const ReportedCell& reported, const std::string& version);
+[[nodiscard]] std::string identification_report_body(const ReportedCell& reported, const std::string& version);
 
 /// The files of html/ beside this one.
 [[nodiscard]] std::string_view cell_page_files(std::string_view name);

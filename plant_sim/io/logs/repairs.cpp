@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/repairs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/demand.hpp"
+#include "core/errors.hpp"
+#include "core/signal.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kSecondsPerHour = 3600.0;
+constexpr double kCellVoltageMin = 0.5, kCellVoltageMax = 5.5;  // beyond any chemistry that a car carries
+
+/// Sum of dI dV over the steps of the current, each part of a step's own size: negative when discharge is positive.
+double sign_evidence(const CellLog& log) {
+  double with = 0.0, size = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double di = log.current_a[row] - log.current_a[row - 1], dv = log.voltage_v[row] - log.voltage_v[row - 1];
+    if (!std::isfinite(dv) || log.gap[row]) continue;
+    with += di * dv;
+    size += std::abs(di * dv);
+  }
+  return size > 0.0 ? with / size : 0.0;
+}
+
+/// Without steps: the mean current against the way the voltage went.
+double drift_evidence(const CellLog& log) {
+  const double charge = std::accumulate(log.current_a.begin(), log.current_a.end(), 0.0);
+  return charge * (log.voltage_v.back() - log.voltage_v.front()) > 0.0 ? 1.0 : -1.0;
+}
+
+/// The counter moved by what neither hold of the current explains.
+bool counter_disagrees(const CellLog& log, std::size_t row, double tolerance_ah) {
+  constexpr double kShort = 5.0;  // s; within it a counter's step says little
+  const double seconds = log.time_s[row] - log.time_s[row - 1];
+  if (log.charge_ah.empty() || seconds < kShort) return false;
+  const double counted = log.charge_ah[row] - log.charge_ah[row - 1], hours = seconds / kSecondsPerHour;
+  const double before = log.current_a[row - 1] * hours, after = log.current_a[row] * hours;
+  for (const double charge : {before, after, 0.5 * (before + after)}) {
+    if (std::abs(counted - charge) <= tolerance_ah || std::abs(counted + charge) <= tolerance_ah) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vector<double>& current, CellLog& log,
+                                       std::vector<bool>& joined) {
+  VOLTLAP_DEMAND(time.size() == current.size());
+  std::vector<std::size_t> keep;
+  std::size_t holes = 0, repeated = 0, backward = 0, restarts = 0;
+  constexpr double kJoin = 60.0;  // assumed pause between two parts; the state after it is left free
+  double shift = 0.0;
+  bool restarted = false;
+  for (std::size_t row = 0; row < time.size(); ++row) {
+    if (!std::isfinite(time[row]) || !std::isfinite(current[row])) {
+      ++holes;
+      continue;
+    }
+    double t = time[row] + shift;
+    if (!keep.empty() && t <= time[keep.back()]) {
+      const double back = time[keep.back()] - t;
+      const bool goes_on = row + 1 < time.size() && time[row + 1] + shift > time[keep.back()];
+      if (back == 0.0) {
+        ++repeated;
+        continue;
+      }
+      if (goes_on || back < 1.0) {
+        ++backward;
+        continue;
+      }
+      ++restarts;
+      shift += back + kJoin;
+      t = time[row] + shift;
+      restarted = true;
+    }
+    time[row] = t;
+    keep.push_back(row);
+    joined.push_back(restarted);
+    restarted = false;
+  }
+  const auto note = [&](std::size_t count, const char* what) {
+    if (count > 0) log.repairs.push_back(fmt::format("{} {}", count, what));
+  };
+  note(holes, "rows without a time or current left out");
+  note(repeated, "rows that repeat a time left out");
+  note(backward, "rows with a time that goes back left out");
+  note(restarts, "restarts of the clock: parts joined with 60 s between them, state after each left free");
+  VOLTLAP_DEMAND(joined.size() == keep.size());
+  return keep;
+}
+
+void bring_to_one_cell(CellLog& log, int series) {
+  VOLTLAP_DEMAND(series >= 1);
+  double typical = median(log.voltage_v) / series;
+  double scale = 1.0 / series;
+  if (typical > 1e3 * kCellVoltageMin && typical < 1e3 * kCellVoltageMax) {
+    log.repairs.push_back(fmt::format("voltage is in mV (median {:.0f}): divided by 1000", typical * series));
+    scale /= 1000.0;
+    typical /= 1000.0;
+  }
+  if (!(typical > kCellVoltageMin && typical < kCellVoltageMax)) {
+    throw InputError(log.path,
+                     fmt::format("a median voltage of {:.4g} V for {} cells in series", typical * series, series),
+                     fmt::format("{} to {} V for each cell", kCellVoltageMin, kCellVoltageMax),
+                     "Correct the unit in the role map, or give --cells-in-series");
+  }
+  std::size_t impossible = 0;
+  for (double& v : log.voltage_v) {
+    v *= scale;
+    if (std::isfinite(v) && (v < kCellVoltageMin || v > kCellVoltageMax)) {
+      v = std::nan("");
+      ++impossible;
+    }
+  }
+  if (impossible > 0)
+    log.repairs.push_back(fmt::format("{} rows with a voltage of no cell are not used", impossible));
+}
+
+void settle_sign(CellLog& log, DischargeSign declared) {
+  double evidence = sign_evidence(log);
+  constexpr double kClear = 0.2;
+  if (std::abs(evidence) < kClear && std::isfinite(log.voltage_v.front()) && std::isfinite(log.voltage_v.back())) {
+    evidence = declared == DischargeSign::kAuto ? drift_evidence(log) : 0.0;
+  }
+  if (declared == DischargeSign::kNegative) evidence = -evidence;
+  if (declared != DischargeSign::kAuto && evidence > kClear) {
+    throw InputError(
+        log.path, "a voltage that rises when the current rises",
+        fmt::format("discharge {} as declared in {}", declared == DischargeSign::kPositive ? "\"+\"" : "\"-\"",
+                    log.map),
+        "The recording charges where discharge was declared: change the sign there, or set discharge = \"auto\"");
+  }
+  const bool flip = declared == DischargeSign::kNegative || (declared == DischargeSign::kAuto && evidence > 0.0);
+  if (!flip) return;
+  for (double& i : log.current_a) i = -i;
+  if (declared == DischargeSign::kAuto) log.repairs.push_back("sign of the current turned: charge was positive");
+}
+
+void settle_counter(CellLog& log) {
+  if (log.charge_ah.empty()) return;
+  double with = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double step = log.charge_ah[row] - log.charge_ah[row - 1];
+    if (!log.gap[row] && std::isfinite(step)) with += step * (log.current_a[row] + log.current_a[row - 1]);
+  }
+  if (with < 0.0) {
+    for (double& q : log.charge_ah) q = -q;
+    log.repairs.push_back("charge counter turned to count discharge");
+  }
+}
+
+void find_gaps(CellLog& log, const std::vector<bool>& joined) {
+  VOLTLAP_DEMAND(joined.size() == log.rows());
+  constexpr double kLeast = 600.0, kTimes = 10.0, kUnseen = 0.001;
+  constexpr double kUsual = 0.9;  // of the intervals: a recorder may be slower at rest
+  const double long_interval = std::max(kLeast, kTimes * quantile(differences(log.time_s), kUsual));
+  const auto [low, high] = std::minmax_element(log.charge_ah.begin(), log.charge_ah.end());
+  const double unseen_ah = log.charge_ah.empty() ? 0.0 : kUnseen * (*high - *low);
+  log.gap.assign(log.rows(), false);
+  std::size_t gaps = 0;
+  double longest = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double seconds = log.time_s[row] - log.time_s[row - 1];
+    if (!joined[row] && seconds <= long_interval && !counter_disagrees(log, row, unseen_ah)) continue;
+    log.gap[row] = true;
+    ++gaps;
+    longest = std::max(longest, seconds);
+  }
+  if (gaps > 0) {
+    log.repairs.push_back(
+        fmt::format("{} gaps (longest {:.0f} s): {}, state after each left free", gaps, longest,
+                    log.charge_ah.empty() ? "no charge assumed in them" : "charge from the counter"));
+  }
+}
+
+void note_held_rows(CellLog& log) {
+  std::size_t repeated = 0, held = 0, moving = 0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    if (std::abs(log.current_a[row]) < 1e-6) continue;
+    const bool same = log.current_a[row] == log.current_a[row - 1];
+    ++moving;
+    held += same ? 1U : 0U;
+    repeated += same && log.voltage_v[row] == log.voltage_v[row - 1] ? 1U : 0U;
+  }
+  if (held * 2 > moving || repeated * 20 < moving || moving == 0) return;
+  log.repairs.push_back(fmt::format("{:.0f} % of the rows under current repeat the row before: used as they are",
+                                    100.0 * static_cast<double>(repeated) / static_cast<double>(moving)));
+}
+
+}  // namespace voltlap::plant
