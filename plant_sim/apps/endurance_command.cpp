@@ -19,6 +19,7 @@
 #include "core/errors.hpp"
 #include "io/bus/bus_load_table.hpp"
 #include "race/report/summary_table.hpp"
+#include "race/track/outline.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -89,7 +90,8 @@ RunDescription EnduranceRun::description(const EnduranceOptions& options) const 
           .cells = cells_,
           .settings = car_.settings,
           .seed = seed_,
-          .laps = options.laps};
+          .laps = options.laps,
+          .closing_gap_m = options.drive ? std::nullopt : std::optional(closing_gap_m(options.track))};
 }
 
 int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, PlantBus& bus,
@@ -145,6 +147,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
   std::FILE* summary = summary_stream({json_, csv_, candump_, report_});
   fmt::print(summary, "{}", summary_table(run, result, reference));
+  if (run.closing_gap_m) fmt::print(summary, "  course: {}\n", course_text(chosen.track.length_m(), *run.closing_gap_m));
   RunDescription standing = run;
   standing.lap_start = "standing";
   if (run.lap_start == "flying" && find_reference(reference_file, standing)) {

@@ -116,6 +116,8 @@ class Run {
       ready_ = true;
       ready_tick_ = tick_;
       switches_.ts_on = switches_.ready_to_drive = false;
+      // A flying lap is one of many: it begins at the speed with which the one before it ended.
+      if (by_position() && options_.driver == DriverKind::kLaps) car_.vehicle().set_speed(profile_.speed_mps.front());
       account_.open(car_);
     } else if (losses_.car_is_lost()) {
       check_losses();
@@ -231,7 +233,10 @@ class Run {
 
   void check_assertions() {
     const double since_seam = by_position() || options_.drive ? drive_time() : drive_time() - account_.lap_start_s();
-    if (auto cause = assertions_.broken(car_, commands_, {drive_time(), since_seam, target_mps_})) {
+    const double distance_m = car_.vehicle().distance_m();
+    const double lap_m = options_.drive ? distance_m : std::fmod(distance_m, profile_.length_m());
+    if (auto cause = assertions_.broken(
+            car_, commands_, {drive_time(), since_seam, target_mps_, result_.laps + 1, lap_m})) {
       fail(std::move(*cause));
     }
   }

@@ -17,10 +17,16 @@ constexpr double kStall_s = 30.0;  // without a metre of progress
 
 std::optional<std::string> RunAssertions::broken(const Car& car, const CommandReceiver& ecus, const DriveMoment& now) {
   VOLTLAP_DEMAND(now.time_s >= progress_s_);
+  VOLTLAP_DEMAND(now.lap >= 1);
   VOLTLAP_DEMAND(within(now.since_seam_s, 0.0, now.time_s) && std::isfinite(now.target_mps));
   const double speed_mps = car.vehicle().speed_mps();
   const double error_mps = now.target_mps - speed_mps;
   const double battery_c = car.pack().temperature_max_c(), winding_c = car.motor_thermal().copper_c();
+  const std::size_t emptiest = car.pack().emptiest_cell();
+  if (car.pack().cell_soc(emptiest) <= 0.0) {
+    return fmt::format("cell {} is empty, {:.0f} m into lap {}; the pack holds {:.1f} % on average", emptiest + 1,
+                       now.lap_distance_m, now.lap, 100.0 * car.pack().soc_mean());
+  }
   if (ecus.master().drive_state != can::DriveState::kReadyToDrive) {
     return fmt::format("the master controller left ready-to-drive ({})", ecu_state_text(ecus));
   }

@@ -10,9 +10,11 @@
 
 namespace voltlap::plant {
 
-/// The driver's moment: since the drive began, and since the target speed last began anew.
+/// The driver's moment: since the drive began, and since the target speed last began anew; where on which lap, from 1.
 struct DriveMoment {
   double time_s, since_seam_s, target_mps;
+  int lap = 1;
+  double lap_distance_m = 0.0;
 };
 
 class RunAssertions {

@@ -4,9 +4,14 @@
 //
 //   pedal = base + Kp e + Ki integral(e), e = target - speed (brake: the negative), 0..1
 // The integral is kept only while the pedal is inside its range (anti-windup), and starts anew with every event.
+//
+// Who is slower than the target has nothing to brake for: in a braking zone a car that lags by kBehind_mps drives on
+// until it meets the target again. So the driver never stalls, wherever on the course the car stands.
 #pragma once
 #include <algorithm>
+#include <cmath>
 
+#include "core/demand.hpp"
 #include "core/parameters.hpp"
 #include "race/driver/target.hpp"
 
@@ -22,12 +27,14 @@ class PiDriver {
   explicit PiDriver(const DriverSection& driver) : driver_(driver) {}
 
   Pedals advance(const Target& target, double speed_mps, double step_s) {
-    const bool brakes = target.slope_mps2 < driver_.brake_below_mps2;
+    VOLTLAP_DEMAND(std::isfinite(target.speed_mps) && std::isfinite(speed_mps) && step_s > 0.0);
+    const double error = target.speed_mps - speed_mps;
+    catching_up_ = catching_up_ ? error > 0.0 : error > kBehind_mps;
+    const bool brakes = target.slope_mps2 < driver_.brake_below_mps2 && !catching_up_;
     if (brakes != braking_) {
       braking_ = brakes;
       integral_m_ = 0.0;
     }
-    const double error = target.speed_mps - speed_mps;
     if (brakes) {
       return {0.0, follow(target.brake_base, -error, driver_.brake_gain_per_mps, driver_.brake_integral_per_m, step_s)};
     }
@@ -37,6 +44,8 @@ class PiDriver {
   }
 
  private:
+  static constexpr double kBehind_mps = 1.0;  // far more than a driver who brakes well is ever slower than the target
+
   double follow(double base, double error, double gain, double integral_gain, double step_s) {
     const double next = integral_m_ + error * step_s;
     const double pedal = base + gain * error + integral_gain * next;
@@ -46,7 +55,7 @@ class PiDriver {
   }
 
   DriverSection driver_;
-  bool braking_ = false;
+  bool braking_ = false, catching_up_ = false;
   double integral_m_ = 0.0;
 };
 

@@ -104,6 +104,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"failure", failure(result)},
       {"vehicle", run.vehicle},
       {"course", run.course},
+      {"closing_gap_m", run.closing_gap_m ? Json(*run.closing_gap_m) : Json()},
       {"lap_start", run.lap_start},
       {"cells", run.cells},
       {"settings", run.settings},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The result of an endurance as one JSON object: numbers, hashes, and all that is needed to repeat the run.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct RunDescription {
   std::vector<std::string> settings{};
   std::uint64_t seed = 0;
   int laps = 0;
+  std::optional<double> closing_gap_m{};  ///< from the end of the track to its start; none for a recorded drive
 };
 
 /// What it came to.

@@ -69,6 +69,16 @@ class Particle {
   double curve_[kCurvePoints + 1] = {};
 };
 
+/// Speed [m/s] at which the drive force just meets the resistance: no straight is long enough to go faster.
+double top_speed(const Particle& particle) {
+  double low = 0.0, high = kUnbounded;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (particle.max_acceleration(middle) > 0.0 ? low : high) = middle;
+  }
+  return high;
+}
+
 /// Speed after `way` metres of acceleration a(v), by the midpoint rule on v^2.
 template <class Acceleration>
 double speed_after(double v, double way, const Acceleration& a) {
@@ -148,6 +158,8 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
                      "Check motor.curve_torque_nm, powertrain.final_drive, tyres.* and vehicle.mass_kg");
   }
 
+  const double most = top_speed(particle);
+  for (double& limit : v) limit = std::min(limit, most);
   const bool periodic = start == LapStart::kFlying;
   if (periodic) v[0] = v[last] = std::min(v[0], v[last]);
   else v[0] = 0.0;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "core/demand.hpp"
 
 namespace voltlap::plant {
@@ -33,6 +35,18 @@ std::vector<OutlinePoint> outline(const Track& track, double step_m) {
   }
   VOLTLAP_DEMAND(points.size() > track.segments.size());
   return points;
+}
+
+double closing_gap_m(const Track& track) {
+  const OutlinePoint end = outline(track, track.length_m() + 1.0).back();
+  return std::hypot(end.x_m, end.y_m);
+}
+
+std::string course_text(double length_m, double gap_m) {
+  constexpr double kClosed = 0.005;  // of the length: what rounded radii and angles add up to
+  const std::string length = fmt::format("{:.1f} m", length_m);
+  if (gap_m <= kClosed * length_m) return length + ", closed";
+  return length + fmt::format(", its end {:.0f} m away from its start: driven as a lap all the same", gap_m);
 }
 
 }  // namespace voltlap::plant

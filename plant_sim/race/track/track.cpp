@@ -30,9 +30,23 @@ double radius_at(const InputTable& table, std::size_t row) {
   const double radius = table.number(row, "corner_radius_m");
   if (!(radius > 0.0)) {
     throw InputError(table.place(row) + ", corner_radius_m", fmt::format("{}", radius), "more than 0 metres",
-                     "Give the radius without sign; right or left is the sign of corner_angle_rad, or the type");
+                     "Give the radius without sign; right or left is the sign of the angle, or the type");
   }
   return radius;
+}
+
+/// Radians, from whichever of the two columns the file has.
+double angle_at(const InputTable& table, std::size_t row) {
+  const bool degrees = table.has("corner_angle_deg");
+  const char* column = degrees ? "corner_angle_deg" : "corner_angle_rad";
+  const double angle = table.number(row, column), most = degrees ? 360.0 : 2.0 * M_PI;
+  // 6.2832 is a full circle in four decimals.
+  if (std::abs(angle) > most * (1.0 + 1e-4)) {
+    throw InputError(fmt::format("{}, {}", table.place(row), column), fmt::format("{:g}", angle),
+                     fmt::format("at most a full circle, {:.4g} {}", most, degrees ? "degrees" : "radians"),
+                     degrees ? "Correct the angle" : "Degrees go into a column corner_angle_deg; or correct the angle");
+  }
+  return degrees ? angle * M_PI / 180.0 : angle;
 }
 
 void add(Track& track, const InputTable& table, std::size_t row, double length, double curvature) {
@@ -43,7 +57,7 @@ void read_straights_and_corners(const InputTable& table, Track& track) {
   for (std::size_t row = 0; row < table.rows(); ++row) {
     add(track, table, row, length_at(table, row, "straight_m"), 0.0);
     const double radius = radius_at(table, row);
-    const double angle = table.number(row, "corner_angle_rad");
+    const double angle = angle_at(table, row);
     add(track, table, row, radius * std::abs(angle), std::copysign(1.0 / radius, angle));
   }
 }

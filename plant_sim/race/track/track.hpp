@@ -20,9 +20,11 @@ struct Track {
 };
 
 /// Reads a track file. Two forms, told apart by their header:
-///   straight_m,corner_radius_m,corner_angle_rad[,feature]   a straight, then an arc of radius x |angle|
+///   straight_m,corner_radius_m,corner_angle_rad[,feature]   a straight, then an arc of radius x |angle|; or, in its
+///                                                           place, corner_angle_deg
 ///   type,section_length_m,corner_radius_m                   Straight | Left | Right, a segment a row
-/// Throws InputError with file and line for a negative length, a radius that is not positive, a missing column.
+/// Throws InputError with file and line for a negative length, a radius that is not positive, an angle beyond
+/// a full circle, a missing column.
 [[nodiscard]] Track load_track(const std::string& path);
 
 }  // namespace voltlap::plant

@@ -51,7 +51,7 @@ def test_lap_writes_time_speed_and_length(tmp_path):
     path = tmp_path / "lap.json"
     assert voltlap("lap", "--json", path).returncode == 0
     lap = json.loads(path.read_text())
-    assert set(lap) == {"lap_time_s", "max_speed_mps", "length_m"}
+    assert set(lap) == {"lap_time_s", "max_speed_mps", "length_m", "closing_gap_m"}
     assert lap["length_m"] == pytest.approx(814.1, abs=0.1)
 
 

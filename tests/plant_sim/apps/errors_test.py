@@ -321,7 +321,7 @@ def test_what_spreadsheets_write_is_read(folders, name, text):
     (inputs / name).write_bytes(text.encode())
     run = voltlap(inputs, ["lap", "--track", name])
     assert run.returncode == 0, run.stderr
-    assert "length         15.0 m" in run.stdout
+    assert "course: 15.0 m" in run.stdout
 
 
 def test_file_name_that_is_no_text_still_gives_a_result(folders):

@@ -61,6 +61,17 @@ TEST(RunAssertions, StandingStillForThirtySecondsFailsOnARoadOnly) {
   STRCMP_EQUAL("", broken(clock, {300.0, 300.0, 0.0}).c_str());
 }
 
+TEST(RunAssertions, AnEmptyCellEndsTheRunWithItsNumberAndThePlace) {
+  VehicleParameters nearly = vtm16e();
+  nearly.battery.initial_soc = 0.004;
+  nearly.battery.cells.resize(7);
+  nearly.battery.cells[6].initial_soc_offset = -0.004;
+  const Car empty(nearly, false, 0.001);
+  RunAssertions assertions(bounds, true);
+  STRCMP_CONTAINS("cell 7 is empty, 123 m into lap 5; the pack holds 0.4 % on average",
+                  assertions.broken(empty, car.ecus, {20.0, 20.0, 0.0, 5, 123.4}).value_or("").c_str());
+}
+
 TEST(RunAssertions, ASeamThatLiesInTheFutureIsADefect) {
   RunAssertions assertions(bounds, true);
   CHECK_THROWS(std::logic_error, broken(assertions, {1.0, -0.1, 0.0}));

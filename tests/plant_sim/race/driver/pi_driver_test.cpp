@@ -53,6 +53,20 @@ TEST(PiDriver, AMinuteHeldAtStandstillDoesNotWindTheIntegralUp) {
   DOUBLES_EQUAL(0.8, driver.advance({10.0, 1.0, 0.8, 0.0}, 10.0, 0.001).accelerator, 1e-9);
 }
 
+TEST(PiDriver, ACarThatStandsInABrakingZoneIsDrivenOn) {
+  const Pedals standing = driver.advance({16.0, -5.0, 0.0, 0.9}, 0.0, 0.001);
+  DOUBLES_EQUAL(1.0, standing.accelerator, 0.0);
+  DOUBLES_EQUAL(0.0, standing.brake, 0.0);
+}
+
+TEST(PiDriver, WhoCatchesUpBrakesWhenHeMeetsTheTargetAgain) {
+  CHECK(driver.advance({16.0, -5.0, 0.0, 0.9}, 14.9, 0.001).accelerator > 0.0);
+  CHECK(driver.advance({15.5, -5.0, 0.0, 0.9}, 15.4, 0.001).accelerator > 0.0);
+  CHECK(driver.advance({15.4, -5.0, 0.0, 0.9}, 15.4, 0.001).brake > 0.0);
+  // Slower than the target by less than a metre per second he goes on braking.
+  CHECK(driver.advance({15.3, -5.0, 0.0, 0.9}, 14.4, 0.001).accelerator == 0.0);
+}
+
 TEST(PiDriver, EveryEventStartsWithAnEmptyIntegral) {
   for (int ms = 0; ms < 1000; ++ms) driver.advance({10.0, 0.0, 0.18, 0.0}, 9.99, 0.001);
   driver.advance({10.0, -5.0, 0.0, 0.5}, 10.0, 0.001);

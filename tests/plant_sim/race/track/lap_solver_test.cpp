@@ -173,3 +173,14 @@ TEST(LapSolver, ACornerWhoseCentreLiesInsideTheCarIsRefused) {
   STRCMP_CONTAINS("bend.csv:3: found a corner", refusal(half_width - 1e-6).c_str());
   STRCMP_EQUAL("", refusal(half_width + 1e-6).c_str());
 }
+
+TEST(LapSolver, ACourseWithoutCornersIsDrivenAtTheSpeedWhereDriveAndResistanceMeet) {
+  const VehicleParameters car = vtm16e();
+  Track straight;
+  straight.name = "straight";
+  straight.segments = {{75.0, 0.0, "straight:1"}};
+  const SpeedProfile lap = solve_lap(car, straight, LapStart::kFlying);
+  CHECK(full_acceleration(car, lap.max_speed_mps() - 0.01) > 0.0);
+  CHECK(full_acceleration(car, lap.max_speed_mps() + 0.01) < 0.0);
+  DOUBLES_EQUAL(75.0 / lap.max_speed_mps(), lap.lap_time_s(), 1e-6);
+}

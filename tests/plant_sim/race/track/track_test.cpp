@@ -62,6 +62,23 @@ TEST(Track, ARadiusThatIsNotPositiveIsRefusedWithFileAndLine) {
   check_refused("type,section_length_m,corner_radius_m\nLeft,10.0,0.0\n", ":2", "corner_radius_m: found 0");
 }
 
+TEST(Track, AnglesMayBeGivenInDegrees) {
+  const TemporaryFile radians("radians.csv", "straight_m,corner_radius_m,corner_angle_rad\n60,8,3.14159265358979\n");
+  const TemporaryFile degrees("degrees.csv", "straight_m,corner_radius_m,corner_angle_deg\n60,8,-180\n");
+  DOUBLES_EQUAL(load_track(radians.path()).length_m(), load_track(degrees.path()).length_m(), 1e-9);
+  DOUBLES_EQUAL(-0.125, load_track(degrees.path()).segments[1].curvature_per_m, 0.0);
+}
+
+TEST(Track, AnAngleBeyondAFullCircleIsRefusedAndDegreesAreNamed) {
+  const TemporaryFile file("half.csv", "straight_m,corner_radius_m,corner_angle_rad\n60,8,180\n60,8,180\n");
+  const std::string error = input_error([&] { static_cast<void>(load_track(file.path())); });
+  STRCMP_CONTAINS("half.csv:2, corner_angle_rad: found 180; expected at most a full circle, 6.283 radians",
+                  error.c_str());
+  STRCMP_CONTAINS("Degrees go into a column corner_angle_deg", error.c_str());
+  const TemporaryFile circle("circle.csv", "straight_m,corner_radius_m,corner_angle_rad\n60,8,6.2832\n");
+  DOUBLES_EQUAL(60.0 + 8.0 * 6.2832, load_track(circle.path()).length_m(), 1e-9);
+}
+
 TEST(Track, ANegativeLengthIsRefusedWithFileAndLine) {
   check_refused("straight_m,corner_radius_m,corner_angle_rad\n-1.0,5.0,1.0\n", ":2", "straight_m: found -1");
 }
