@@ -15,6 +15,7 @@ Car::Car(const VehicleParameters& parameters, bool representative_cell, double s
       step_s_(step_s),
       pack_(parameters_, representative_cell, step_s),
       vehicle_(parameters_),
+      torque_curve_(parameters_.motor),
       motor_thermal_(parameters.motor, parameters.environment.ambient_c),
       rotors_(parameters.brakes, parameters.environment.ambient_c),
       dc_link_(parameters.contactors) {
@@ -24,10 +25,11 @@ Car::Car(const VehicleParameters& parameters, bool representative_cell, double s
 void Car::step(double brake_pedal) {
   const double dc_voltage = dc_link_.voltage();
   const bool electric = parameters_.powertrain.kind == "electric";
-  const double current = electric ? inverter.current(dc_voltage) : 0.0;
+  const double asked = electric ? inverter.current(dc_voltage) : 0.0;
 
   // Mechanics first: the torque follows the current, and the power is then known at the mean speed of the step.
   const double omega = motor_omega_rad_s();
+  const double current = torque_curve_.current(asked, omega, dc_voltage);
   const bool driving = current * omega >= 0.0;
   const double shaft_torque = motor_torque(parameters_.motor, current, omega);
   const double torque = wheel_torque(parameters_.powertrain, shaft_torque, driving);
@@ -58,8 +60,10 @@ void Car::step(double brake_pedal) {
   ledger_.add(EnergyTerm::kDrivelineHeat,
               driveline_loss(parameters_.powertrain, shaft_torque * omega_mean, driving) * step_s_);
   ledger_.add(EnergyTerm::kKinetic, v.kinetic_j);
+  ledger_.add(EnergyTerm::kClimb, v.climb_j);
   ledger_.add(EnergyTerm::kAero, v.aero_j);
   ledger_.add(EnergyTerm::kRolling, v.rolling_j);
+  ledger_.add(EnergyTerm::kCornering, v.cornering_j);
   ledger_.add(EnergyTerm::kTyreSlip, v.slip_j);
   ledger_.add(EnergyTerm::kBrakeFront, v.front_brake_j);
   ledger_.add(EnergyTerm::kBrakeRear, v.rear_brake_j);

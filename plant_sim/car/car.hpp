@@ -8,6 +8,7 @@
 #include "car/powertrain/dc_link.hpp"
 #include "car/powertrain/inverter.hpp"
 #include "car/powertrain/motor.hpp"
+#include "car/powertrain/torque_curve.hpp"
 #include "car/vehicle/brakes.hpp"
 #include "car/vehicle/longitudinal.hpp"
 #include "core/parameters.hpp"
@@ -50,6 +51,7 @@ class Car {
   double step_s_;
   Pack pack_;
   LongitudinalVehicle vehicle_;
+  TorqueCurve torque_curve_;
   MotorThermal motor_thermal_;
   BrakeRotors rotors_;
   DcLink dc_link_;

@@ -15,7 +15,7 @@ enum class EnergyTerm : std::size_t {
   kBatteryR0Heat, kBatteryRcHeat, kBatteryRcStored,
   kContactorHeat, kBleedHeat, kDcLinkStored, kLowVoltage,
   kInverterHeat, kMotorHeat, kDrivelineHeat,
-  kKinetic, kAero, kRolling, kTyreSlip, kBrakeFront, kBrakeRear,
+  kKinetic, kClimb, kAero, kRolling, kCornering, kTyreSlip, kBrakeFront, kBrakeRear,
   kCount
 };
 inline constexpr std::size_t kEnergyTerms = static_cast<std::size_t>(EnergyTerm::kCount);
@@ -23,8 +23,8 @@ inline constexpr std::size_t kEnergyTerms = static_cast<std::size_t>(EnergyTerm:
 [[nodiscard]] constexpr const char* energy_term_name(EnergyTerm term) {
   constexpr const char* kNames[kEnergyTerms] = {
       "battery_chemical", "battery_r0_heat", "battery_rc_heat", "battery_rc_stored", "contactor_heat", "bleed_heat",
-      "dc_link_stored", "low_voltage", "inverter_heat", "motor_heat", "driveline_heat", "kinetic", "aero", "rolling",
-      "tyre_slip", "brake_front", "brake_rear"};
+      "dc_link_stored", "low_voltage", "inverter_heat", "motor_heat", "driveline_heat", "kinetic", "climb", "aero",
+      "rolling", "cornering", "tyre_slip", "brake_front", "brake_rear"};
   return kNames[static_cast<std::size_t>(term)];
 }
 

@@ -128,6 +128,11 @@ void check_consistency(const LoadedVehicle& vehicle) {
   check_cell(check, p.cell);
   check.that(p.powertrain.kind == "electric" || p.powertrain.kind == "none", "powertrain.kind",
              '"' + p.powertrain.kind + '"', "\"electric\" or \"none\"", "Choose one of the two");
+  const bool weighed = p.vehicle.mass_kg > 0.0, without_pack = p.vehicle.mass_without_pack_kg > 0.0;
+  check.that(weighed != without_pack, without_pack ? "vehicle.mass_without_pack_kg" : "vehicle.mass_kg",
+             weighed ? "two masses" : "no mass",
+             "either vehicle.mass_kg, as weighed and the same with any pack, or vehicle.mass_without_pack_kg",
+             "Keep one of the two lines");
   check.increasing("motor.curve_speed_rpm", p.motor.curve_speed_rpm);
   check.that(p.motor.curve_speed_rpm.size() >= 2, "motor.curve_speed_rpm",
              fmt::format("{} points", p.motor.curve_speed_rpm.size()), "at least 2", "Add points to the torque curve");

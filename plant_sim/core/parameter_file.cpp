@@ -61,12 +61,39 @@ std::optional<CellKey> parse_cell_key(std::string_view key) {
   return std::nullopt;
 }
 
+/// Keys that earlier versions had, and what stands in their place.
+constexpr std::pair<std::string_view, std::string_view> kRetired[] = {
+    {"tyres.friction",
+     "The lap and the road have one tyre now: tyres.pacejka_d is its grip, tyres.lateral_grip the ratio across"},
+};
+
+/// Two ways to say one thing: what is said later, in another file or setting, holds.
+constexpr std::pair<std::string_view, std::string_view> kAlternatives[] = {
+    {"vehicle.mass_kg", "vehicle.mass_without_pack_kg"},
+};
+
+std::string file_of(const Assignment& assignment) { return assignment.place.substr(0, assignment.place.rfind(':')); }
+
+void drop_alternative(Assignments& into, const std::string& key, const Assignment& assignment) {
+  for (const auto& [one, other] : kAlternatives) {
+    if (key != one && key != other) continue;
+    const auto rival = into.find(std::string(key == one ? other : one));
+    if (rival == into.end()) continue;
+    if (rival->second.rank != assignment.rank || file_of(rival->second) != file_of(assignment)) into.erase(rival);
+  }
+}
+
 void put(Assignments& into, const std::string& key, Assignment assignment) {
+  for (const auto& [retired, advice] : kRetired) {
+    if (key == retired) throw InputError(assignment.place, fmt::format("the key \"{}\"", key), "a key of today",
+                                         std::string(advice));
+  }
   if (find_parameter(key) == nullptr && !parse_cell_key(key)) {
     throw InputError(fmt::format(
         "{}: found the unknown key \"{}\"; expected a key that `voltlap list keys` shows. Did you mean \"{}\"?",
         assignment.place, key, nearest_key(key)));
   }
+  drop_alternative(into, key, assignment);
   into.insert_or_assign(key, std::move(assignment));
 }
 

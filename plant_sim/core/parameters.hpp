@@ -68,7 +68,8 @@ struct CellVariation {
 };
 
 struct VehicleSection {
-  double mass_kg = 0;            ///< [kg] 20..3000, without driver
+  double mass_kg = 0;            ///< [kg] 20..3000, without driver, as weighed: the same with any pack; or
+  double mass_without_pack_kg = 0;  ///< [kg] 10..3000, without driver and pack: the pack's cells come on top
   double driver_mass_kg = 0;     ///< [kg] 0..200
   double wheelbase_m = 0;        ///< [m] 0.5..5
   double track_front_m = 0;      ///< [m] 0.5..3
@@ -81,13 +82,14 @@ struct VehicleSection {
 struct TyreSection {
   double radius_m = 0;              ///< [m] 0.05..1, of the slipping tyre in the plant
   double lap_radius_m = 0;          ///< [m] 0.05..1, rolling radius of the lap solver
-  double friction = 0;              ///< [1] 0.1..4, of the lap solver
   double rolling_resistance = 0;    ///< [1] 0..0.2
   double pacejka_b = 0;             ///< [1] 0.1..50
   double pacejka_c = 0;             ///< [1] 0.5..3
-  double pacejka_d = 0;             ///< [1] 0.1..4, peak longitudinal force over normal force
+  double pacejka_d = 0;             ///< [1] 0.1..4, peak longitudinal force over normal force: the tyre's grip
   double pacejka_e = 0;             ///< [1] -20..1
   double slip_speed_floor_mps = 0;  ///< [m/s] 0.05..5, least denominator of the slip ratio
+  double lateral_grip = 1.0;        ///< [1] 0.1..3, peak lateral force over peak longitudinal force
+  double cornering_stiffness_per_rad = 0;  ///< [1/rad] 0..100, lateral force per slip angle and load; 0: no drag
 };
 
 struct BrakeSection {
@@ -122,6 +124,7 @@ struct DriverSection {
   double brake_pedal = 0;                   ///< [1] 0..1, first pedal of a braking
   double corner_pedal = 0;                  ///< [1] 0..1, pedal at constant speed
   double brake_below_mps2 = 0;              ///< [m/s2] -10..0, target deceleration that asks for the brake
+  double grip_use = 0.98;                   ///< [1] 0.3..1, share of the grip that a driver on the road plans with
 };
 
 struct PowertrainSection {
@@ -143,8 +146,9 @@ struct MotorSection {
   double efficiency = 0;                 ///< [1] 0.3..1
   double winding_resistance_ohm = 0;     ///< [ohm] 0..1
   bool winding_loss = false;             ///< adds I^2 R of the winding to the power balance
-  std::vector<double> curve_speed_rpm;   ///< [rpm] increasing; curve of the lap solver
+  std::vector<double> curve_speed_rpm;   ///< [rpm] increasing; greatest shaft torque over speed
   std::vector<double> curve_torque_nm;   ///< [Nm] >= 0
+  double curve_voltage_v = 0;            ///< [V] 0..1000, bus voltage of the curve; 0: it holds at any
   double convection_w_per_m2_k = 0;      ///< [W/m2/K] 0..1000
   double surface_area_m2 = 0;            ///< [m2] 0..5
   double copper_mass_kg = 0;             ///< [kg] 0.01..200
@@ -167,6 +171,7 @@ struct BatterySection {
   double initial_soc = 1.0;           ///< [1] 0..1
   double initial_temperature_c = 0;   ///< [degC] -40..80
   double lookup_current_floor_a = 0;  ///< [A] 0..100, per cell-file cell; below it the last lookup current stays
+  double mass_over_cells = 1.0;       ///< [1] 1..5, mass of the pack over that of its cells
   double contact_resistance_ohm = 0;  ///< [ohm] 0..1, from cells to terminals; its heat does not reach the cells
   std::vector<CellVariation> cells;   ///< battery.cells.<n>.*; empty or up to cells_in_series entries
 };
@@ -203,6 +208,9 @@ struct EnvironmentSection {
   double ambient_c = 0;              ///< [degC] -40..60
   double air_density_kg_per_m3 = 0;  ///< [kg/m3] 0.5..2
   double gravity_mps2 = 0;           ///< [m/s2] 9..10
+  double wind_mps = 0;               ///< [m/s] 0..30
+  double wind_from_deg = 0;          ///< [deg] -360..360, where it comes from; 0: against the car at the start line,
+                                     ///< 90: from its right there
 };
 
 struct BmsSection {
@@ -217,6 +225,7 @@ struct AssertionSection {
   double speed_error_max_mps = 0;           ///< [m/s] 0.1..100
   double battery_temperature_max_c = 0;     ///< [degC] 0..200
   double motor_temperature_max_c = 0;       ///< [degC] 0..500, copper
+  double off_course_max_m = 1.5;            ///< [m] 0.1..20, distance from the line of the course
 };
 
 struct VehicleParameters {

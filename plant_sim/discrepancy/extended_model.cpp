@@ -72,8 +72,8 @@ ExtendedCar extended_car(const World& given, const World& extended) {
   }
   car.tyres.pacejka_b /= (1.0 + extended.slip_change) * (1.0 + extended.grip_change);
   car.tyres.pacejka_d *= 1.0 + extended.grip_change;
-  car.tyres.friction *= 1.0 + extended.grip_change;
   car.motor.constant_nm_per_a *= 1.0 + extended.torque_change;
+  for (double& torque : car.motor.curve_torque_nm) torque *= 1.0 + extended.torque_change;
   for (double& speed : car.motor.curve_speed_rpm) speed *= 1.0 + extended.base_speed_change;
   if (extended.loss_change != 0.0) {
     car.motor.winding_resistance_ohm *= 1.0 + extended.loss_change;

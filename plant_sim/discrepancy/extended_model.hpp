@@ -4,7 +4,7 @@
 // What the world of a log knows and a car file says in its own words:
 //   contact        battery.contact_resistance_ohm += R, where the sum is positive
 //   tyre slip x    stiffness/(1 + x): tyres.pacejka_b/(1 + x)
-//   grip x         tyres.pacejka_d, tyres.friction times (1 + x)
+//   grip x         tyres.pacejka_d times (1 + x)
 //   inverter x     losses times (1 + x): 1/eta - 1 = (1 + x)(1/eta_0 - 1)
 //   torque x       motor.constant_nm_per_a (1 + x)
 //   base speed x   motor.curve_speed_rpm (1 + x)

@@ -12,6 +12,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "race/actuators/command_receiver.hpp"
+#include "race/driver/line_keeping.hpp"
 #include "race/driver/pi_driver.hpp"
 #include "race/intervention.hpp"
 #include "race/race_account.hpp"
@@ -25,6 +26,16 @@ namespace {
 constexpr double kTick_s = can::kTickMs * 1e-3;
 constexpr std::uint32_t kTicksPerSample = 10;
 
+/// The lap that a driver means to drive. Who plans with all of the grip has none left to correct with; the trace from
+/// rest is the reference study's, which plans with all of it.
+SpeedProfile planned_lap(const VehicleParameters& car, const Track& track, LapStart start) {
+  if (start == LapStart::kStanding) return solve_lap(car, track, start);
+  VehicleParameters planned = car;
+  planned.tyres.pacejka_d *= car.driver.grip_use;
+  planned.brakes.force_scale *= car.driver.grip_use;
+  return solve_lap(planned, track, start);
+}
+
 /// One run: owns everything that moves, and the order of a tick.
 class Run {
  public:
@@ -32,9 +43,10 @@ class Run {
       : options_(options),
         bus_(bus),
         observer_(observer),
-        profile_(options.drive ? SpeedProfile{} : solve_lap(options.vehicle, options.track, options.lap_start)),
+        profile_(options.drive ? SpeedProfile{} : planned_lap(options.vehicle, options.track, options.lap_start)),
         target_(make_target()),
         driver_(options.vehicle.driver),
+        line_(options.vehicle),
         step_s_(kTick_s / options.steps_per_tick),
         car_(options.vehicle, options.representative_cell, step_s_),
         frames_(car_.parameters(), options.seed, options.pedal_sensors),
@@ -130,12 +142,18 @@ class Run {
   void drive() {
     const double tick_start = drive_time();
     for (int i = 0; i < options_.steps_per_tick; ++i) {
-      const Target target = target_.at(tick_start + i * step_s_, car_.vehicle().distance_m());
-      pedals_ = driver_.advance(target, car_.vehicle().speed_mps(), step_s_);
+      const double speed = car_.vehicle().speed_mps(), driven = car_.vehicle().distance_m();
+      const Target target = line_.eased(target_.at(tick_start + i * step_s_, line_.distance_m()));
+      const Road road = line_.road(target, speed);
+      car_.vehicle().set_road(road);
+      if (i == 0 && by_position()) sense_ = feel_road(options_.vehicle, road, speed);
+      pedals_ = driver_.advance(target, speed, step_s_, sense_);
       override_pedals(asked_->driver, pedals_);
       car_.step(pedals_.brake);
+      line_.advance(car_.vehicle().distance_m() - driven, step_s_);
       target_mps_ = target.speed_mps;
       const double step_end = tick_start + (i + 1) * step_s_;
+      result_.max_off_course_m = std::max(result_.max_off_course_m, std::abs(line_.offset_m()));
       // The steps behind the finish line, in its tick, count as the finish.
       account_.note_step(car_, finish_s_.value_or(step_end));
       if (!finish_s_ && reached_end(step_end)) finish_s_ = step_end;
@@ -143,7 +161,7 @@ class Run {
   }
 
   [[nodiscard]] bool reached_end(double time_s) const {
-    if (by_position()) return car_.vehicle().distance_m() >= options_.laps * profile_.length_m();
+    if (by_position()) return line_.distance_m() >= options_.laps * profile_.length_m();
     return time_s >= end_time_s_ - 0.5 * step_s_;
   }
 
@@ -199,7 +217,7 @@ class Run {
     if (options_.drive) return finish_s_ ? 1 : 0;
     if (finish_s_) return options_.laps;
     const double laps =
-        by_position() ? car_.vehicle().distance_m() / profile_.length_m() : drive_time() / profile_.lap_time_s();
+        by_position() ? line_.distance_m() / profile_.length_m() : drive_time() / profile_.lap_time_s();
     return std::min(static_cast<int>(laps), options_.laps);
   }
 
@@ -227,16 +245,16 @@ class Run {
   [[nodiscard]] double progress() const {
     if (options_.duration_s) return tick_ * kTick_s / *options_.duration_s;
     if (options_.driver != DriverKind::kLaps) return -1.0;
-    return by_position() ? car_.vehicle().distance_m() / (options_.laps * profile_.length_m())
+    return by_position() ? line_.distance_m() / (options_.laps * profile_.length_m())
                          : drive_time() / end_time_s_;
   }
 
   void check_assertions() {
     const double since_seam = by_position() || options_.drive ? drive_time() : drive_time() - account_.lap_start_s();
-    const double distance_m = car_.vehicle().distance_m();
+    const double distance_m = by_position() ? line_.distance_m() : car_.vehicle().distance_m();
     const double lap_m = options_.drive ? distance_m : std::fmod(distance_m, profile_.length_m());
     if (auto cause = assertions_.broken(
-            car_, commands_, {drive_time(), since_seam, target_mps_, result_.laps + 1, lap_m})) {
+            car_, commands_, {drive_time(), since_seam, target_mps_, result_.laps + 1, lap_m, line_.offset_m()})) {
       fail(std::move(*cause));
     }
   }
@@ -272,6 +290,8 @@ class Run {
   SpeedProfile profile_;
   TargetCursor target_;
   PiDriver driver_;
+  LineKeeping line_;
+  RoadSense sense_;
   double step_s_;
   Car car_;
   SensorFrames frames_;

@@ -38,6 +38,7 @@ struct EnduranceResult {
   double charge_balance_error_pct = 0.0;  ///< current integrated against SOC times capacity
   double bms_soc_error_pct = 0.0;  ///< largest difference of the firmware's SOC from the plant's
   double max_motor_temp_c = 0.0;
+  double max_off_course_m = 0.0;  ///< farthest beside the line of the course
   ExtremeTimes extreme_times;
   std::array<double, kLimitReasons> limit_active_s{};
   std::vector<LapRow> lap_rows;

@@ -39,6 +39,12 @@ std::optional<std::string> RunAssertions::broken(const Car& car, const CommandRe
         "speed error {:.1f} m/s (target {:.1f}, driven {:.1f}) is beyond assertions.speed_error_max_mps = {:g}",
         error_mps, now.target_mps, speed_mps, bounds_.speed_error_max_mps);
   }
+  if (std::abs(now.offset_m) > bounds_.off_course_max_m) {
+    return fmt::format("the car ran off the course, {:.0f} m into lap {}: {:.1f} m beside its line at {:.1f} m/s (target "
+                       "{:.1f}), beyond assertions.off_course_max_m = {:g}",
+                       now.lap_distance_m, now.lap, std::abs(now.offset_m), speed_mps, now.target_mps,
+                       bounds_.off_course_max_m);
+  }
   if (battery_c > bounds_.battery_temperature_max_c) {
     return fmt::format("battery at {:.1f} degC is beyond assertions.battery_temperature_max_c = {:g}", battery_c,
                        bounds_.battery_temperature_max_c);

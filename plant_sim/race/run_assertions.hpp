@@ -15,6 +15,7 @@ struct DriveMoment {
   double time_s, since_seam_s, target_mps;
   int lap = 1;
   double lap_distance_m = 0.0;
+  double offset_m = 0.0;  ///< beside the line of the course
 };
 
 class RunAssertions {

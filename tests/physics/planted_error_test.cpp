@@ -11,10 +11,17 @@ using namespace voltlap::plant;
 using namespace voltlap::plant::test;
 
 TEST_GROUP(PlantedError) {
-  Drive drive{{"all losses", lossy_vtm16e(), false}};
+  Drive drive{{"all losses", cornering_vtm16e(), false}};
+
+  static VehicleParameters cornering_vtm16e() {
+    VehicleParameters car = lossy_vtm16e();
+    car.tyres.cornering_stiffness_per_rad = 20.0;
+    return car;
+  }
 
   void setup() override {
     drive.switch_on();
+    drive.car.vehicle().set_road({.lateral_mps2 = 6.0, .longitudinal_share = 0.9, .grade = 0.03, .head_wind_mps = 4.0});
     drive.run(2.0, 500.0, 0.0);
     drive.run(0.6, 0.0, 0.4);
   }

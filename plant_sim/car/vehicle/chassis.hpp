@@ -8,8 +8,15 @@
 
 namespace voltlap::plant {
 
+/// Of the pack [kg]: its cells, and what holds them.
+[[nodiscard]] inline double pack_mass(const VehicleParameters& car) {
+  return car.battery.cells_in_series * car.battery.cells_in_parallel * car.cell.mass_kg * car.battery.mass_over_cells;
+}
+
+/// Car and driver [kg]. As weighed, or with a pack that weighs what its cells weigh.
 [[nodiscard]] inline double total_mass(const VehicleParameters& car) {
-  return car.vehicle.mass_kg + car.vehicle.driver_mass_kg;
+  const double empty = car.vehicle.mass_kg > 0.0 ? car.vehicle.mass_kg : car.vehicle.mass_without_pack_kg + pack_mass(car);
+  return empty + car.vehicle.driver_mass_kg;
 }
 
 struct AxleLoads {

@@ -8,11 +8,19 @@
 
 namespace voltlap::plant {
 
+/// What the road asks of the car beside the way ahead. All 0 on a level straight in still air.
+struct Road {
+  double lateral_mps2 = 0.0;        ///< that the tyres give, towards the inside
+  double longitudinal_share = 1.0;  ///< of their grip, left for driving and braking
+  double grade = 0.0;               ///< rise over distance, positive uphill
+  double head_wind_mps = 0.0;       ///< positive from ahead
+};
+
 /// Work done in one step, joules, each from its own force and the mean speed of the step.
 struct VehicleEnergy {
   double driveline_in_j = 0.0;   ///< torque at the rear wheels times their speed
   double kinetic_j = 0.0;        ///< change of translation and rotation
-  double aero_j = 0.0, rolling_j = 0.0, slip_j = 0.0;
+  double climb_j = 0.0, aero_j = 0.0, rolling_j = 0.0, cornering_j = 0.0, slip_j = 0.0;
   double front_brake_j = 0.0, rear_brake_j = 0.0;
 };
 
@@ -22,6 +30,9 @@ class LongitudinalVehicle {
 
   /// One step under the drive torque at the rear wheels and the brake pedal (0..1).
   VehicleEnergy advance(double drive_torque_nm, double brake_pedal, double step_s);
+
+  /// Holds until the next call.
+  void set_road(const Road& road);
 
   [[nodiscard]] double speed_mps() const { return speed_; }
   [[nodiscard]] double distance_m() const { return distance_; }
@@ -34,6 +45,7 @@ class LongitudinalVehicle {
 
  private:
   const VehicleParameters& car_;
+  Road road_;
   double speed_ = 0.0, distance_ = 0.0, acceleration_ = 0.0;
   double front_omega_ = 0.0, rear_omega_ = 0.0, rear_omega_mean_ = 0.0;
 };

@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 
+#include "car/vehicle/chassis.hpp"
 #include "core/parameters.hpp"
 
 namespace voltlap::plant {
@@ -10,8 +11,7 @@ namespace voltlap::plant {
 /// Force [N], signed with V. Below 0.05 m/s it falls linearly to zero, so that a standing car is not pushed.
 [[nodiscard]] inline double rolling_force(const VehicleParameters& car, double speed_mps) {
   constexpr double kFadeSpeed = 0.05;
-  const double mass = car.vehicle.mass_kg + car.vehicle.driver_mass_kg;
-  return car.tyres.rolling_resistance * mass * car.environment.gravity_mps2 *
+  return car.tyres.rolling_resistance * total_mass(car) * car.environment.gravity_mps2 *
          std::clamp(speed_mps / kFadeSpeed, -1.0, 1.0);
 }
 

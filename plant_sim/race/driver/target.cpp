@@ -91,7 +91,8 @@ TargetCursor TargetCursor::by_position(const SpeedProfile& lap, const DriverSect
   TargetCursor cursor(Axis::kPosition, true);
   for (std::size_t i = 0; i < lap.distance_m.size(); ++i) {
     const auto [accelerator, brake] = event_pedals(driver, lap.phase[i]);
-    cursor.points_.push_back({lap.distance_m[i], lap.speed_mps[i], 0.0, accelerator, brake});
+    cursor.points_.push_back({lap.distance_m[i], lap.speed_mps[i], 0.0, accelerator, brake, lap.curvature_per_m[i],
+                              lap.grade[i], lap.head_wind_mps[i]});
   }
   cursor.close(lap.length_m());
   return cursor;
@@ -101,7 +102,9 @@ TargetCursor TargetCursor::by_time(const SpeedProfile& lap, const DriverSection&
   TargetCursor cursor(Axis::kTime, true);
   for (std::size_t i = 0; i < lap.time_s.size(); ++i) {
     const auto [accelerator, brake] = event_pedals(driver, lap.phase[i]);
-    cursor.points_.push_back({lap.time_s[i], lap.speed_mps[i], 0.0, accelerator, brake});
+    // A trace in time does not know where on the course the car is: no line to keep.
+    cursor.points_.push_back({lap.time_s[i], lap.speed_mps[i], 0.0, accelerator, brake, 0.0, lap.grade[i],
+                              lap.head_wind_mps[i]});
   }
   cursor.close(lap.lap_time_s());
   return cursor;
@@ -129,7 +132,8 @@ Target TargetCursor::at(double time_s, double distance_m) {
   while (index_ + 2 < points_.size() && x >= points_[index_ + 1].x) ++index_;
   const Point& p = points_[index_];
   const double speed = p.speed + p.slope * (x - p.x);
-  return {speed, axis_ == Axis::kPosition ? p.slope * speed : p.slope, p.accelerator, p.brake};
+  return {speed, axis_ == Axis::kPosition ? p.slope * speed : p.slope, p.accelerator, p.brake, p.curvature,
+          p.grade, p.head_wind};
 }
 
 }  // namespace voltlap::plant

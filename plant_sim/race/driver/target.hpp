@@ -15,6 +15,8 @@ struct Target {
   double slope_mps2 = 0.0;       ///< time derivative of the target speed
   double accelerator_base = 0.0; ///< first guess of the pedal, 0..1
   double brake_base = 0.0;
+  double curvature_per_m = 0.0;  ///< of the line, where the driver follows one; positive turns right
+  double grade = 0.0, head_wind_mps = 0.0;
 };
 
 /// A recorded or prescribed drive: speed over time, and the pedals where they were recorded.
@@ -45,6 +47,7 @@ class TargetCursor {
  private:
   struct Point {
     double x, speed, slope, accelerator, brake;  // slope: dv/dx
+    double curvature = 0.0, grade = 0.0, head_wind = 0.0;
   };
   enum class Axis { kPosition, kTime };
 

@@ -7,9 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "car/powertrain/full_torque.hpp"
 #include "car/vehicle/aero.hpp"
 #include "car/vehicle/brakes.hpp"
 #include "car/vehicle/chassis.hpp"
+#include "car/vehicle/cornering.hpp"
+#include "car/vehicle/grip.hpp"
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 
@@ -18,65 +21,71 @@ namespace {
 
 constexpr double kUnbounded = 1e3;  // m/s, stands for "no limit from cornering"
 
-/// Forces of the particle model; everything that does not depend on speed is worked out once.
+/// The road of one interval of the grid.
+struct RoadPiece {
+  double curvature_per_m, grade, head_wind_mps;
+};
+
+/// Forces of the particle model; what does not depend on speed is worked out once.
 class Particle {
  public:
   explicit Particle(const VehicleParameters& car)
       : car_(car),
-        effective_mass_(total_mass(car) +
+        motor_(car),
+        mass_(total_mass(car)),
+        effective_mass_(mass_ +
                         car.powertrain.driveline_inertia_kg_m2 / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
         wheel_per_motor_(car.powertrain.final_drive / car.tyres.lap_radius_m),
-        rolling_(car.tyres.rolling_resistance * total_mass(car) * car.environment.gravity_mps2) {
+        rolling_(car.tyres.rolling_resistance * mass_ * car.environment.gravity_mps2) {
     const BrakeTorques full = brake_torques(car.brakes, 1.0);
     brake_force_ = (full.front_nm + full.rear_nm) / car.tyres.lap_radius_m;
-    const auto& rpm = car.motor.curve_speed_rpm;
-    const auto& torque = car.motor.curve_torque_nm;
-    const double top = rpm.back();
-    for (std::size_t i = 0; i <= kCurvePoints; ++i) {
-      const double at = top * static_cast<double>(i) / kCurvePoints;
-      const auto above = std::upper_bound(rpm.begin() + 1, rpm.end() - 1, at);
-      const auto k = static_cast<std::size_t>(above - rpm.begin());
-      curve_[i] = torque[k - 1] + (torque[k] - torque[k - 1]) * (at - rpm[k - 1]) / (rpm[k] - rpm[k - 1]);
-    }
-    curve_per_speed_ = wheel_per_motor_ * 30.0 / M_PI / top * kCurvePoints;
   }
 
   /// Greatest acceleration, full pedal.
-  [[nodiscard]] double max_acceleration(double v) const {
-    const double place = v * curve_per_speed_;
-    const auto i = static_cast<std::size_t>(std::min(place, static_cast<double>(kCurvePoints)));
-    const double torque =
-        i >= kCurvePoints ? 0.0 : curve_[i] + (curve_[i + 1] - curve_[i]) * (place - static_cast<double>(i));
-    const double motor = torque * wheel_per_motor_ * car_.powertrain.driveline_efficiency;
-    // Rear load rises with acceleration; the force at the edge of grip solves both at once: F = mu (N_0 + F h / L).
-    const double rear_static = axle_loads(car_, 0.0, v).rear_n;
-    const double lever = car_.tyres.friction * car_.vehicle.cg_height_m / car_.vehicle.wheelbase_m;
-    const double grip = lever < 1.0 ? car_.tyres.friction * rear_static / (1.0 - lever) : motor;
-    return (std::min(motor, grip) - resistance(v)) / effective_mass_;
+  [[nodiscard]] double max_acceleration(double v, const RoadPiece& road) const {
+    const double resistance = this->resistance(v, road);
+    const double motor =
+        motor_.torque_nm(v * wheel_per_motor_) * wheel_per_motor_ * car_.powertrain.driveline_efficiency;
+    const double grip = drive_grip(car_, v + road.head_wind_mps, share(v, road), resistance);
+    return (std::min(motor, grip) - resistance) / effective_mass_;
   }
-  /// Greatest deceleration, full brake, as a positive number.
-  [[nodiscard]] double max_deceleration(double v) const {
-    const double weight = total_mass(car_) * car_.environment.gravity_mps2 + downforce(car_, v);
-    return (std::min(brake_force_, car_.tyres.friction * weight) + resistance(v)) / effective_mass_;
+  /// Greatest deceleration, as a positive number: full pedal, or the pedal at which the first axle would lock.
+  [[nodiscard]] double max_deceleration(double v, const RoadPiece& road) const {
+    const double resistance = this->resistance(v, road);
+    const double pedal =
+        locking_pedal(car_, v + road.head_wind_mps, share(v, road), resistance, car_.tyres.lap_radius_m);
+    return (pedal * brake_force_ + resistance) / effective_mass_;
   }
 
  private:
-  static constexpr std::size_t kCurvePoints = 512;
-  [[nodiscard]] double resistance(double v) const { return drag_force(car_, v) + rolling_; }
+  [[nodiscard]] double resistance(double v, const RoadPiece& road) const {
+    return drag_force(car_, v + road.head_wind_mps) + rolling_ + cornering_drag(car_, v * v * road.curvature_per_m) +
+           climbing_force(car_, road.grade);
+  }
+  [[nodiscard]] double share(double v, const RoadPiece& road) const {
+    if (road.curvature_per_m == 0.0) return 1.0;
+    return longitudinal_share(v * v * road.curvature_per_m, lateral_grip(car_, v + road.head_wind_mps));
+  }
 
   const VehicleParameters& car_;
-  double effective_mass_, wheel_per_motor_, rolling_, brake_force_ = 0.0, curve_per_speed_ = 0.0;
-  double curve_[kCurvePoints + 1] = {};
+  FullTorque motor_;
+  double mass_, effective_mass_, wheel_per_motor_, rolling_, brake_force_ = 0.0;
 };
 
-/// Speed [m/s] at which the drive force just meets the resistance: no straight is long enough to go faster.
-double top_speed(const Particle& particle) {
+/// Speed [m/s] at which the drive force just meets the resistance: no road is long enough to go faster.
+double top_speed(const Particle& particle, const RoadPiece& road) {
   double low = 0.0, high = kUnbounded;
   for (int k = 0; k < 60; ++k) {
     const double middle = 0.5 * (low + high);
-    (particle.max_acceleration(middle) > 0.0 ? low : high) = middle;
+    (particle.max_acceleration(middle, road) > 0.0 ? low : high) = middle;
   }
   return high;
+}
+
+/// Of the straight on which the car is fastest, whatever the grades and winds of a course are.
+double top_speed_anywhere(const Particle& particle, const SpeedProfile& p) {
+  const auto fewest = [](const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); };
+  return top_speed(particle, {0.0, fewest(p.grade), fewest(p.head_wind_mps)});
 }
 
 /// Speed after `way` metres of acceleration a(v), by the midpoint rule on v^2.
@@ -88,23 +97,36 @@ double speed_after(double v, double way, const Acceleration& a) {
 
 void lay_grid(const VehicleParameters& car, const Track& track, double step_m, SpeedProfile& p,
               std::vector<double>& limit) {
-  double at = 0.0;
+  double at = 0.0, heading = 0.0;  // to the right, from the direction of the start
+  const double wind = car.environment.wind_mps, wind_from = car.environment.wind_from_deg * M_PI / 180.0;
   for (const Segment& segment : track.segments) {
     const auto pieces = static_cast<std::size_t>(std::ceil(segment.length_m / step_m));
-    const double corner = corner_speed(car, segment.curvature_per_m);
+    const double length = segment.length_m / static_cast<double>(pieces);
+    double corner = corner_speed(car, segment.curvature_per_m);
     for (std::size_t i = 0; i < pieces; ++i) {
+      const double middle = heading + segment.curvature_per_m * length * (static_cast<double>(i) + 0.5);
+      const double head_wind = wind > 0.0 ? wind * std::cos(wind_from - middle) : 0.0;
+      if (wind > 0.0) corner = corner_speed(car, segment.curvature_per_m, head_wind);
       p.distance_m.push_back(at + segment.length_m * static_cast<double>(i) / static_cast<double>(pieces));
       p.curvature_per_m.push_back(segment.curvature_per_m);
+      p.grade.push_back(segment.grade);
+      p.head_wind_mps.push_back(head_wind);
       limit.push_back(corner);
     }
     at += segment.length_m;
+    heading += segment.curvature_per_m * segment.length_m;
   }
   VOLTLAP_DEMAND(!limit.empty());
   p.distance_m.push_back(at);
-  p.curvature_per_m.push_back(p.curvature_per_m.back());
-  limit.push_back(limit.back());
+  for (std::vector<double>* of_interval : {&p.curvature_per_m, &p.grade, &p.head_wind_mps, &limit}) {
+    of_interval->push_back(of_interval->back());
+  }
   // A point between two intervals obeys both.
   for (std::size_t i = limit.size() - 1; i-- > 1;) limit[i] = std::min(limit[i], limit[i - 1]);
+}
+
+RoadPiece road(const SpeedProfile& p, std::size_t i) {
+  return {p.curvature_per_m[i], p.grade[i], p.head_wind_mps[i]};
 }
 
 /// A corner's centre must lie outside the car.
@@ -124,23 +146,28 @@ void check_corners(const VehicleParameters& car, const Track& track) {
 
 double SpeedProfile::max_speed_mps() const { return *std::max_element(speed_mps.begin(), speed_mps.end()); }
 
-double corner_speed(const VehicleParameters& car, double curvature_per_m) {
+double corner_speed(const VehicleParameters& car, double curvature_per_m, double head_wind_mps) {
   const double c = std::abs(curvature_per_m);
   if (c == 0.0) return kUnbounded;
-  const double m = total_mass(car);
-  const double weight = m * car.environment.gravity_mps2;
-  const double lift = downforce(car, 1.0);  // per (m/s)^2
-  const double rear = car.vehicle.cg_rear_fraction;
-  const auto speed_at = [](double constant, double per_v2) {
-    return per_v2 > 0.0 ? std::sqrt(constant / per_v2) : kUnbounded;
+  const auto held = [&](double v) {
+    const double airspeed = v + head_wind_mps;
+    return std::min(lateral_grip(car, airspeed), lateral_lift(car, airspeed)) >= v * v * c;
   };
-  const double grip = speed_at(car.tyres.friction * weight, m * c - car.tyres.friction * lift);
-  const double front_lift =
-      speed_at(weight * (1.0 - rear) / 2.0,
-               m * (1.0 - rear) * c * car.vehicle.cg_height_m / car.vehicle.track_front_m - lift / 4.0);
-  const double rear_lift =
-      speed_at(weight * rear / 2.0, m * rear * c * car.vehicle.cg_height_m / car.vehicle.track_rear_m - lift / 4.0);
-  return std::min({grip, front_lift, rear_lift, kUnbounded});
+  if (held(kUnbounded)) return kUnbounded;
+  if (head_wind_mps == 0.0) {
+    // Both limits are a + b v^2, so that the speed has a closed form.
+    const auto speed_at = [c](double still, double at_one) {
+      return c > at_one - still ? std::sqrt(still / (c - (at_one - still))) : kUnbounded;
+    };
+    return std::min({speed_at(lateral_grip(car, 0.0), lateral_grip(car, 1.0)),
+                     speed_at(lateral_lift(car, 0.0), lateral_lift(car, 1.0)), kUnbounded});
+  }
+  double low = 0.0, high = kUnbounded;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (held(middle) ? low : high) = middle;
+  }
+  return low;
 }
 
 SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStart start, double step_m) {
@@ -151,14 +178,14 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
   std::vector<double> v;
   lay_grid(car, track, step_m, p, v);
   const std::size_t last = v.size() - 1;
-  if (!(particle.max_acceleration(0.0) > 0.0)) {
+  if (!(particle.max_acceleration(0.0, road(p, 0)) > 0.0)) {
     throw InputError(fmt::format("car {} on track {}", car.name, track.name),
                      "a car that cannot drive: it does not move off",
                      "a drive force at standstill that exceeds the rolling resistance",
-                     "Check motor.curve_torque_nm, powertrain.final_drive, tyres.* and vehicle.mass_kg");
+                     "Check motor.*, inverter.current_max_a, powertrain.final_drive, tyres.* and vehicle.mass_kg");
   }
 
-  const double most = top_speed(particle);
+  const double most = top_speed_anywhere(particle, p);
   for (double& limit : v) limit = std::min(limit, most);
   const bool periodic = start == LapStart::kFlying;
   if (periodic) v[0] = v[last] = std::min(v[0], v[last]);
@@ -167,12 +194,14 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
   for (int round = 0; round < (periodic ? 2 : 1); ++round) {
     for (std::size_t i = 0; i < last; ++i) {
       const double way = p.distance_m[i + 1] - p.distance_m[i];
-      v[i + 1] = std::min(v[i + 1], speed_after(v[i], way, [&](double s) { return particle.max_acceleration(s); }));
+      const auto forward = [&](double s) { return particle.max_acceleration(s, road(p, i)); };
+      v[i + 1] = std::min(v[i + 1], speed_after(v[i], way, forward));
     }
     if (periodic) v[0] = std::min(v[0], v[last]);
     for (std::size_t i = last; i-- > 0;) {
       const double way = p.distance_m[i + 1] - p.distance_m[i];
-      v[i] = std::min(v[i], speed_after(v[i + 1], way, [&](double s) { return particle.max_deceleration(s); }));
+      const auto backward = [&](double s) { return particle.max_deceleration(s, road(p, i)); };
+      v[i] = std::min(v[i], speed_after(v[i + 1], way, backward));
     }
     if (periodic) v[last] = std::min(v[last], v[0]);
   }
@@ -187,7 +216,7 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
       throw InputError(
           fmt::format("car {} on track {}", car.name, track.name),
           fmt::format("a car that cannot drive it: it stands still {:.1f} m after the start", p.distance_m[i]),
-          "a speed above 0 everywhere", "Check motor.curve_torque_nm, tyres.friction and the track's corners");
+          "a speed above 0 everywhere", "Check motor.curve_torque_nm, tyres.pacejka_d and the track's corners");
     }
     p.time_s[i + 1] = p.time_s[i] + way / mean;
     const double change = v[i + 1] - v[i];

@@ -2,10 +2,12 @@
 // Quasi-steady-state lap: the fastest speed at every point of the course for a particle that corners on its tyres'
 // friction, accelerates on the motor's curve and brakes at full pedal.
 //
-//   corner: m v^2 / r <= mu (m g + downforce), and no wheel lifted         Eq. 3.10-3.15, solved in closed form
-//   forward: m* a = min(tau(w) G eta / r, mu N_rear) - drag - rolling       Eq. 3.2-3.9
-//   backward: m* a = -(brakes + drag + rolling);  m* = m + I / r^2
-// Source: reference study, 2016, chapter 3. Longitudinal and lateral grip are used independently (a traction square).
+//   corner: v^2 / r <= a_y,max, and no wheel lifted                        Eq. 3.10-3.15
+//   forward: m* a = min(tau(w) G eta / r, s mu N_rear) - resistance        Eq. 3.2-3.9
+//   backward: m* a = -(brakes, none of them locking + resistance);  m* = m + I / r^2
+// resistance: drag, rolling, climbing, cornering. s: what cornering leaves of the friction ellipse
+// (car/vehicle/grip.hpp; the study uses a square). tau: the road's motor (car/powertrain/full_torque.hpp).
+// Source: reference study, 2016, chapter 3.
 #pragma once
 #include <vector>
 
@@ -28,6 +30,7 @@ struct SpeedProfile {
   std::vector<double> time_s;         ///< since the start of the lap
   std::vector<LapPhase> phase;        ///< of the interval that begins at the point
   std::vector<double> curvature_per_m;  ///< of the interval that begins at the point
+  std::vector<double> grade, head_wind_mps;  ///< of it, too
 
   [[nodiscard]] double lap_time_s() const { return time_s.back(); }
   [[nodiscard]] double length_m() const { return distance_m.back(); }
@@ -40,6 +43,6 @@ struct SpeedProfile {
                                      double step_m = 1.0);
 
 /// Greatest cornering speed [m/s] at a curvature [1/m]; a very large number on a straight.
-[[nodiscard]] double corner_speed(const VehicleParameters& car, double curvature_per_m);
+[[nodiscard]] double corner_speed(const VehicleParameters& car, double curvature_per_m, double head_wind_mps = 0.0);
 
 }  // namespace voltlap::plant

@@ -49,8 +49,19 @@ double angle_at(const InputTable& table, std::size_t row) {
   return degrees ? angle * M_PI / 180.0 : angle;
 }
 
+double grade_at(const InputTable& table, std::size_t row) {
+  constexpr double kSteepest_pct = 30.0;
+  if (!table.has("grade_pct")) return 0.0;
+  const double grade = table.number(row, "grade_pct");
+  if (std::abs(grade) > kSteepest_pct) {
+    throw InputError(table.place(row) + ", grade_pct", fmt::format("{:g}", grade),
+                     fmt::format("-{0:g} to {0:g} %", kSteepest_pct), "Correct the grade: rise in percent of distance");
+  }
+  return 0.01 * grade;
+}
+
 void add(Track& track, const InputTable& table, std::size_t row, double length, double curvature) {
-  if (length > 0.0) track.segments.push_back({length, curvature, table.place(row)});
+  if (length > 0.0) track.segments.push_back({length, curvature, table.place(row), grade_at(table, row)});
 }
 
 void read_straights_and_corners(const InputTable& table, Track& track) {

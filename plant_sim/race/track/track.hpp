@@ -10,6 +10,7 @@ struct Segment {
   double length_m;
   double curvature_per_m;  ///< 0 on a straight; positive turns right (z down, as in SAE J670)
   std::string place{};     ///< "file:line" that it came from, for messages
+  double grade = 0.0;      ///< rise over distance, positive uphill
 };
 
 struct Track {
@@ -23,6 +24,7 @@ struct Track {
 ///   straight_m,corner_radius_m,corner_angle_rad[,feature]   a straight, then an arc of radius x |angle|; or, in its
 ///                                                           place, corner_angle_deg
 ///   type,section_length_m,corner_radius_m                   Straight | Left | Right, a segment a row
+/// Both may have a column grade_pct, the rise in percent of the distance.
 /// Throws InputError with file and line for a negative length, a radius that is not positive, an angle beyond
 /// a full circle, a missing column.
 [[nodiscard]] Track load_track(const std::string& path);

@@ -91,7 +91,7 @@ TEST(ParameterFile, BrokenTomlIsNamedByFileAndLine) {
 TEST(ParameterFile, MissingKeyIsNamedWithUnitAndRange) {
   const std::string message =
       complaint_of({}, scratch.write("bare.toml", "[vehicle]\n[battery]\ncell = \"aesc_e5_2p\"\n"));
-  STRCMP_CONTAINS("no vehicle.mass_kg; expected a number in kg", message.c_str());
+  STRCMP_CONTAINS("no vehicle.driver_mass_kg; expected a number in kg", message.c_str());
 }
 
 TEST(ParameterFile, PackFileIsDrivenInTheStandardCar) {

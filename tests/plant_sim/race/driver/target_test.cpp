@@ -24,7 +24,9 @@ SpeedProfile three_phases() {
           .speed_mps = {0.0, v, v, 0.0},
           .time_s = {0.0, 20.0 / v, 30.0 / v, 50.0 / v},
           .phase = {LapPhase::kAccelerate, LapPhase::kCorner, LapPhase::kBrake, LapPhase::kBrake},
-          .curvature_per_m = {0.0, 0.0, 0.0, 0.0}};
+          .curvature_per_m = {0.0, 0.0, 0.0, 0.0},
+          .grade = {0.0, 0.0, 0.0, 0.0},
+          .head_wind_mps = {0.0, 0.0, 0.0, 0.0}};
 }
 
 }  // namespace

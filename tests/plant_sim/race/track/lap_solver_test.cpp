@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "car/vehicle/grip.hpp"
 #include "fixtures.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -24,7 +25,8 @@ double corner_speed_by_iteration(const VehicleParameters& car, double radius) {
     const double rear = m * x * a_y * h / car.vehicle.track_rear_m;
     const double front_static = g * m * (1.0 - x) / 2.0 + lift / 4.0, rear_static = g * m * x / 2.0 + lift / 4.0;
     const double inner_front = front_static - front, inner_rear = rear_static - rear;
-    const double grip = car.tyres.friction * (inner_front + front_static + front + inner_rear + rear_static + rear);
+    const double grip =
+        lateral_friction(car.tyres) * (inner_front + front_static + front + inner_rear + rear_static + rear);
     if (inner_front < 0.0 || inner_rear < 0.0 || grip < a_y * m) return v;
   }
 }
@@ -47,7 +49,8 @@ double full_acceleration(const VehicleParameters& car, double v) {
   double force = drive;
   for (int i = 0; i < 50; ++i) {
     const double lift = 0.5 * 0.014 * 0.12 * 1.225 * v * v;
-    force = std::min(drive, car.tyres.friction * (0.52 * m * 9.81 + 0.5 * lift + force * 0.33 / 1.54));
+    const double moved = (force - drag - rolling) * 0.33 / 1.54;
+    force = std::min(drive, peak_friction(car.tyres) * (0.52 * m * 9.81 + 0.5 * lift + moved));
   }
   return (force - drag - rolling) / (m + car.powertrain.driveline_inertia_kg_m2 / (r * r));
 }
@@ -153,7 +156,7 @@ TEST(LapSolver, MassCostsTimeAndTorqueBrakesAndGripGainIt) {
   };
   CHECK(with([](auto& c) { c.vehicle.mass_kg += 30.0; }) > nominal);
   CHECK(with([](auto& c) { c.brakes.force_scale = 1.2; }) < nominal);
-  CHECK(with([](auto& c) { c.tyres.friction = 1.6; }) < nominal);
+  CHECK(with([](auto& c) { c.tyres.pacejka_d = 1.6; }) < nominal);
   CHECK(with([](auto& c) { c.powertrain.driveline_efficiency = 0.8; }) > nominal);
   CHECK(with([](auto& c) { c.aero.drag_coefficient = 4.0; }) > nominal);
 }
@@ -175,7 +178,6 @@ TEST(LapSolver, ACornerWhoseCentreLiesInsideTheCarIsRefused) {
 }
 
 TEST(LapSolver, ACourseWithoutCornersIsDrivenAtTheSpeedWhereDriveAndResistanceMeet) {
-  const VehicleParameters car = vtm16e();
   Track straight;
   straight.name = "straight";
   straight.segments = {{75.0, 0.0, "straight:1"}};

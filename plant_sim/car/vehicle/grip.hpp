@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the tyres can hold, the same for the lap solver, the road and the driver: a friction ellipse.
+//
+//   mu = D (its peak)      a_y,max = mu_y (g + downforce / m), and no wheel lifted
+//   (F_x / mu N)^2 + (a_y / a_y,grip)^2 <= 1
+// Source: Milliken & Milliken, Race Car Vehicle Dynamics, 1995, chapter 2; wheel lift: reference study, 2016,
+// Eq. 3.10-3.15.
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "car/vehicle/aero.hpp"
+#include "car/vehicle/brakes.hpp"
+#include "car/vehicle/chassis.hpp"
+#include "core/parameters.hpp"
+
+namespace voltlap::plant {
+
+/// Peak longitudinal force over normal force: D, or less of it where the curve's shape never reaches its crest.
+[[nodiscard]] inline double peak_friction(const TyreSection& tyre) {
+  const double inner = tyre.pacejka_e < 1.0 ? M_PI / 2.0 : std::atan(M_PI / 2.0);
+  return tyre.pacejka_d * std::sin(std::min(M_PI / 2.0, tyre.pacejka_c * inner));
+}
+
+[[nodiscard]] inline double lateral_friction(const TyreSection& tyre) {
+  return peak_friction(tyre) * tyre.lateral_grip;
+}
+
+/// Lateral acceleration [m/s2] that takes all of the tyres' grip.
+[[nodiscard]] inline double lateral_grip(const VehicleParameters& car, double airspeed_mps) {
+  constexpr double kLeast_mps2 = 1e-3;  // a car that lifts off has no grip, and is divided by it
+  return std::max(kLeast_mps2, lateral_friction(car.tyres) * (car.environment.gravity_mps2 +
+                                                              downforce(car, airspeed_mps) / total_mass(car)));
+}
+
+/// Lateral acceleration [m/s2] at which the first wheel lifts.
+[[nodiscard]] inline double lateral_lift(const VehicleParameters& car, double airspeed_mps) {
+  const double mass = total_mass(car), rear = car.vehicle.cg_rear_fraction, h = car.vehicle.cg_height_m;
+  const double weight = mass * car.environment.gravity_mps2, press = downforce(car, airspeed_mps) / 4.0;
+  const double at_front =
+      (weight * (1.0 - rear) / 2.0 + press) / (mass * (1.0 - rear) * h) * car.vehicle.track_front_m;
+  const double at_rear = (weight * rear / 2.0 + press) / (mass * rear * h) * car.vehicle.track_rear_m;
+  return std::min(at_front, at_rear);
+}
+
+/// Share of the longitudinal grip that is left beside a lateral acceleration, 0..1.
+[[nodiscard]] inline double longitudinal_share(double lateral_mps2, double lateral_grip_mps2) {
+  const double used = lateral_mps2 / lateral_grip_mps2;
+  return std::sqrt(std::max(0.0, 1.0 - used * used));
+}
+
+/// Greatest drive force [N] of the rear tyres with `share` of their grip, beside a resistance: the force itself loads
+/// them, F = s mu (N + (F - resistance) h / L).
+[[nodiscard]] inline double drive_grip(const VehicleParameters& car, double airspeed_mps, double share,
+                                       double resistance_n) {
+  const double friction = share * peak_friction(car.tyres);
+  const double lever = friction * car.vehicle.cg_height_m / car.vehicle.wheelbase_m;
+  if (lever >= 1.0) return 1e9;  // it would lift its front first
+  const double still = friction * axle_loads(car, 0.0, airspeed_mps).rear_n - lever * resistance_n;
+  return std::max(0.0, still / (1.0 - lever));
+}
+
+/// The brake pedal, 0..1, at which the first axle would lock, with `share` of the tyres' grip: p F_i = s mu N_i(p).
+[[nodiscard]] inline double locking_pedal(const VehicleParameters& car, double airspeed_mps, double share,
+                                          double resistance_n, double radius_m) {
+  const BrakeTorques full = brake_torques(car.brakes, 1.0);
+  const double front = full.front_nm / radius_m, rear = full.rear_nm / radius_m;
+  const AxleLoads still = axle_loads(car, 0.0, airspeed_mps);
+  const double friction = share * peak_friction(car.tyres);
+  const double lever = friction * car.vehicle.cg_height_m / car.vehicle.wheelbase_m;  // load moved forward per force
+  const double front_slope = front - lever * (front + rear), rear_slope = rear + lever * (front + rear);
+  double pedal = 1.0;
+  if (front_slope > 0.0) pedal = std::min(pedal, (friction * still.front_n + lever * resistance_n) / front_slope);
+  if (rear > 0.0) pedal = std::min(pedal, (friction * still.rear_n - lever * resistance_n) / rear_slope);
+  return std::max(0.0, pedal);
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cars and courses that are drawn: what holds for the shipped ones holds one step beside them. A failure names its seed.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "loop.hpp"
+#include "plant_sim/fixtures.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+using namespace voltlap::plant::test;
+
+namespace {
+
+constexpr int kRaces = 40;
+
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : random_(seed) {}
+  double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
+  int whole(int low, int high) { return std::uniform_int_distribution(low, high)(random_); }
+
+  Track course() {
+    Track out;
+    out.name = "drawn";
+    const int pieces = whole(2, 14);
+    for (int k = 0; k < pieces; ++k) {
+      if (between(0.0, 1.0) < 0.8) out.segments.push_back({between(2.0, 80.0), 0.0, "drawn"});
+      const double radius = std::exp(between(std::log(3.0), std::log(60.0)));
+      const double angle = between(0.1, M_PI) * (between(0.0, 1.0) < 0.5 ? -1.0 : 1.0);
+      out.segments.push_back({radius * std::abs(angle), std::copysign(1.0 / radius, angle), "drawn"});
+    }
+    return out;
+  }
+
+  VehicleParameters car() {
+    VehicleParameters out = vtm16e();
+    out.powertrain.final_drive = between(2.0, 4.5);
+    out.brakes.force_scale = between(0.6, 1.5);
+    out.vehicle.mass_kg = between(160.0, 320.0);
+    out.aero.drag_coefficient = between(0.0, 8.0);
+    out.battery.initial_soc = between(0.5, 1.0);
+    out.tyres.pacejka_d = between(0.8, 2.2);
+    out.tyres.lateral_grip = between(0.8, 1.2);
+    out.aero.downforce_coefficient = between(0.0, 20.0);
+    out.inverter.current_max_a = between(300.0, 550.0);
+    if (between(0.0, 1.0) < 0.3) out.environment.wind_mps = between(0.0, 8.0);
+    if (between(0.0, 1.0) < 0.3) out.tyres.cornering_stiffness_per_rad = between(10.0, 30.0);
+    return out;
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+std::uint64_t seed() {
+  const char* given = std::getenv("VOLTLAP_TEST_SEED");
+  return given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+}
+
+/// What is wrong with a race that nothing limits; empty when nothing is.
+std::string fault_of(const EnduranceOptions& options) {
+  Record record;
+  const EnduranceResult r = drive(options, record);
+  const SpeedProfile lap = solve_lap(options.vehicle, options.track, LapStart::kFlying);
+  if (!r.finished) return r.failure_cause;
+  const auto slowest = std::min_element(record.samples.begin(), record.samples.end(),
+                                        [](const auto& a, const auto& b) { return a.speed_mps < b.speed_mps; });
+  const double least = *std::min_element(lap.speed_mps.begin(), lap.speed_mps.end());
+  if (slowest->speed_mps < 0.5 * least) {
+    return fmt::format("{:.2f} m/s at {:.2f} s, where no lap is slower than {:.2f}", slowest->speed_mps, slowest->time_s,
+                       least);
+  }
+  const double laps_s = options.laps * lap.lap_time_s();
+  if (r.total_time_s < 0.995 * laps_s) return fmt::format("{:.2f} s beat the lap solver's {:.2f} s", r.total_time_s, laps_s);
+  if (r.energy_ledger_error_pct > 0.1) return fmt::format("the ledger is open by {:.3f} %", r.energy_ledger_error_pct);
+  return {};
+}
+
+/// What must cost time, on the lap and on the road.
+struct Handicap {
+  const char* name;
+  void (*apply)(VehicleParameters&);
+};
+constexpr Handicap kHandicaps[] = {
+    {"mass +20 %", [](VehicleParameters& c) { c.vehicle.mass_kg *= 1.2; }},
+    {"grip -20 %", [](VehicleParameters& c) { c.tyres.pacejka_d *= 0.8; }},
+    {"grip -40 %", [](VehicleParameters& c) { c.tyres.pacejka_d *= 0.6; }},
+    {"power -30 %", [](VehicleParameters& c) { c.inverter.current_max_a *= 0.7; }},
+    {"drag +30 %", [](VehicleParameters& c) { c.aero.drag_coefficient *= 1.3; }},
+};
+
+}  // namespace
+
+TEST_GROUP(DrawnRaces) {
+  const std::uint64_t drawn = seed();
+  Draw draw{drawn};
+};
+
+TEST(DrawnRaces, ACarNeverStandsNeverBeatsTheLapSolverAndItsLedgerCloses) {
+  for (int race = 0; race < kRaces; ++race) {
+    EnduranceOptions options = nominal(2);
+    options.vehicle = draw.car();
+    options.track = draw.course();
+    const std::string fault = fault_of(options);
+    if (fault.empty()) continue;
+    FAIL(fmt::format("VOLTLAP_TEST_SEED={}, race {}: {}", drawn, race, fault).c_str());
+  }
+}
+
+TEST(DrawnRaces, WhereverOnTheCourseALapBeginsItIsTheSameLap) {
+  for (int race = 0; race < 10; ++race) {
+    EnduranceOptions options = nominal(2);
+    options.vehicle = draw.car();
+    options.vehicle.environment.wind_mps = 0.0;  // it turns with the start line
+    options.track = draw.course();
+    const EnduranceResult here = drive(options);
+    auto& segments = options.track.segments;
+    std::rotate(segments.begin(), segments.begin() + draw.whole(1, static_cast<int>(segments.size()) - 1), segments.end());
+    const EnduranceResult there = drive(options);
+    if (here.finished && there.finished && std::abs(there.total_time_s / here.total_time_s - 1.0) < 0.01) continue;
+    FAIL(fmt::format("VOLTLAP_TEST_SEED={}, race {}: {:.2f} s ({}) here, {:.2f} s ({}) from elsewhere", drawn, race,
+                     here.total_time_s, here.failure_cause, there.total_time_s, there.failure_cause).c_str());
+  }
+}
+
+TEST(DrawnRaces, NothingThatCostsTimeEverGainsIt) {
+  for (int race = 0; race < 4 * kRaces; ++race) {
+    VehicleParameters car = draw.car();
+    const Track course = draw.course();
+    // Drag helps a car to brake that its pads, not its tyres, hold back.
+    car.brakes.force_scale = 3.0;
+    const double before = solve_lap(car, course, LapStart::kFlying).lap_time_s();
+    for (const Handicap& handicap : kHandicaps) {
+      VehicleParameters worse = car;
+      handicap.apply(worse);
+      const double after = solve_lap(worse, course, LapStart::kFlying).lap_time_s();
+      if (after > 0.999 * before) continue;
+      FAIL(fmt::format("VOLTLAP_TEST_SEED={}, race {}: {} turns {:.3f} s into {:.3f} s", drawn, race, handicap.name,
+                       before, after).c_str());
+    }
+  }
+}
+
+TEST(DrawnRaces, TheSameCourseTwiceTakesTwiceTheTime) {
+  for (int race = 0; race < 10; ++race) {
+    EnduranceOptions options = nominal(4);
+    options.vehicle = draw.car();
+    options.vehicle.environment.wind_mps = 0.0;  // the second time round the course need not lie as it did the first
+    options.track = draw.course();
+    const double once = drive(options).total_time_s;
+    auto& segments = options.track.segments;
+    const std::vector<Segment> lap = segments;
+    segments.insert(segments.end(), lap.begin(), lap.end());
+    options.laps = 2;
+    const double twice = drive(options).total_time_s;
+    if (std::abs(twice / once - 1.0) < 0.003) continue;
+    FAIL(fmt::format("VOLTLAP_TEST_SEED={}, race {}: {:.3f} s in four laps, {:.3f} s in two double ones", drawn, race,
+                     once, twice).c_str());
+  }
+}
