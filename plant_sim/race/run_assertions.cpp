@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/demand.hpp"
@@ -25,7 +26,7 @@ std::optional<std::string> RunAssertions::broken(const Car& car, const CommandRe
   const std::size_t emptiest = car.pack().emptiest_cell();
   if (car.pack().cell_soc(emptiest) <= 0.0) {
     return fmt::format("cell {} is empty, {:.0f} m into lap {}; the pack holds {:.1f} % on average", emptiest + 1,
-                       now.lap_distance_m, now.lap, 100.0 * car.pack().soc_mean());
+                       now.lap_distance_m, now.lap, std::max(0.0, 100.0 * car.pack().soc_mean()));
   }
   if (ecus.master().drive_state != can::DriveState::kReadyToDrive) {
     return fmt::format("the master controller left ready-to-drive ({})", ecu_state_text(ecus));
@@ -40,10 +41,10 @@ std::optional<std::string> RunAssertions::broken(const Car& car, const CommandRe
         error_mps, now.target_mps, speed_mps, bounds_.speed_error_max_mps);
   }
   if (std::abs(now.offset_m) > bounds_.off_course_max_m) {
-    return fmt::format("the car ran off the course, {:.0f} m into lap {}: {:.1f} m beside its line at {:.1f} m/s (target "
-                       "{:.1f}), beyond assertions.off_course_max_m = {:g}",
-                       now.lap_distance_m, now.lap, std::abs(now.offset_m), speed_mps, now.target_mps,
-                       bounds_.off_course_max_m);
+    return fmt::format(
+        "the car ran off the course, {:.0f} m into lap {}: {:.1f} m beside its line at {:.1f} m/s (target {:.1f}), "
+        "beyond assertions.off_course_max_m = {:g}",
+        now.lap_distance_m, now.lap, std::abs(now.offset_m), speed_mps, now.target_mps, bounds_.off_course_max_m);
   }
   if (battery_c > bounds_.battery_temperature_max_c) {
     return fmt::format("battery at {:.1f} degC is beyond assertions.battery_temperature_max_c = {:g}", battery_c,

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cars and courses that are drawn: what holds for the shipped ones holds one step beside them. A failure names its seed.
+// Cars and courses that are drawn: what holds for the shipped ones holds one step beside them. A failure names its
+// seed.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <random>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 
+#include "car/powertrain/full_torque.hpp"
+#include "car/vehicle/grip.hpp"
 #include "loop.hpp"
 #include "plant_sim/fixtures.hpp"
 
@@ -74,13 +78,20 @@ std::string fault_of(const EnduranceOptions& options) {
                                         [](const auto& a, const auto& b) { return a.speed_mps < b.speed_mps; });
   const double least = *std::min_element(lap.speed_mps.begin(), lap.speed_mps.end());
   if (slowest->speed_mps < 0.5 * least) {
-    return fmt::format("{:.2f} m/s at {:.2f} s, where no lap is slower than {:.2f}", slowest->speed_mps, slowest->time_s,
-                       least);
+    return fmt::format("{:.2f} m/s at {:.2f} s, where no lap is slower than {:.2f}", slowest->speed_mps,
+                       slowest->time_s, least);
   }
   const double laps_s = options.laps * lap.lap_time_s();
-  if (r.total_time_s < 0.995 * laps_s) return fmt::format("{:.2f} s beat the lap solver's {:.2f} s", r.total_time_s, laps_s);
+  if (r.total_time_s < 0.995 * laps_s) {
+    return fmt::format("{:.2f} s beat the lap solver's {:.2f} s", r.total_time_s, laps_s);
+  }
   if (r.energy_ledger_error_pct > 0.1) return fmt::format("the ledger is open by {:.3f} %", r.energy_ledger_error_pct);
   return {};
+}
+
+bool spins_its_wheels(const VehicleParameters& car) {
+  const double full_n = FullTorque(car).torque_nm(10.0) * car.powertrain.final_drive / car.tyres.lap_radius_m;
+  return full_n > drive_grip(car, 0.0, 1.0, 0.0);
 }
 
 /// What must cost time, on the lap and on the road.
@@ -122,7 +133,8 @@ TEST(DrawnRaces, WhereverOnTheCourseALapBeginsItIsTheSameLap) {
     options.track = draw.course();
     const EnduranceResult here = drive(options);
     auto& segments = options.track.segments;
-    std::rotate(segments.begin(), segments.begin() + draw.whole(1, static_cast<int>(segments.size()) - 1), segments.end());
+    const int start = draw.whole(1, static_cast<int>(segments.size()) - 1);
+    std::rotate(segments.begin(), segments.begin() + start, segments.end());
     const EnduranceResult there = drive(options);
     if (here.finished && there.finished && std::abs(there.total_time_s / here.total_time_s - 1.0) < 0.01) continue;
     FAIL(fmt::format("VOLTLAP_TEST_SEED={}, race {}: {:.2f} s ({}) here, {:.2f} s ({}) from elsewhere", drawn, race,
@@ -138,6 +150,8 @@ TEST(DrawnRaces, NothingThatCostsTimeEverGainsIt) {
     car.brakes.force_scale = 3.0;
     const double before = solve_lap(car, course, LapStart::kFlying).lap_time_s();
     for (const Handicap& handicap : kHandicaps) {
+      // A car that only its tyres hold back loses less to drag the heavier it is.
+      if (std::string_view(handicap.name).starts_with("mass") && spins_its_wheels(car)) continue;
       VehicleParameters worse = car;
       handicap.apply(worse);
       const double after = solve_lap(worse, course, LapStart::kFlying).lap_time_s();

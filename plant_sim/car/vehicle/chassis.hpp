@@ -15,8 +15,8 @@ namespace voltlap::plant {
 
 /// Car and driver [kg]. As weighed, or with a pack that weighs what its cells weigh.
 [[nodiscard]] inline double total_mass(const VehicleParameters& car) {
-  const double empty = car.vehicle.mass_kg > 0.0 ? car.vehicle.mass_kg : car.vehicle.mass_without_pack_kg + pack_mass(car);
-  return empty + car.vehicle.driver_mass_kg;
+  const VehicleSection& v = car.vehicle;
+  return (v.mass_kg > 0.0 ? v.mass_kg : v.mass_without_pack_kg + pack_mass(car)) + v.driver_mass_kg;
 }
 
 struct AxleLoads {

@@ -16,12 +16,11 @@ VehicleEnergy LongitudinalVehicle::advance(double drive_torque_nm, double brake_
   const BrakeTorques brakes = brake_torques(car_.brakes, brake_pedal);
   const double front_inertia = car_.vehicle.front_axle_inertia_kg_m2;
   const double rear_inertia = car_.powertrain.driveline_inertia_kg_m2;
-  const AxleStep front = axle_step(car_.tyres, {speed_, loads.front_n * road_.longitudinal_share, 0.0, brakes.front_nm, front_inertia},
-                                   front_omega_, step_s);
+  const double front_n = loads.front_n * road_.longitudinal_share, rear_n = loads.rear_n * road_.longitudinal_share;
+  const AxleStep front =
+      axle_step(car_.tyres, {speed_, front_n, 0.0, brakes.front_nm, front_inertia}, front_omega_, step_s);
   const AxleStep rear =
-      axle_step(car_.tyres,
-                {speed_, loads.rear_n * road_.longitudinal_share, drive_torque_nm, brakes.rear_nm, rear_inertia},
-                rear_omega_, step_s);
+      axle_step(car_.tyres, {speed_, rear_n, drive_torque_nm, brakes.rear_nm, rear_inertia}, rear_omega_, step_s);
 
   const double drag = drag_force(car_, airspeed);
   const double rolling = rolling_force(car_, speed_);

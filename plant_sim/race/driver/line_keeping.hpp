@@ -4,8 +4,8 @@
 //
 //   s' = v cos(psi) / (1 - kappa n)     n' = v sin(psi)     psi' = a_y / v - kappa s'
 //   asked: a_y = v^2 kappa / (1 - kappa n) - w^2 n - 2 w v sin(psi)
-//   u = |v^2 kappa| over what tyres and wheel loads allow; above 1 the steering is opened to 1/u of it, which leaves
-//   grip to brake with
+//   u = |v^2 kappa| over what tyres and wheel loads allow; above 1 the steering is opened to 1/u of it, and a little
+//   for who is faster than planned, which leaves grip to brake with
 // s: along the line; n: beside it, to the right; psi: heading against it; kappa > 0 turns right.
 #pragma once
 #include "core/parameters.hpp"
@@ -35,7 +35,7 @@ class LineKeeping {
   const VehicleParameters& car_;
   double distance_ = 0.0, offset_ = 0.0, heading_ = 0.0;
   double curvature_ = 0.0, lateral_ = 0.0;
-  bool on_line_ = true;  ///< the tyres give what the line asks
+  bool slides_ = false;  ///< the tyres give less than is asked
 };
 
 }  // namespace voltlap::plant

@@ -7,8 +7,8 @@
 //
 // Who is slower than the target has nothing to brake for: in a braking zone a car that lags by kBehind_mps drives on
 // until it meets the target again. So the driver never stalls, wherever on the course the car stands. On a road, who is
-// kAhead_mps too fast brakes, whatever the target does next, who slows down more gently than the car by itself does not,
-// and neither pedal goes beyond what the tyres hold.
+// kAhead_mps too fast brakes whatever the target does next, nobody brakes for a target that slows down more gently than
+// the car does by itself, and neither pedal goes beyond what the tyres hold.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -52,7 +52,7 @@ class PiDriver {
 
  private:
   static constexpr double kBehind_mps = 1.0;  // far more than a driver who brakes well is ever slower than the target
-  static constexpr double kAhead_mps = 0.3;
+  static constexpr double kAhead_mps = 0.15;
 
   double follow(double base, double error, double gain, double integral_gain, double step_s) {
     const double next = integral_m_ + error * step_s;

@@ -118,6 +118,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"min_cell", result.min_cell},
       {"max_speed_mps", result.max_speed_mps},
       {"max_motor_temp_c", result.max_motor_temp_c},
+      {"max_off_course_m", result.max_off_course_m},
       {"extreme_times_s", extreme_times(result.extreme_times)},
       {"distance_m", result.distance_m},
       {"laps", result.laps},

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "io/table_file.hpp"
 #include "race/report/run_text.hpp"
@@ -29,7 +30,8 @@ struct Line {
 };
 
 std::string text(const Line& line) {
-  std::string out = fmt::format("  {:<24}{:>10.{}f} {:<4}", line.name, line.value, line.digits, line.unit);
+  const double shown = std::abs(line.value) < 0.5 * std::pow(10.0, -line.digits) ? 0.0 : line.value;  // no "-0.0"
+  std::string out = fmt::format("  {:<24}{:>10.{}f} {:<4}", line.name, shown, line.digits, line.unit);
   if (line.reference) {
     const double difference = line.value - *line.reference;
     out += fmt::format("{:>10.{}f} {:<4}", *line.reference, line.digits, line.unit);

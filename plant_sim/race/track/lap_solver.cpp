@@ -19,6 +19,7 @@
 namespace voltlap::plant {
 namespace {
 
+constexpr double kConstant_mps2 = 0.05;  // less is a corner at its speed, not an acceleration
 constexpr double kUnbounded = 1e3;  // m/s, stands for "no limit from cornering"
 
 /// The road of one interval of the grid.
@@ -219,8 +220,10 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
           "a speed above 0 everywhere", "Check motor.curve_torque_nm, tyres.pacejka_d and the track's corners");
     }
     p.time_s[i + 1] = p.time_s[i] + way / mean;
-    const double change = v[i + 1] - v[i];
-    if (std::abs(change) > 1e-9) p.phase[i] = change > 0.0 ? LapPhase::kAccelerate : LapPhase::kBrake;
+    const double acceleration = (v[i + 1] - v[i]) * mean / way;
+    if (std::abs(acceleration) > kConstant_mps2) {
+      p.phase[i] = acceleration > 0.0 ? LapPhase::kAccelerate : LapPhase::kBrake;
+    }
   }
   p.phase[last] = p.phase[last - 1];
   VOLTLAP_DEMAND(all_finite(p.speed_mps) && std::is_sorted(p.time_s.begin(), p.time_s.end()));

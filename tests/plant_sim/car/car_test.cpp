@@ -77,7 +77,8 @@ TEST(Car, LowVoltageLoadStartsBehindTheMainContactors) {
   DOUBLES_EQUAL(0.0, car->ledger()[EnergyTerm::kLowVoltage], 0.0);
   car->contactors.air_plus.command(true);
   drive(1.0, 0.0);
-  DOUBLES_EQUAL(575.0 * 0.97, car->ledger()[EnergyTerm::kLowVoltage], 575.0 * 0.011);
+  const double load_w = car->parameters().low_voltage.power_w;
+  DOUBLES_EQUAL(load_w * 0.97, car->ledger()[EnergyTerm::kLowVoltage], load_w * 0.011);
 }
 
 TEST(Car, PhaseCurrentDrivesAndNegativeCurrentChargesThePack) {

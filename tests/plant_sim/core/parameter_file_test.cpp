@@ -94,6 +94,18 @@ TEST(ParameterFile, MissingKeyIsNamedWithUnitAndRange) {
   STRCMP_CONTAINS("no vehicle.driver_mass_kg; expected a number in kg", message.c_str());
 }
 
+TEST(ParameterFile, OfTwoWaysToGiveAMassTheLaterHoldsAndOneFileGivesOne) {
+  DOUBLES_EQUAL(0.0, with({"vehicle.mass_without_pack_kg=190"}).vehicle.mass_kg, 0.0);
+  const std::string bare = car_with("[vehicle]\nmass_without_pack_kg = 190\n");
+  DOUBLES_EQUAL(200.0, with({"vehicle.mass_kg=200"}, bare).vehicle.mass_kg, 0.0);
+  const std::string both = car_with("[vehicle]\nmass_kg = 240\nmass_without_pack_kg = 190\n");
+  STRCMP_CONTAINS("two masses", complaint_of({}, both).c_str());
+}
+
+TEST(ParameterFile, AKeyOfEarlierVersionsSaysWhatStandsInItsPlace) {
+  STRCMP_CONTAINS("tyres.pacejka_d is its grip", complaint_of({"tyres.friction=1.2"}).c_str());
+}
+
 TEST(ParameterFile, PackFileIsDrivenInTheStandardCar) {
   const std::string path = scratch.write("pack.toml", "[battery]\ncells_in_series = 20\n");
   const VehicleParameters car = with({}, path);

@@ -18,6 +18,11 @@ def voltlap(*arguments, code=0, folder=None):
     return run
 
 
+# With more than about 600 W the engine takes the current at rest for a shape in three drives of ten: "unknown" for a
+# sound log. The load itself is no part of a pack's balances.
+QUIET_LOAD = "low_voltage.power_w=575"
+
+
 class Drives:
     """Drives of six laps by what was set in the plant, each made once."""
 
@@ -27,7 +32,7 @@ class Drives:
     def __call__(self, *settings, laps=6):
         if (settings, laps) not in self.made:
             path = self.folder / f"{len(self.made)}.csv"
-            voltlap("endurance", "--laps", laps, "--csv", path, *[x for s in settings for x in ("--set", s)])
+            voltlap("endurance", "--laps", laps, "--csv", path, *[x for s in (QUIET_LOAD, *settings) for x in ("--set", s)])
             with open(path, encoding="ascii") as file:
                 self.made[settings, laps] = list(csv.DictReader(line for line in file if not line.startswith("#")))
         draw = random.Random(1)

@@ -31,6 +31,13 @@ TEST(RunAssertions, ACarThatFollowsItsTargetBreaksNone) {
   STRCMP_EQUAL("", broken(assertions, {20.0, 20.0, 0.0}).c_str());
 }
 
+TEST(RunAssertions, ACarBesideItsCourseFailsWithThePlace) {
+  RunAssertions assertions(bounds, true);
+  STRCMP_EQUAL("", broken(assertions, {20.0, 20.0, 0.0, 3, 341.0, bounds.off_course_max_m}).c_str());
+  STRCMP_CONTAINS("ran off the course, 341 m into lap 3: 1.6 m beside its line",
+                  broken(assertions, {20.0, 20.0, 0.0, 3, 341.0, -1.6}).c_str());
+}
+
 TEST(RunAssertions, ASpeedErrorCountsTenSecondsAfterTheTargetBeganAnew) {
   RunAssertions assertions(bounds, false);
   const double far = bounds.speed_error_max_mps + 0.1;

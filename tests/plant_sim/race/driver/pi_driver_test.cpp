@@ -35,6 +35,16 @@ TEST(PiDriver, TheBrakeServesBelowMinusZeroPointTwoAndTheAcceleratorAbove) {
   DOUBLES_EQUAL(0.18, above.accelerator, 1e-12);
 }
 
+TEST(PiDriver, OnARoadWhoIsTooFastBrakesAndNoPedalGoesBeyondTheGrip) {
+  const RoadSense road{.follows_road = true, .accelerator_most = 0.4, .brake_most = 0.3, .coasting_mps2 = -1.0};
+  DOUBLES_EQUAL(0.4, driver.advance({10.0, 2.0, 0.8, 0.0}, 9.0, 0.001, road).accelerator, 0.0);
+  DOUBLES_EQUAL(0.3, driver.advance({10.0, -5.0, 0.0, 0.9}, 11.0, 0.001, road).brake, 0.0);
+  DOUBLES_EQUAL(0.3, driver.advance({10.0, 0.0, 0.18, 0.0}, 11.0, 0.001, road).brake, 0.0);
+  DOUBLES_EQUAL(0.0, driver.advance({10.0, 0.0, 0.18, 0.0}, 10.0, 0.001, road).brake, 0.0);
+  // A target that slows down less than the car does by itself needs the accelerator.
+  CHECK(driver.advance({10.0, -0.9, 0.18, 0.9}, 9.99, 0.001, road).accelerator > 0.0);
+}
+
 TEST(PiDriver, BrakeRisesWhenTheCarIsTooFast) {
   const double slow = driver.advance({10.0, -5.0, 0.0, 0.5}, 9.995, 0.001).brake;
   const double fast = driver.advance({10.0, -5.0, 0.0, 0.5}, 10.005, 0.001).brake;

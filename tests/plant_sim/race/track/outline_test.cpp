@@ -52,5 +52,6 @@ TEST(Outline, TheGapOfACourseIsSaidAndACircleHasNone) {
   DOUBLES_EQUAL(0.0, closing_gap_m({"", {{20.0 * std::numbers::pi, 0.1}}}), 1e-9);
   DOUBLES_EQUAL(30.0, closing_gap_m({"", {{30.0, 0.0}}}), 1e-9);
   STRCMP_EQUAL("62.8 m, closed", course_text(62.8, 0.1).c_str());
-  STRCMP_EQUAL("814.1 m, its end 61 m away from its start: driven as a lap all the same", course_text(814.1, 61.2).c_str());
+  STRCMP_EQUAL("814.1 m, its end 61 m away from its start: driven as a lap all the same",
+               course_text(814.1, 61.2).c_str());
 }
