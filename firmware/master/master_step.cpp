@@ -3,7 +3,7 @@
 
 #include "base/require.hpp"
 #include "master/inverter_command.hpp"
-#include "master/tx_gate.hpp"
+#include "master/command_veto.hpp"
 
 namespace voltlap::master {
 namespace {
@@ -47,7 +47,7 @@ Output step(const Config& config, const Input& input, State& state) {
   arbitration_step(config, input, state.request.current, elapsed, state.arbitration);
   const InverterCommand command =
       inverter_command(state.arbitration.current, state.drive.mode, input.inverter_state);
-  return report(state, command, tx_gate_allows(config, input, command));
+  return report(state, command, command_allowed(config, input, command));
 }
 
 }  // namespace voltlap::master

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "learn/validate/validation.hpp"
+#include "learn/validate/prediction_error.hpp"
 
 namespace voltlap::plant {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "learn/validate/validation.hpp"
+#include "learn/validate/prediction_error.hpp"
 
 namespace voltlap::plant {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "learn/validate/table_parameter.hpp"
-#include "learn/validate/validation.hpp"
+#include "learn/validate/prediction_error.hpp"
 
 namespace voltlap::plant {
 

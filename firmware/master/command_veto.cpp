@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "master/tx_gate.hpp"
+#include "master/command_veto.hpp"
 
 namespace voltlap::master {
 namespace {
@@ -15,7 +15,7 @@ bool pressed(const AppsChannel& channel, const Sample<Potential>& apps) { return
 
 }  // namespace
 
-bool tx_gate_allows(const Config& config, const Input& input, const InverterCommand& command) {
+bool command_allowed(const Config& config, const Input& input, const InverterCommand& command) {
   if (!command.enable) return command.phase_current == Current{};
   // MST-050: nothing older than 50 ms carries torque.
   const bool all_fresh = fresh(config, input, input.apps1) && fresh(config, input, input.apps2) &&

@@ -8,6 +8,6 @@
 namespace voltlap::master {
 
 /// Whether `command` may be sent as it is. False: send zero current, disabled.
-[[nodiscard]] bool tx_gate_allows(const Config& config, const Input& input, const InverterCommand& command);
+[[nodiscard]] bool command_allowed(const Config& config, const Input& input, const InverterCommand& command);
 
 }  // namespace voltlap::master

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "master/tx_gate.hpp"
+#include "master/command_veto.hpp"
 
 #include "CppUTest/TestHarness.h"
 #include "firmware/master/bench.hpp"
@@ -7,7 +7,7 @@
 using namespace voltlap;
 using namespace voltlap::master;
 
-TEST_GROUP(TxGate) {
+TEST_GROUP(CommandVeto) {
   Config config{};
   Input in = bench::healthy(config);
   InverterCommand command{Current::from_raw(100'000), true};
@@ -18,22 +18,22 @@ TEST_GROUP(TxGate) {
     in.now = Instant::from_ms(1'000);
     bench::touch_all(in);
   }
-  bool allows() { return tx_gate_allows(config, in, command); }
+  bool allows() { return command_allowed(config, in, command); }
 };
 
-TEST(TxGate, HealthyCommandPasses) { CHECK(allows()); }
+TEST(CommandVeto, HealthyCommandPasses) { CHECK(allows()); }
 
-TEST(TxGate, DisabledZeroPassesAlwaysAndDisabledCurrentNever) {
+TEST(CommandVeto, DisabledZeroPassesAlwaysAndDisabledCurrentNever) {
   command = InverterCommand{};
-  CHECK(tx_gate_allows(config, Input{}, command));
+  CHECK(command_allowed(config, Input{}, command));
   command.phase_current = Current::from_raw(100);
   CHECK_FALSE(allows());
 }
 
-TEST(TxGate, AllZeroInputIsVetoed) { CHECK_FALSE(tx_gate_allows(config, Input{}, command)); }
+TEST(CommandVeto, AllZeroInputIsVetoed) { CHECK_FALSE(command_allowed(config, Input{}, command)); }
 
 // MST-050
-TEST(TxGate, SampleOf49MsPassesAndOf50MsIsVetoed) {
+TEST(CommandVeto, SampleOf49MsPassesAndOf50MsIsVetoed) {
   in.now = Instant::from_ms(1'049);
   CHECK(allows());
   in.now = Instant::from_ms(1'050);
@@ -41,7 +41,7 @@ TEST(TxGate, SampleOf49MsPassesAndOf50MsIsVetoed) {
 }
 
 // MST-050
-TEST(TxGate, EveryInputThatCarriesTorqueIsCheckedOnItsOwn) {
+TEST(CommandVeto, EveryInputThatCarriesTorqueIsCheckedOnItsOwn) {
   const Instant old = Instant::from_ms(950);
   Instant* const times[] = {&in.apps1.time,     &in.apps2.time,           &in.inverter_state.time, &in.switches.time,
                             &in.bms_state.time, &in.discharge_limit.time, &in.charge_limit.time};
@@ -54,7 +54,7 @@ TEST(TxGate, EveryInputThatCarriesTorqueIsCheckedOnItsOwn) {
 }
 
 // MST-050
-TEST(TxGate, SampleOfTheFutureIsVetoedAndTheWrapOfTimeIsNot) {
+TEST(CommandVeto, SampleOfTheFutureIsVetoedAndTheWrapOfTimeIsNot) {
   in.apps1.time = Instant::from_ms(1'001);
   CHECK_FALSE(allows());
   in.now = Instant::from_ms(0xFFFFFFF0U);
@@ -64,7 +64,7 @@ TEST(TxGate, SampleOfTheFutureIsVetoedAndTheWrapOfTimeIsNot) {
 }
 
 // MST-050
-TEST(TxGate, QualityOtherThanGoodIsVetoed) {
+TEST(CommandVeto, QualityOtherThanGoodIsVetoed) {
   for (const Quality q : {Quality::kNone, Quality::kInvalid, Quality::kStale}) {
     in.discharge_limit.quality = q;
     CHECK_FALSE(allows());
@@ -72,7 +72,7 @@ TEST(TxGate, QualityOtherThanGoodIsVetoed) {
 }
 
 // MST-051
-TEST(TxGate, CurrentOneStepBeyondTheInverterIsVetoed) {
+TEST(CommandVeto, CurrentOneStepBeyondTheInverterIsVetoed) {
   command.phase_current = config.phase_current_max;
   CHECK(allows());
   command.phase_current = config.phase_current_max + Current::from_raw(1);
@@ -84,7 +84,7 @@ TEST(TxGate, CurrentOneStepBeyondTheInverterIsVetoed) {
 }
 
 // MST-051
-TEST(TxGate, ClosedBatteryIsVetoedInItsDirectionOnly) {
+TEST(CommandVeto, ClosedBatteryIsVetoedInItsDirectionOnly) {
   in.discharge_limit.value = Current{};
   CHECK_FALSE(allows());
   command.phase_current = Current::from_raw(-100'000);
@@ -96,7 +96,7 @@ TEST(TxGate, ClosedBatteryIsVetoedInItsDirectionOnly) {
 }
 
 // MST-051
-TEST(TxGate, DriveCurrentWithEitherSensorReleasedIsVetoed) {
+TEST(CommandVeto, DriveCurrentWithEitherSensorReleasedIsVetoed) {
   in.apps2.value = config.apps2.released;
   CHECK_FALSE(allows());
   in.apps2.value = config.apps2.released + Potential::from_raw(1);
@@ -105,7 +105,7 @@ TEST(TxGate, DriveCurrentWithEitherSensorReleasedIsVetoed) {
   CHECK_FALSE(allows());
 }
 
-TEST(TxGate, OpenShutdownCircuitOrBmsNotActiveIsVetoed) {
+TEST(CommandVeto, OpenShutdownCircuitOrBmsNotActiveIsVetoed) {
   in.switches.value.shutdown_closed = false;
   CHECK_FALSE(allows());
   in.switches.value.shutdown_closed = true;

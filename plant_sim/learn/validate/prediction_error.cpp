@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "learn/validate/validation.hpp"
+#include "learn/validate/prediction_error.hpp"
 
 #include <algorithm>
 
