@@ -18,9 +18,10 @@ def voltlap(*arguments, code=0, folder=None):
     return run
 
 
-# With more than about 600 W the engine takes the current at rest for a shape in three drives of ten: "unknown" for a
-# sound log. The load itself is no part of a pack's balances.
-QUIET_LOAD = "low_voltage.power_w=575"
+# The drive that these tests were written for. The engine is near its edge: with 670 W it takes the current at rest for a
+# shape in three drives of ten, and from a driver who keeps 2 % of the grip it tells a series resistance of 0.15 mOhm
+# apart in two drives of ten instead of six.
+AS_WRITTEN_FOR = ("low_voltage.power_w=575", "driver.grip_use=1")
 
 
 class Drives:
@@ -32,7 +33,8 @@ class Drives:
     def __call__(self, *settings, laps=6):
         if (settings, laps) not in self.made:
             path = self.folder / f"{len(self.made)}.csv"
-            voltlap("endurance", "--laps", laps, "--csv", path, *[x for s in (QUIET_LOAD, *settings) for x in ("--set", s)])
+            chosen = [x for s in (*AS_WRITTEN_FOR, *settings) for x in ("--set", s)]
+            voltlap("endurance", "--laps", laps, "--csv", path, *chosen)
             with open(path, encoding="ascii") as file:
                 self.made[settings, laps] = list(csv.DictReader(line for line in file if not line.startswith("#")))
         draw = random.Random(1)

