@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
@@ -133,6 +134,12 @@ void check_consistency(const LoadedVehicle& vehicle) {
              weighed ? "two masses" : "no mass",
              "either vehicle.mass_kg, as weighed and the same with any pack, or vehicle.mass_without_pack_kg",
              "Keep one of the two lines");
+  for (std::size_t i = 0; i < p.battery.cells.size(); ++i) {
+    const double soc = p.battery.initial_soc + p.battery.cells[i].initial_soc_offset;
+    check.that(within(soc, 0.0, 1.0), fmt::format("battery.cells.{}.initial_soc_offset", i + 1),
+               fmt::format("a cell that starts at {:.1f} % charge", 100.0 * soc), "0 to 100 %, with battery.initial_soc",
+               "Change the offset or battery.initial_soc: no table says what a cell does beyond");
+  }
   check.increasing("motor.curve_speed_rpm", p.motor.curve_speed_rpm);
   check.that(p.motor.curve_speed_rpm.size() >= 2, "motor.curve_speed_rpm",
              fmt::format("{} points", p.motor.curve_speed_rpm.size()), "at least 2", "Add points to the torque curve");

@@ -12,6 +12,7 @@ namespace voltlap::plant {
 namespace {
 
 constexpr double kRest_s = 10.0;   // after the start and after a seam of the tiled trace the speed may be off
+constexpr double kOvercharged = 1.001;  // a leak or the noise of sums aside
 constexpr double kStall_s = 30.0;  // without a metre of progress
 
 }  // namespace
@@ -27,6 +28,12 @@ std::optional<std::string> RunAssertions::broken(const Car& car, const CommandRe
   if (car.pack().cell_soc(emptiest) <= 0.0) {
     return fmt::format("cell {} is empty, {:.0f} m into lap {}; the pack holds {:.1f} % on average", emptiest + 1,
                        now.lap_distance_m, now.lap, std::max(0.0, 100.0 * car.pack().soc_mean()));
+  }
+  const std::size_t fullest = car.pack().fullest_cell();
+  if (car.pack().cell_soc(fullest) > kOvercharged) {
+    return fmt::format("cell {} is charged to {:.1f} %, {:.0f} m into lap {}; the pack holds {:.1f} % on average",
+                       fullest + 1, 100.0 * car.pack().cell_soc(fullest), now.lap_distance_m, now.lap,
+                       100.0 * car.pack().soc_mean());
   }
   if (ecus.master().drive_state != can::DriveState::kReadyToDrive) {
     return fmt::format("the master controller left ready-to-drive ({})", ecu_state_text(ecus));

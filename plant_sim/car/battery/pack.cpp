@@ -211,6 +211,10 @@ std::size_t Pack::emptiest_cell() const {
   return static_cast<std::size_t>(std::min_element(soc_.begin(), soc_.end()) - soc_.begin());
 }
 
+std::size_t Pack::fullest_cell() const {
+  return static_cast<std::size_t>(std::max_element(soc_.begin(), soc_.end()) - soc_.begin());
+}
+
 double Pack::capacity_ah(std::size_t cell) const { return step_s_ / (kSecondsPerHour * soc_per_amp_[index(cell)]); }
 
 }  // namespace voltlap::plant

@@ -66,9 +66,10 @@ class Pack {
   [[nodiscard]] double temperature_max_c() const;
   /// Lowest cell voltage of the last step.
   [[nodiscard]] double cell_voltage_min() const { return cell_voltage_min_; }
-  /// That with the lowest voltage of the last step; of the lowest SOC.
+  /// That with the lowest voltage of the last step; of the lowest, of the highest SOC.
   [[nodiscard]] std::size_t weakest_cell() const;
   [[nodiscard]] std::size_t emptiest_cell() const;
+  [[nodiscard]] std::size_t fullest_cell() const;
   /// Charge taken out of one cell-file cell so far [Ah], from the current alone.
   [[nodiscard]] double charge_out_ah() const { return charge_out_as_ / 3600.0; }
   [[nodiscard]] double capacity_ah(std::size_t cell) const;
