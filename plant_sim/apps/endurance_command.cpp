@@ -64,7 +64,8 @@ EnduranceRun::EnduranceRun(CLI::App& command) {
 EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
   refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--candump", candump_}, {"--report", report_}});
   EnduranceOptions out;
-  out.vehicle = car_.load_car(data).parameters;
+  const LoadedVehicle car = car_.load_car(data);
+  out.vehicle = car.parameters;
   if (drive_.empty()) {
     out.track = car_.load_course(data);
     out.laps = laps_.value_or(laps_of_endurance(out.track));
@@ -79,7 +80,8 @@ EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
   out.lap_start = car_.start();
   out.representative_cell = cells_ == "representative";
   out.seed = seed_;
-  out.pedal_sensors = pedal_sensors(master_config(out.vehicle));
+  out.pedal_sensors = pedal_sensors(master_config(out.vehicle, car.origin));
+  (void)bms_config(out.vehicle, car.origin);  // a refusal names the line
   return out;
 }
 

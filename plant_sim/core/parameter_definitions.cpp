@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows themselves. A new parameter is a field in parameters.hpp and a row here.
-#include "core/parameter_table.hpp"
+// The rows of the car. A new parameter is a field in parameters.hpp and a row here; what the firmware is told has its
+// rows in firmware_parameter_definitions.cpp.
+#include "core/parameter_rows.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 using Car = VehicleParameters;
 using enum Presence;
-
-template <auto Section, auto Field>
-constexpr auto at = +[](Car& car) -> auto& { return car.*Section.*Field; };
-template <auto Map, auto Field>
-constexpr auto map = +[](Car& car) -> auto& { return car.cell.*Map.*Field; };
 
 // clang-format off
 const ParameterRow kRows[] = {
@@ -241,16 +237,6 @@ const ParameterRow kRows[] = {
   {"environment.wind_from_deg", "deg", -360, 360, kOptional,
     at<&Car::environment, &EnvironmentSection::wind_from_deg>,
     "where the wind comes from: 0 against the car on the start line, 90 from its right there"},
-  {"bms.discharge_current_max_a", "A", 0, 1000, kRequired, at<&Car::bms, &BmsSection::discharge_current_max_a>,
-    "largest discharge limit that the BMS gives"},
-  {"bms.charge_current_max_a", "A", 0, 1000, kRequired, at<&Car::bms, &BmsSection::charge_current_max_a>,
-    "largest charge limit that the BMS gives"},
-  {"bms.temperature_max_c", "degC", 0, 100, kRequired, at<&Car::bms, &BmsSection::temperature_max_c>,
-    "cell temperature that trips the BMS"},
-  {"bms.resistance_ohm", "ohm", 0, 1, kOptional, at<&Car::bms, &BmsSection::resistance_ohm>,
-    "a parallel group's resistance in the BMS's limit; 0: from the cell file"},
-  {"bms.capacity_ah", "Ah", 0, 1000, kOptional, at<&Car::bms, &BmsSection::capacity_ah>,
-    "the BMS's idea of the capacity of a parallel group; 0: the plant's"},
   {"assertions.speed_error_max_mps", "m/s", 0.1, 100, kRequired,
     at<&Car::assertions, &AssertionSection::speed_error_max_mps>,
     "speed error that fails a run"},
@@ -384,7 +370,7 @@ constexpr CellVariationRow kVariationRows[] = {
 
 }  // namespace
 
-std::span<const ParameterRow> parameter_rows() { return kRows; }
+std::span<const ParameterRow> car_parameter_rows() { return kRows; }
 std::span<const CellVariationRow> cell_variation_rows() { return kVariationRows; }
 
 }  // namespace voltlap::plant

@@ -156,6 +156,9 @@ class Store {
       : into_(into.parameters), shape_(into.shape), row_(row), node_(*from.value), place_(place_of(from, row.key)) {}
 
   void operator()(double& (*access)(VehicleParameters&)) const { access(into_) = number_in_range(node_); }
+  void operator()(std::optional<double>& (*access)(VehicleParameters&)) const {
+    access(into_) = number_in_range(node_);
+  }
   void operator()(int& (*access)(VehicleParameters&)) const {
     if (!node_.is_integer()) wrong(node_);
     access(into_) = static_cast<int>(number_in_range(node_));

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/demand.hpp"
+#include "core/parameter_rows.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -36,7 +37,18 @@ std::string toml_text(const Value& value) {
   else return fmt::format("{}", value);
 }
 
+std::vector<ParameterRow> joined(std::initializer_list<std::span<const ParameterRow>> parts) {
+  std::vector<ParameterRow> out;
+  for (const auto part : parts) out.insert(out.end(), part.begin(), part.end());
+  return out;
+}
+
 }  // namespace
+
+std::span<const ParameterRow> parameter_rows() {
+  static const std::vector<ParameterRow> all = joined({car_parameter_rows(), firmware_parameter_rows()});
+  return all;
+}
 
 const ParameterRow* find_parameter(std::string_view key) {
   const auto rows = parameter_rows();
@@ -82,10 +94,41 @@ std::string expectation(const ParameterRow& row) {
   }
 }
 
-std::string value_text(const ParameterRow& row, const VehicleParameters& parameters) {
+double number_value(const ParameterRow& row, const VehicleParameters& parameters) {
   // The accessors hand out references to change; here one is only read.
   auto& car = const_cast<VehicleParameters&>(parameters);
-  return std::visit([&](auto access) { return toml_text(access(car)); }, row.access);
+  return std::visit(
+      [&](auto access) {
+        using Value = std::remove_cvref_t<decltype(access(car))>;
+        if constexpr (std::is_same_v<Value, std::optional<double>>) {
+          VOLTLAP_DEMAND(row.followed.value != nullptr);
+          return access(car) ? *access(car) : row.followed.value(parameters);
+        } else if constexpr (std::is_arithmetic_v<Value>) {
+          return static_cast<double>(access(car));
+        } else {
+          VOLTLAP_DEMAND(!"a row of a number");
+          return 0.0;
+        }
+      },
+      row.access);
+}
+
+bool is_given(const ParameterRow& row, const VehicleParameters& parameters) {
+  const auto* optional = std::get_if<std::optional<double>& (*)(VehicleParameters&)>(&row.access);
+  return optional == nullptr || (*optional)(const_cast<VehicleParameters&>(parameters)).has_value();
+}
+
+std::string value_text(const ParameterRow& row, const VehicleParameters& parameters) {
+  auto& car = const_cast<VehicleParameters&>(parameters);
+  return std::visit(
+      [&](auto access) {
+        if constexpr (std::is_same_v<decltype(access(car)), std::optional<double>&>) {
+          return toml_text(number_value(row, parameters));
+        } else {
+          return toml_text(access(car));
+        }
+      },
+      row.access);
 }
 
 std::vector<std::pair<std::string, std::string>> parameter_values(const VehicleParameters& parameters) {

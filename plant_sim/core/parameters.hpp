@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/firmware_parameters.hpp"
+
 namespace voltlap::plant {
 
 /// A battery parameter over SOC, temperature and current: either a full table, or a curve over SOC with a relative
@@ -213,14 +215,6 @@ struct EnvironmentSection {
                                      ///< 90: from its right there
 };
 
-struct BmsSection {
-  double discharge_current_max_a = 0;  ///< [A] 0..1000
-  double charge_current_max_a = 0;     ///< [A] 0..1000
-  double temperature_max_c = 0;        ///< [degC] 0..100, trip
-  double resistance_ohm = 0;  ///< [ohm] 0..1; > 0: a parallel group's resistance in the limit, else from the cell file
-  double capacity_ah = 0;  ///< [Ah] 0..1000; > 0: the BMS's own idea of a parallel group's capacity, else the plant's
-};
-
 struct AssertionSection {
   double speed_error_max_mps = 0;           ///< [m/s] 0.1..100
   double battery_temperature_max_c = 0;     ///< [degC] 0..200
@@ -245,6 +239,7 @@ struct VehicleParameters {
   SensorSection sensors;
   EnvironmentSection environment;
   BmsSection bms;
+  MasterSection master;
   AssertionSection assertions;
 };
 
