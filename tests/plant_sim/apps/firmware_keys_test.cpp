@@ -13,6 +13,7 @@
 #include "core/parameter_file.hpp"
 #include "core/parameter_table.hpp"
 #include "plant_sim/core/scratch.hpp"
+#include "race/limit_costs.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -253,6 +254,20 @@ TEST(FirmwareKeys, RefusalSaysWhereTheValueStandsAndWhatItFollows) {
                   complaint_of({"inverter.current_max_a=551"}).c_str());
   STRCMP_CONTAINS("--set master.power_max_kw: found master.power_max_kw = 80.1 kW, which is not at most 80 kW",
                   complaint_of({"master.power_max_kw=80.1"}).c_str());
+}
+
+TEST(FirmwareKeys, LiftedLimitsAreAcceptedAloneAndTogether) {
+  std::vector<std::string> all;
+  for (std::size_t reason = 1; reason < kLimitReasons; ++reason) {
+    const std::vector<std::string> lifted = settings_of(lifted_keys(reason, car));
+    all.insert(all.end(), lifted.begin(), lifted.end());
+    for (const auto& settings : {lifted, all}) {
+      const VehicleParameters without = load_vehicle(kData, "vtm16e", settings).parameters;
+      (void)bms_config(without);
+      (void)master_config(without);
+      CHECK_TRUE_TEXT(lifted_keys(reason, without).empty(), limit_reason_name(reason));
+    }
+  }
 }
 
 TEST(FirmwareKeys, ListsOfPointsThatDoNotFitAreRefused) {
