@@ -30,9 +30,14 @@ void print_keys(const VehicleParameters& car) {
     if (value.size() > kShown) value = value.substr(0, kShown - 4) + " ...";
     fmt::print("{:<44} {:<8} {:<18} {:<24} {}\n", row.key, row.unit, range, value, meaning(row));
   }
-  for (const CellVariationRow& row : cell_variation_rows()) {
-    fmt::print("{:<44} {:<8} {:<18} {:<24} {}\n", fmt::format("battery.cells.<n>.{}", row.field), row.unit,
-               fmt::format("{} .. {}", row.low, row.high), CellVariation{}.*row.value, row.description);
+  for (const IndexedRow& row : indexed_rows()) {
+    // Of the first one, as a car has it when nobody says anything.
+    VehicleParameters first;
+    first.battery.cells.resize(1);
+    const auto value = row.get(first, 0);
+    fmt::print("{:<44} {:<8} {:<18} {:<24} {}\n", fmt::format("{}.<n>.{}", row.prefix, row.field), row.unit,
+               fmt::format("{} .. {}", row.low, row.high), value ? fmt::format("{}", *value) : "as for all",
+               row.description);
   }
 }
 

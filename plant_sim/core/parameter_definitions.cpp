@@ -361,16 +361,32 @@ const ParameterRow kRows[] = {
 };
 // clang-format on
 
-constexpr CellVariationRow kVariationRows[] = {
-    {"capacity_scale", "1", 0.1, 2, &CellVariation::capacity_scale, "factor on this cell's capacity"},
-    {"resistance_scale", "1", 0.1, 10, &CellVariation::resistance_scale, "factor on this cell's R0, R1 and R2"},
-    {"initial_soc_offset", "1", -1, 1, &CellVariation::initial_soc_offset, "added to this cell's initial SOC"},
-    {"leak_a", "A", -10, 10, &CellVariation::leak_a, "current drawn inside this cell all the time"},
+template <auto Field>
+void put(VehicleParameters& car, std::size_t index, double value) {
+  if (car.battery.cells.size() <= index) car.battery.cells.resize(index + 1);
+  car.battery.cells[index].*Field = value;
+}
+template <auto Field>
+std::optional<double> get(const VehicleParameters& car, std::size_t index) {
+  if (index >= car.battery.cells.size()) return std::nullopt;
+  return car.battery.cells[index].*Field;
+}
+template <auto Field>
+constexpr IndexedRow cell(std::string_view field, std::string_view unit, double low, double high,
+                          std::string_view words) {
+  return {"battery.cells", field, unit, low, high, put<Field>, get<Field>, words};
+}
+
+constexpr IndexedRow kVariationRows[] = {
+    cell<&CellVariation::capacity_scale>("capacity_scale", "1", 0.1, 2, "factor on this cell's capacity"),
+    cell<&CellVariation::resistance_scale>("resistance_scale", "1", 0.1, 10, "factor on this cell's R0, R1 and R2"),
+    cell<&CellVariation::initial_soc_offset>("initial_soc_offset", "1", -1, 1, "added to this cell's initial SOC"),
+    cell<&CellVariation::leak_a>("leak_a", "A", -10, 10, "current drawn inside this cell all the time"),
 };
 
 }  // namespace
 
 std::span<const ParameterRow> car_parameter_rows() { return kRows; }
-std::span<const CellVariationRow> cell_variation_rows() { return kVariationRows; }
+std::span<const IndexedRow> cell_variation_rows() { return kVariationRows; }
 
 }  // namespace voltlap::plant

@@ -46,8 +46,24 @@ std::vector<ParameterRow> joined(std::initializer_list<std::span<const Parameter
 }  // namespace
 
 std::span<const ParameterRow> parameter_rows() {
-  static const std::vector<ParameterRow> all = joined({car_parameter_rows(), firmware_parameter_rows()});
+  static const std::vector<ParameterRow> all =
+      joined({car_parameter_rows(), instrument_parameter_rows(), firmware_parameter_rows()});
   return all;
+}
+
+std::span<const IndexedRow> indexed_rows() {
+  static const std::vector<IndexedRow> all = [] {
+    std::vector<IndexedRow> out;
+    for (const auto part : {cell_variation_rows(), instrument_channel_rows()})
+      out.insert(out.end(), part.begin(), part.end());
+    return out;
+  }();
+  return all;
+}
+
+std::size_t indexed_count(std::string_view prefix, const VehicleParameters& car) {
+  return static_cast<std::size_t>(prefix == "sensors.thermistors" ? car.sensors.temperature_count
+                                                                  : car.battery.cells_in_series);
 }
 
 const ParameterRow* find_parameter(std::string_view key) {
@@ -71,8 +87,8 @@ std::string nearest_of(std::string_view word, const std::vector<std::string>& ca
 std::string nearest_key(std::string_view key) {
   std::vector<std::string> candidates;
   for (const ParameterRow& row : parameter_rows()) candidates.emplace_back(row.key);
-  for (const CellVariationRow& row : cell_variation_rows()) {
-    candidates.push_back(fmt::format("battery.cells.<n>.{}", row.field));
+  for (const IndexedRow& row : indexed_rows()) {
+    candidates.push_back(fmt::format("{}.<n>.{}", row.prefix, row.field));
   }
   for (const std::string& candidate : candidates) {
     if (candidate.ends_with("." + std::string(key)) || candidate.starts_with(std::string(key) + ".")) return candidate;
@@ -131,14 +147,24 @@ std::string value_text(const ParameterRow& row, const VehicleParameters& paramet
       row.access);
 }
 
+static std::size_t most_channels(const VehicleParameters& car) {
+  return std::max({car.battery.cells.size(), car.sensors.cells.size(), car.sensors.thermistors.size()});
+}
+
 std::vector<std::pair<std::string, std::string>> parameter_values(const VehicleParameters& parameters) {
   VOLTLAP_DEMAND(!parameter_rows().empty());
   std::vector<std::pair<std::string, std::string>> out;
-  for (const ParameterRow& row : parameter_rows()) out.emplace_back(row.key, value_text(row, parameters));
-  for (std::size_t n = 0; n < parameters.battery.cells.size(); ++n) {
-    for (const CellVariationRow& row : cell_variation_rows()) {
-      out.emplace_back(fmt::format("battery.cells.{}.{}", n + 1, row.field),
-                       toml_text(parameters.battery.cells[n].*row.value));
+  const VehicleParameters defaults;
+  for (const ParameterRow& row : parameter_rows()) {
+    std::string value = value_text(row, parameters);
+    if (row.presence == Presence::kQuiet && value == value_text(row, defaults)) continue;
+    out.emplace_back(row.key, std::move(value));
+  }
+  for (std::size_t n = 0; n < most_channels(parameters); ++n) {
+    for (const IndexedRow& row : indexed_rows()) {
+      if (const auto value = row.get(parameters, n)) {
+        out.emplace_back(fmt::format("{}.{}.{}", row.prefix, n + 1, row.field), toml_text(*value));
+      }
     }
   }
   return out;

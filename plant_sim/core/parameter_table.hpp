@@ -19,7 +19,8 @@ using ParameterAccess = std::variant<double& (*)(VehicleParameters&), int& (*)(V
                                      std::vector<double>& (*)(VehicleParameters&),
                                      std::optional<double>& (*)(VehicleParameters&)>;
 
-enum class Presence { kRequired, kOptional };
+/// A quiet key is optional and stands among a car's values only when it is not at its default.
+enum class Presence { kRequired, kOptional, kQuiet };
 
 /// What an optional number is while nobody gives it.
 struct Followed {
@@ -37,18 +38,22 @@ struct ParameterRow {
   Followed followed{};
 };
 
-/// All rows, in the order of the sections. `battery.cells.<n>.*` is not among them, see cell_variation_rows().
+/// All rows, in the order of the sections. Keys with a number are not among them, see indexed_rows().
 [[nodiscard]] std::span<const ParameterRow> parameter_rows();
 
-/// battery.cells.<n>.<field>, n from 1 to battery.cells_in_series.
-struct CellVariationRow {
-  std::string_view field;
+/// <prefix>.<n>.<field>, n from 1.
+struct IndexedRow {
+  std::string_view prefix, field;
   std::string_view unit;
   double low, high;
-  double CellVariation::* value;
+  void (*put)(VehicleParameters&, std::size_t index, double value);
+  std::optional<double> (*get)(const VehicleParameters&, std::size_t index);  ///< nothing: not given
   std::string_view description;
 };
-[[nodiscard]] std::span<const CellVariationRow> cell_variation_rows();
+[[nodiscard]] std::span<const IndexedRow> indexed_rows();
+
+/// How many of a prefix the car has.
+[[nodiscard]] std::size_t indexed_count(std::string_view prefix, const VehicleParameters& car);
 
 /// The row of a key, or nullptr.
 [[nodiscard]] const ParameterRow* find_parameter(std::string_view key);

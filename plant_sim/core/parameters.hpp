@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/firmware_parameters.hpp"
+#include "core/instrument_parameters.hpp"
 
 namespace voltlap::plant {
 
@@ -204,6 +205,12 @@ struct SensorSection {
   double current_high_step_a = 0;      ///< [A] 0..10
   double temperature_noise_k = 0;      ///< [K] 0..10
   double temperature_step_k = 0;       ///< [K] 0..5
+  ReadingErrors all_cells, all_thermistors;   ///< sensors.cells.*, sensors.thermistors.*
+  std::vector<ChannelErrors> cells, thermistors; ///< sensors.cells.<n>.*: empty or up to as many as there are
+  ReadingErrors pack_current, pack_voltage, dc_link_voltage, phase_current, motor_speed;
+  ReadingErrors motor_temperature, inverter_temperature;
+  ReadingErrors wheel_front_left, wheel_front_right, wheel_rear_left, wheel_rear_right;
+  ReadingErrors apps1, apps2, brake_front, brake_rear;
 };
 
 struct EnvironmentSection {
