@@ -14,7 +14,7 @@ namespace {
 
 void start(const Config& config, Instant now, State& state) {
   state.started = true;
-  state.config_ok = config_check(config);
+  state.config_ok = config_check(config) == ConfigError::kNone;
   state.start = now;
   state.last = now;
   state.contactors.entered = now;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/condition.hpp"
 #include "base/interpolate.hpp"
 #include "base/time.hpp"
 #include "base/units.hpp"
@@ -94,76 +95,180 @@ struct Config {
   Current balancing_current_max = Current::from_raw(1000);
 };
 
+/// What config_check found wrong first: one name for each condition.
+enum class ConfigError : std::uint8_t {
+  kNone = 0,
+  // pack
+  kCellsInSeries,
+  kTemperatureSensors,
+  kTemperatureSensorsShare,
+  kCapacity,
+  // tables
+  kOcvPoints,
+  kOcvSoc,
+  kOcvVoltage,
+  kResistancePoints,
+  kResistanceSoc,
+  kResistance,
+  // plausible < trip low <= minimum < maximum <= trip high < plausible
+  kVoltagePlausibleMin,
+  kVoltageTripLowPlausible,
+  kVoltageMinTripLow,
+  kVoltageMaxMin,
+  kVoltageTripHighMax,
+  kVoltagePlausibleMaxTripHigh,
+  // currents
+  kDischargeCurrentMax,
+  kDischargeCurrentTrip,
+  kChargeCurrentMax,
+  kChargeCurrentTrip,
+  kChargeCurrentTripPositive,
+  kLimitRise,
+  kSocStartCurrent,
+  // temperatures
+  kChargeTemperatureMin,
+  kDeratingStart,
+  kTemperatureTripRule,
+  // times
+  kVoltageTripTime,
+  kTemperatureTripTime,
+  kMeasurementLostTime,
+  kCurrentTripTime,
+  kMismatchTime,
+  kContactorTime,
+  kContactorDropTime,
+  kContactorDropTimeMax,
+  kDischargeTime,
+  kPrechargeTimeMin,
+  kPrechargeTimeout,
+  // ratios
+  kPrechargeRatioRule,
+  kPrechargeRatioWhole,
+  kVoltageMismatch,
+  kVoltageMismatchWhole,
+  kDcLinkWelded,
+  kDcLinkWeldedPrecharge,
+  kSocDeratingStart,
+  kSocDeratingStartFull,
+};
+
 namespace check {
 
 inline constexpr Soc kFull = Soc::from_raw(1'000'000);
-inline constexpr std::int32_t kCapacityMaxMah = 2'000'000;  // keeps charge * 1e6 inside 64 bits
+inline constexpr std::int32_t kCapacityMaxMah = 2'000'000;                  // keeps charge * 1e6 inside 64 bits
+inline constexpr Temperature kTemperatureTripMax = Temperature::from_raw(600);  // EV.7.5
+inline constexpr Ratio kPrechargeRatioMin = Ratio::from_raw(900'000);       // EV.5.6
+inline constexpr Ratio kWhole = Ratio::from_raw(1'000'000);
 
-constexpr bool table_spans_soc(const Soc* soc, std::uint8_t count) {
-  if (count < 2 || count > kMaxTablePoints) return false;
+constexpr ConfigError pack(const Config& c) {
+  return first_broken<ConfigError>({
+      {c.cells_in_series > 0 && c.cells_in_series <= kMaxCells, ConfigError::kCellsInSeries},
+      {c.temperature_sensors > 0 && c.temperature_sensors <= kMaxTemperatures, ConfigError::kTemperatureSensors},
+      {c.temperature_sensors * 5 >= c.cells_in_series, ConfigError::kTemperatureSensorsShare},  // EV.7.5: 20 %
+      {c.capacity_mah > 0 && c.capacity_mah <= kCapacityMaxMah, ConfigError::kCapacity},
+  });
+}
+
+constexpr bool points_fit(std::uint8_t count) { return count >= 2 && count <= kMaxTablePoints; }
+
+constexpr bool spans_soc(const Soc* soc, std::uint8_t count) {
   return strictly_increasing(soc, count) && soc[0] >= Soc{} && soc[count - 1] <= kFull;
 }
 
-constexpr bool pack_ok(const Config& c) {
-  if (c.cells_in_series == 0 || c.cells_in_series > kMaxCells) return false;
-  if (c.temperature_sensors == 0 || c.temperature_sensors > kMaxTemperatures) return false;
-  if (c.temperature_sensors * 5 < c.cells_in_series) return false;  // EV.7.5: 20 % of the cells
-  return c.capacity_mah > 0 && c.capacity_mah <= kCapacityMaxMah;
-}
-
-constexpr bool tables_ok(const Config& c) {
-  if (!table_spans_soc(c.ocv.soc, c.ocv.count) || !strictly_increasing(c.ocv.voltage, c.ocv.count)) return false;
-  if (!table_spans_soc(c.resistance.soc, c.resistance.count)) return false;
-  for (std::uint8_t i = 0; i < c.resistance.count; ++i) {
-    if (c.resistance.resistance[i] <= Resistance{}) return false;
+constexpr bool all_positive(const Resistance* resistance, std::uint8_t count) {
+  for (std::uint8_t i = 0; i < count; ++i) {
+    if (resistance[i] <= Resistance{}) return false;
   }
-  return c.ocv.voltage[0] > CellVoltage{};
+  return true;
 }
 
-/// plausible < trip low <= minimum < maximum <= trip high < plausible
-constexpr bool voltages_in_order(const Config& c) {
-  return CellVoltage{} < c.cell_voltage_plausible_min && c.cell_voltage_plausible_min < c.cell_voltage_trip_low &&
-         c.cell_voltage_trip_low <= c.cell_voltage_min && c.cell_voltage_min < c.cell_voltage_max &&
-         c.cell_voltage_max <= c.cell_voltage_trip_high && c.cell_voltage_trip_high < c.cell_voltage_plausible_max;
+/// The counts first: nothing is read beyond a table's end.
+constexpr ConfigError tables(const Config& c) {
+  if (!points_fit(c.ocv.count)) return ConfigError::kOcvPoints;
+  if (!points_fit(c.resistance.count)) return ConfigError::kResistancePoints;
+  return first_broken<ConfigError>({
+      {spans_soc(c.ocv.soc, c.ocv.count), ConfigError::kOcvSoc},
+      {c.ocv.voltage[0] > CellVoltage{} && strictly_increasing(c.ocv.voltage, c.ocv.count), ConfigError::kOcvVoltage},
+      {spans_soc(c.resistance.soc, c.resistance.count), ConfigError::kResistanceSoc},
+      {all_positive(c.resistance.resistance, c.resistance.count), ConfigError::kResistance},
+  });
 }
 
-constexpr bool currents_in_order(const Config& c) {
-  return Current{} < c.discharge_current_max && c.discharge_current_max <= c.discharge_current_trip &&
-         Current{} <= c.charge_current_max && c.charge_current_max <= c.charge_current_trip &&
-         Current{} < c.charge_current_trip && Current{} < c.limit_rise_per_s && Current{} <= c.soc_start_current;
+constexpr ConfigError voltages(const Config& c) {
+  return first_broken<ConfigError>({
+      {CellVoltage{} < c.cell_voltage_plausible_min, ConfigError::kVoltagePlausibleMin},
+      {c.cell_voltage_plausible_min < c.cell_voltage_trip_low, ConfigError::kVoltageTripLowPlausible},
+      {c.cell_voltage_trip_low <= c.cell_voltage_min, ConfigError::kVoltageMinTripLow},
+      {c.cell_voltage_min < c.cell_voltage_max, ConfigError::kVoltageMaxMin},
+      {c.cell_voltage_max <= c.cell_voltage_trip_high, ConfigError::kVoltageTripHighMax},
+      {c.cell_voltage_trip_high < c.cell_voltage_plausible_max, ConfigError::kVoltagePlausibleMaxTripHigh},
+  });
 }
 
-constexpr bool temperatures_in_order(const Config& c) {
-  constexpr Temperature kRuleMaximum = Temperature::from_raw(600);  // EV.7.5
-  return c.charge_temperature_min < c.derating_start && c.derating_start < c.temperature_trip &&
-         c.temperature_trip <= kRuleMaximum;
+constexpr ConfigError currents(const Config& c) {
+  return first_broken<ConfigError>({
+      {Current{} < c.discharge_current_max, ConfigError::kDischargeCurrentMax},
+      {c.discharge_current_max <= c.discharge_current_trip, ConfigError::kDischargeCurrentTrip},
+      {Current{} <= c.charge_current_max, ConfigError::kChargeCurrentMax},
+      {c.charge_current_max <= c.charge_current_trip, ConfigError::kChargeCurrentTrip},
+      {Current{} < c.charge_current_trip, ConfigError::kChargeCurrentTripPositive},
+      {Current{} < c.limit_rise_per_s, ConfigError::kLimitRise},
+      {Current{} <= c.soc_start_current, ConfigError::kSocStartCurrent},
+  });
 }
 
-constexpr bool times_ok(const Config& c) {
+constexpr ConfigError temperatures(const Config& c) {
+  return first_broken<ConfigError>({
+      {c.charge_temperature_min < c.derating_start, ConfigError::kChargeTemperatureMin},
+      {c.derating_start < c.temperature_trip, ConfigError::kDeratingStart},
+      {c.temperature_trip <= kTemperatureTripMax, ConfigError::kTemperatureTripRule},
+  });
+}
+
+constexpr ConfigError times(const Config& c) {
   constexpr Duration kZero{};
-  return kZero < c.voltage_trip_time && kZero < c.temperature_trip_time && kZero < c.measurement_lost_time &&
-         kZero < c.current_trip_time && kZero < c.mismatch_time && kZero < c.contactor_time &&
-         kZero <= c.contactor_drop_time && c.contactor_drop_time <= c.contactor_time && kZero < c.discharge_time &&
-         kZero <= c.precharge_time_min && c.precharge_time_min < c.precharge_timeout;
+  return first_broken<ConfigError>({
+      {kZero < c.voltage_trip_time, ConfigError::kVoltageTripTime},
+      {kZero < c.temperature_trip_time, ConfigError::kTemperatureTripTime},
+      {kZero < c.measurement_lost_time, ConfigError::kMeasurementLostTime},
+      {kZero < c.current_trip_time, ConfigError::kCurrentTripTime},
+      {kZero < c.mismatch_time, ConfigError::kMismatchTime},
+      {kZero < c.contactor_time, ConfigError::kContactorTime},
+      {kZero <= c.contactor_drop_time, ConfigError::kContactorDropTime},
+      {c.contactor_drop_time <= c.contactor_time, ConfigError::kContactorDropTimeMax},
+      {kZero < c.discharge_time, ConfigError::kDischargeTime},
+      {kZero <= c.precharge_time_min, ConfigError::kPrechargeTimeMin},
+      {c.precharge_time_min < c.precharge_timeout, ConfigError::kPrechargeTimeout},
+  });
 }
 
-constexpr bool ratios_ok(const Config& c) {
-  constexpr Ratio kRuleMinimum = Ratio::from_raw(900'000);  // EV.5.6
-  constexpr Ratio kWhole = Ratio::from_raw(1'000'000);
-  return kRuleMinimum <= c.precharge_ratio && c.precharge_ratio < kWhole && Ratio{} < c.voltage_mismatch &&
-         c.voltage_mismatch < kWhole && Ratio{} < c.dc_link_welded && c.dc_link_welded < c.precharge_ratio &&
-         Soc{} <= c.soc_derating_start && c.soc_derating_start < kFull;
+constexpr ConfigError ratios(const Config& c) {
+  return first_broken<ConfigError>({
+      {kPrechargeRatioMin <= c.precharge_ratio, ConfigError::kPrechargeRatioRule},
+      {c.precharge_ratio < kWhole, ConfigError::kPrechargeRatioWhole},
+      {Ratio{} < c.voltage_mismatch, ConfigError::kVoltageMismatch},
+      {c.voltage_mismatch < kWhole, ConfigError::kVoltageMismatchWhole},
+      {Ratio{} < c.dc_link_welded, ConfigError::kDcLinkWelded},
+      {c.dc_link_welded < c.precharge_ratio, ConfigError::kDcLinkWeldedPrecharge},
+      {Soc{} <= c.soc_derating_start, ConfigError::kSocDeratingStart},
+      {c.soc_derating_start < kFull, ConfigError::kSocDeratingStartFull},
+  });
 }
 
 }  // namespace check
 
-/// True when every value is inside its range and the limits stand in their order. An image asserts it at compile time.
+/// The first condition that does not hold; kNone when every value is inside its range and the limits stand in their
+/// order. An image asserts it at compile time.
 // BMS-002: a configuration that contradicts itself never closes a contactor.
-[[nodiscard]] constexpr bool config_check(const Config& config) {
-  return check::pack_ok(config) && check::tables_ok(config) && check::voltages_in_order(config) &&
-         check::currents_in_order(config) && check::temperatures_in_order(config) && check::times_ok(config) &&
-         check::ratios_ok(config);
+[[nodiscard]] constexpr ConfigError config_check(const Config& config) {
+  const ConfigError found[] = {check::pack(config), check::tables(config), check::voltages(config),
+                               check::currents(config), check::temperatures(config), check::times(config),
+                               check::ratios(config)};
+  for (const ConfigError error : found) {
+    if (error != ConfigError::kNone) return error;
+  }
+  return ConfigError::kNone;
 }
-static_assert(!config_check(Config{}), "a pack that nobody described must be refused");
+static_assert(config_check(Config{}) != ConfigError::kNone, "a pack that nobody described must be refused");
 
 }  // namespace voltlap::bms

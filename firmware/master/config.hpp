@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every number of the master controller, with its unit and its source; `config_check` says whether they fit together.
 #pragma once
+#include <cstdint>
+
+#include "base/condition.hpp"
 #include "base/time.hpp"
 #include "base/units.hpp"
 
@@ -65,65 +68,175 @@ struct Config {
   Duration rx_timeout = Duration::from_ms(50);                     ///< oldest input that may carry torque
 };
 
-/// The first thing found wrong with a configuration.
+/// What config_check found wrong first: one name for each condition.
 enum class ConfigError : std::uint8_t {
   kNone = 0,
-  kAppsChannel,
-  kPedalLevels,
-  kBrakeLevels,
-  kRequest,
-  kMotor,
-  kCeilings,
-  kDerating,
-  kTimes,
+  // pedals: 0 < range_min < released < full < range_max < 5 V
+  kApps1RangeMin,
+  kApps1Released,
+  kApps1Full,
+  kApps1RangeMax,
+  kApps1Supply,
+  kApps2RangeMin,
+  kApps2Released,
+  kApps2Full,
+  kApps2RangeMax,
+  kApps2Supply,
+  kAppsDisagreement,
+  kAppsDisagreementRule,
+  kPedalRelease,
+  kPedalReleaseRule,
+  kBrakeThrottle,
+  kBrakeThrottleRule,
+  kDeadZone,
+  kDeadZoneMax,
+  kBrakePressed,
+  kRegenFull,
+  // request
+  kPhaseCurrent,
+  kPhaseCurrentRange,
+  kRequestRise,
+  kRegenCurrent,
+  kRegenCurrentPhase,
+  // ceilings
+  kMotorConstantMin,
+  kMotorConstantMax,
+  kMotorSpeed,
+  kMotorSpeedRange,
+  kDriveEfficiencyMin,
+  kDriveEfficiencyMax,
+  kPower,
+  kPowerRule,
+  kCeilingRise,
+  kTrimGain,
+  kTrimGainWhole,
+  kTrimMax,
+  kTrimMaxWhole,
+  kTrimDecay,
+  kBatteryLimitOff,
+  kBatteryLimitOn,
+  kRegenSpeedRule,
+  kMotorDerating,
+  kInverterDerating,
+  // times
+  kAppsImplausibleTime,
+  kAppsImplausibleTimeRule,
+  kBrakeSensorFailTime,
+  kBrakeSensorFailTimeRule,
+  kRxTimeout,
+  kRxTimeoutMax,
+  kTsRequestTimeout,
+  kTsRequestTimeoutMax,
+  kRtdSoundTimeMin,
+  kRtdSoundTimeMax,
 };
 
-namespace config_detail {
+namespace check {
 
-constexpr bool channel_ok(const AppsChannel& c) {
-  return Potential::from_raw(0) < c.range_min && c.range_min < c.released && c.released < c.full &&
-         c.full < c.range_max && c.range_max < Potential::from_raw(50'000);
+inline constexpr Ratio kNothing{};
+inline constexpr Ratio kWhole = Ratio::from_raw(1'000'000);
+inline constexpr Potential kSupply = Potential::from_raw(50'000);
+inline constexpr Ratio kAppsDisagreementMax = Ratio::from_raw(100'000);    // T.4.2.4
+inline constexpr Ratio kPedalReleaseMax = Ratio::from_raw(50'000);         // EV.4.7
+inline constexpr Ratio kBrakeThrottleMax = Ratio::from_raw(250'000);       // EV.4.7
+inline constexpr Ratio kDeadZoneMax = Ratio::from_raw(200'000);
+inline constexpr Current kPhaseCurrentMax = Current::from_raw(550'000);    // range of InverterCommand
+inline constexpr std::int32_t kMotorConstantMinUnm = 1'000, kMotorConstantMaxUnm = 10'000'000;
+inline constexpr MotorSpeed kMotorSpeedMax = MotorSpeed::from_raw(12'000);
+inline constexpr Ratio kDriveEfficiencyMin = Ratio::from_raw(300'000);
+inline constexpr std::int32_t kPowerMaxMw = 80'000'000;                    // EV.3.3
+inline constexpr Speed kRegenSpeedMin = Speed::from_raw(1'389);            // EV.3.3.3
+inline constexpr Duration kImplausibleTimeMax = Duration::from_ms(100);    // T.4.2.5, T.4.3
+inline constexpr Duration kRxTimeoutMax = Duration::from_ms(50);
+inline constexpr Duration kTsRequestTimeoutMax = Duration::from_ms(60'000);
+inline constexpr Duration kRtdSoundMin = Duration::from_ms(1'000), kRtdSoundMax = Duration::from_ms(3'000);  // EV.9
+
+/// The five conditions of a channel have consecutive names, from `first` on.
+constexpr ConfigError channel(const AppsChannel& c, ConfigError first) {
+  const auto named = [first](int k) { return static_cast<ConfigError>(static_cast<int>(first) + k); };
+  return first_broken<ConfigError>({
+      {Potential{} < c.range_min, named(0)},
+      {c.range_min < c.released, named(1)},
+      {c.released < c.full, named(2)},
+      {c.full < c.range_max, named(3)},
+      {c.range_max < kSupply, named(4)},
+  });
 }
-constexpr bool share_ok(Ratio low, Ratio r) { return low <= r && r <= Ratio::from_raw(1'000'000); }
-constexpr bool time_ok(Duration t, std::int32_t max_ms) { return t.ms() > 0 && t.ms() <= max_ms; }
 
-}  // namespace config_detail
+constexpr ConfigError pedals(const Config& c) {
+  return first_broken<ConfigError>({
+      {c.apps_disagreement_max > kNothing, ConfigError::kAppsDisagreement},
+      {c.apps_disagreement_max <= kAppsDisagreementMax, ConfigError::kAppsDisagreementRule},
+      {c.pedal_release_level > kNothing, ConfigError::kPedalRelease},
+      {c.pedal_release_level <= kPedalReleaseMax, ConfigError::kPedalReleaseRule},
+      {c.brake_throttle_limit > c.pedal_release_level, ConfigError::kBrakeThrottle},
+      {c.brake_throttle_limit <= kBrakeThrottleMax, ConfigError::kBrakeThrottleRule},
+      {c.pedal_dead_zone >= kNothing, ConfigError::kDeadZone},
+      {c.pedal_dead_zone <= kDeadZoneMax, ConfigError::kDeadZoneMax},
+      {c.brake_pressed_level > Pressure{}, ConfigError::kBrakePressed},
+      {c.brake_pressed_level < c.regen_full_level, ConfigError::kRegenFull},
+  });
+}
+
+constexpr ConfigError request(const Config& c) {
+  return first_broken<ConfigError>({
+      {c.phase_current_max > Current{}, ConfigError::kPhaseCurrent},
+      {c.phase_current_max <= kPhaseCurrentMax, ConfigError::kPhaseCurrentRange},
+      {c.request_rise_ma_per_ms > 0, ConfigError::kRequestRise},
+      {c.regen_current_max >= Current{}, ConfigError::kRegenCurrent},
+      {c.regen_current_max <= c.phase_current_max, ConfigError::kRegenCurrentPhase},
+  });
+}
+
+constexpr ConfigError ceilings(const Config& c) {
+  return first_broken<ConfigError>({
+      {c.motor_constant_unm_per_a >= kMotorConstantMinUnm, ConfigError::kMotorConstantMin},
+      {c.motor_constant_unm_per_a <= kMotorConstantMaxUnm, ConfigError::kMotorConstantMax},
+      {c.motor_speed_max > MotorSpeed{}, ConfigError::kMotorSpeed},
+      {c.motor_speed_max <= kMotorSpeedMax, ConfigError::kMotorSpeedRange},
+      {c.drive_efficiency >= kDriveEfficiencyMin, ConfigError::kDriveEfficiencyMin},
+      {c.drive_efficiency <= kWhole, ConfigError::kDriveEfficiencyMax},
+      {c.power_max_mw > 0, ConfigError::kPower},
+      {c.power_max_mw <= kPowerMaxMw, ConfigError::kPowerRule},
+      {c.ceiling_rise_ma_per_s > 0, ConfigError::kCeilingRise},
+      {c.trim_gain >= kNothing, ConfigError::kTrimGain},
+      {c.trim_gain <= kWhole, ConfigError::kTrimGainWhole},
+      {c.trim_max >= kNothing, ConfigError::kTrimMax},
+      {c.trim_max <= kWhole, ConfigError::kTrimMaxWhole},
+      {c.trim_decay_ppm_per_s > 0, ConfigError::kTrimDecay},
+      {c.battery_limit_off >= Current{}, ConfigError::kBatteryLimitOff},
+      {c.battery_limit_on >= c.battery_limit_off, ConfigError::kBatteryLimitOn},
+      {c.regen_speed_min >= kRegenSpeedMin, ConfigError::kRegenSpeedRule},
+      {c.motor_derate_start < c.motor_derate_end, ConfigError::kMotorDerating},
+      {c.inverter_derate_start < c.inverter_derate_end, ConfigError::kInverterDerating},
+  });
+}
+
+constexpr ConfigError times(const Config& c) {
+  constexpr Duration kZero{};
+  return first_broken<ConfigError>({
+      {c.apps_implausible_time > kZero, ConfigError::kAppsImplausibleTime},
+      {c.apps_implausible_time <= kImplausibleTimeMax, ConfigError::kAppsImplausibleTimeRule},
+      {c.brake_sensor_fail_time > kZero, ConfigError::kBrakeSensorFailTime},
+      {c.brake_sensor_fail_time <= kImplausibleTimeMax, ConfigError::kBrakeSensorFailTimeRule},
+      {c.rx_timeout > kZero, ConfigError::kRxTimeout},
+      {c.rx_timeout <= kRxTimeoutMax, ConfigError::kRxTimeoutMax},
+      {c.ts_request_timeout > kZero, ConfigError::kTsRequestTimeout},
+      {c.ts_request_timeout <= kTsRequestTimeoutMax, ConfigError::kTsRequestTimeoutMax},
+      {c.rtd_sound_time >= kRtdSoundMin, ConfigError::kRtdSoundTimeMin},
+      {c.rtd_sound_time <= kRtdSoundMax, ConfigError::kRtdSoundTimeMax},
+  });
+}
+
+}  // namespace check
 
 /// Refuses an all-zero, contradictory or unlawful configuration: bounds that a rule sets cannot be configured away.
 [[nodiscard]] constexpr ConfigError config_check(const Config& c) {
-  using namespace config_detail;
-  constexpr Ratio kNothing = Ratio::from_raw(0);
-  if (!channel_ok(c.apps1) || !channel_ok(c.apps2)) return ConfigError::kAppsChannel;
-  if (c.apps_disagreement_max <= kNothing || c.apps_disagreement_max > Ratio::from_raw(100'000) ||
-      c.pedal_release_level <= kNothing || c.pedal_release_level > Ratio::from_raw(50'000) ||
-      c.brake_throttle_limit <= c.pedal_release_level || c.brake_throttle_limit > Ratio::from_raw(250'000) ||
-      c.pedal_dead_zone < kNothing || c.pedal_dead_zone > Ratio::from_raw(200'000)) {
-    return ConfigError::kPedalLevels;
-  }
-  if (c.brake_pressed_level.raw() <= 0 || c.brake_pressed_level >= c.regen_full_level) {
-    return ConfigError::kBrakeLevels;
-  }
-  if (c.phase_current_max.raw() <= 0 || c.phase_current_max.raw() > 550'000 || c.request_rise_ma_per_ms <= 0 ||
-      c.regen_current_max.raw() < 0 || c.regen_current_max > c.phase_current_max) {
-    return ConfigError::kRequest;
-  }
-  if (c.motor_constant_unm_per_a < 1'000 || c.motor_constant_unm_per_a > 10'000'000 || c.motor_speed_max.raw() <= 0 ||
-      c.motor_speed_max.raw() > 12'000 || !share_ok(Ratio::from_raw(300'000), c.drive_efficiency)) {
-    return ConfigError::kMotor;
-  }
-  if (c.power_max_mw <= 0 || c.power_max_mw > 80'000'000 || c.ceiling_rise_ma_per_s <= 0 ||
-      !share_ok(kNothing, c.trim_gain) || !share_ok(kNothing, c.trim_max) || c.trim_decay_ppm_per_s <= 0 ||
-      c.battery_limit_off.raw() < 0 || c.battery_limit_on < c.battery_limit_off ||
-      c.regen_speed_min < Speed::from_raw(1'389)) {
-    return ConfigError::kCeilings;
-  }
-  if (c.motor_derate_start >= c.motor_derate_end || c.inverter_derate_start >= c.inverter_derate_end) {
-    return ConfigError::kDerating;
-  }
-  if (!time_ok(c.apps_implausible_time, 100) || !time_ok(c.brake_sensor_fail_time, 100) ||
-      !time_ok(c.rx_timeout, 50) || !time_ok(c.ts_request_timeout, 60'000) ||
-      !time_ok(c.rtd_sound_time, 3'000) || c.rtd_sound_time.ms() < 1'000) {
-    return ConfigError::kTimes;
+  const ConfigError found[] = {check::channel(c.apps1, ConfigError::kApps1RangeMin),
+                               check::channel(c.apps2, ConfigError::kApps2RangeMin),
+                               check::pedals(c), check::request(c), check::ceilings(c), check::times(c)};
+  for (const ConfigError error : found) {
+    if (error != ConfigError::kNone) return error;
   }
   return ConfigError::kNone;
 }

@@ -49,10 +49,15 @@ EcuCommand::EcuCommand(CLI::App& app)
 }
 
 int EcuCommand::run(const DataFolder& data) {
-  const VehicleParameters car = car_.load_car(data).parameters;
+  const LoadedVehicle loaded = car_.load_car(data);
+  const VehicleParameters& car = loaded.parameters;
   std::vector<EcuNode> nodes;
-  if (which_ != "master") nodes.push_back(ecu<app::BmsNode>(can::Member::kBms, bms_config(car), can::kBmsRx));
-  if (which_ != "bms") nodes.push_back(ecu<app::MasterNode>(can::Member::kMaster, master_config(car), can::kMasterRx));
+  if (which_ != "master") {
+    nodes.push_back(ecu<app::BmsNode>(can::Member::kBms, bms_config(car, loaded.origin), can::kBmsRx));
+  }
+  if (which_ != "bms") {
+    nodes.push_back(ecu<app::MasterNode>(can::Member::kMaster, master_config(car, loaded.origin), can::kMasterRx));
+  }
   catch_interrupt();
   return bus_.realtime ? run_in_real_time(bus_.interface, std::move(nodes))
                        : run_in_lockstep(bus_.interface, std::move(nodes));

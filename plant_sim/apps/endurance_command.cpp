@@ -13,6 +13,7 @@
 #include "apps/firmware_config.hpp"
 #include "apps/firmware_loop.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/progress_line.hpp"
 #include "apps/run_recorder.hpp"
 #include "apps/supervisor.hpp"
 #include "can_dbc/tables.hpp"
@@ -25,6 +26,19 @@ namespace voltlap::plant {
 namespace {
 
 constexpr int kLapsMax = 10'000;
+
+/// Nothing but progress: of a run whose result is a number beside another.
+class Rerunning final : public EnduranceObserver {
+ public:
+  explicit Rerunning(const std::string& reason) : line_("without the limit " + reason) {}
+  void on_frame(std::uint32_t, Sender, const Frame&) override {}
+  void on_sample(const TimeSample&) override {}
+  void on_progress(double fraction, double) override { line_.show("driving", std::max(0.0, fraction)); }
+  [[nodiscard]] bool stop_requested() override { return interrupted(); }
+
+ private:
+  ProgressLine line_;
+};
 
 }  // namespace
 
@@ -64,7 +78,8 @@ EnduranceRun::EnduranceRun(CLI::App& command) {
 EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
   refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--candump", candump_}, {"--report", report_}});
   EnduranceOptions out;
-  out.vehicle = car_.load_car(data).parameters;
+  const LoadedVehicle car = car_.load_car(data);
+  out.vehicle = car.parameters;
   if (drive_.empty()) {
     out.track = car_.load_course(data);
     out.laps = laps_.value_or(laps_of_endurance(out.track));
@@ -79,8 +94,29 @@ EnduranceOptions EnduranceRun::options(const DataFolder& data) const {
   out.lap_start = car_.start();
   out.representative_cell = cells_ == "representative";
   out.seed = seed_;
-  out.pedal_sensors = pedal_sensors(master_config(out.vehicle));
+  out.pedal_sensors = pedal_sensors(master_config(out.vehicle, car.origin));
+  (void)bms_config(out.vehicle, car.origin);  // a refusal names the line
   return out;
+}
+
+CLI::Option* EnduranceRun::add_limit_costs(CLI::App& command) {
+  return command.add_flag("--limit-costs", limit_costs_,
+                          "What each limit that bound cost in time and charge: a run more for each, without it. Always "
+                          "so with --report, within one process");
+}
+
+std::vector<LimitCost> EnduranceRun::costs_of(const DataFolder& data, const EnduranceOptions& chosen,
+                                              const EnduranceResult& result) const {
+  return limit_costs(result, chosen.vehicle, [&](const std::string& reason, const std::vector<std::string>& settings) {
+    CarOptions car = car_;
+    car.settings.insert(car.settings.end(), settings.begin(), settings.end());
+    EnduranceOptions lifted = chosen;
+    lifted.vehicle = car.load_car(data).parameters;
+    lifted.pedal_sensors = pedal_sensors(master_config(lifted.vehicle));
+    FirmwareLoop firmware(lifted.vehicle);
+    Rerunning observer(reason);
+    return run_endurance(lifted, firmware, observer);
+  });
 }
 
 RunDescription EnduranceRun::description(const EnduranceOptions& options) const {
@@ -92,6 +128,23 @@ RunDescription EnduranceRun::description(const EnduranceOptions& options) const 
           .seed = seed_,
           .laps = options.laps,
           .closing_gap_m = options.drive ? std::nullopt : std::optional(closing_gap_m(options.track))};
+}
+
+std::string EnduranceRun::summary_of(const DataFolder& data, const EnduranceOptions& chosen,
+                                     const EnduranceResult& result) const {
+  const RunDescription run = description(chosen);
+  const std::string reference_file = data.path("reference/endurance.csv");
+  const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
+  std::string out = summary_table(run, result, reference);
+  if (run.closing_gap_m) {
+    out += fmt::format("  course: {}\n", course_text(chosen.track.length_m(), *run.closing_gap_m));
+  }
+  RunDescription standing = run;
+  standing.lap_start = "standing";
+  if (run.lap_start == "flying" && find_reference(reference_file, standing)) {
+    out += "  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n";
+  }
+  return out;
 }
 
 int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, PlantBus& bus,
@@ -120,6 +173,13 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
     return exit_code_of_interrupt();
   }
 
+  std::optional<std::vector<LimitCost>> costs;
+  if (socket == nullptr && (limit_costs_ || recorder.report)) costs = costs_of(data, chosen, result);
+  if (interrupted()) {
+    fmt::print(stderr, "Interrupted while the costs of the limits were driven; no result file was written.\n");
+    return exit_code_of_interrupt();
+  }
+
   recorder.complete();
   const TraceHash::Result hash = recorder.hash.finish();
   const auto statistics = socket != nullptr ? std::optional(socket->statistics()) : std::nullopt;
@@ -130,7 +190,8 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
                                  .hash = hash,
                                  .wall_s = wall_s,
                                  .bus = statistics ? &*statistics : nullptr,
-                                 .load = load ? &*load : nullptr}));
+                                 .load = load ? &*load : nullptr,
+                                 .limit_costs = costs ? &*costs : nullptr}));
     json->complete();
   }
   if (recorder.report) {
@@ -139,23 +200,14 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
                              .track = chosen.drive ? std::nullopt : std::optional(chosen.track),
                              .result = result,
                              .hash = hash,
-                             .wall_s = wall_s});
+                             .wall_s = wall_s,
+                             .limit_costs = costs.value_or(std::vector<LimitCost>())});
   }
   recorder.commit();
   if (json) json->commit();
-  const std::string reference_file = data.path("reference/endurance.csv");
-  const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
   std::FILE* summary = summary_stream({json_, csv_, candump_, report_});
-  fmt::print(summary, "{}", summary_table(run, result, reference));
-  if (run.closing_gap_m) {
-    fmt::print(summary, "  course: {}\n", course_text(chosen.track.length_m(), *run.closing_gap_m));
-  }
-  RunDescription standing = run;
-  standing.lap_start = "standing";
-  if (run.lap_start == "flying" && find_reference(reference_file, standing)) {
-    fmt::print(summary,
-               "  the reference study repeats a lap from rest: --lap-start standing prints its row beside the run\n");
-  }
+  fmt::print(summary, "{}", summary_of(data, chosen, result));
+  if (costs) fmt::print(summary, "{}", costs->empty() ? "  no limit cost anything\n" : limit_costs_text(*costs));
   const double simulated_s = result.ticks * can::kTickMs * 1e-3;
   if (statistics) fmt::print(summary, "{}", bus_statistics_text(*statistics, simulated_s, wall_s));
   if (load) fmt::print(summary, "{}", bus_load_table(*load));
@@ -171,6 +223,7 @@ EnduranceCommand::EnduranceCommand(CLI::App& app)
   CLI::Option* bus = bus_.add_interface(*command_);
   CLI::Option* realtime = bus_.add_realtime(*command_)->needs(bus);
   bus_.add_lockstep(*command_, realtime);
+  run_.add_limit_costs(*command_)->excludes(bus);
   for (const char* flag : {"--pace", "--lost-after"}) command_->get_option(flag)->needs(bus);
   command_->footer(
       "A FILE named - is standard output; the summary then goes to standard error.\n"

@@ -19,9 +19,14 @@ class EnduranceRun {
   [[nodiscard]] EnduranceOptions options(const DataFolder& data) const;
   /// Drives, writes and prints. `socket` is the bus when that is a CAN interface. Returns the exit code.
   int drive(const DataFolder& data, const EnduranceOptions& options, PlantBus& bus, const SocketBus* socket) const;
+  CLI::Option* add_limit_costs(CLI::App& command);
   [[nodiscard]] const std::string& candump() const { return candump_; }
 
  private:
+  [[nodiscard]] std::vector<LimitCost> costs_of(const DataFolder& data, const EnduranceOptions& chosen,
+                                                const EnduranceResult& result) const;
+  [[nodiscard]] std::string summary_of(const DataFolder& data, const EnduranceOptions& chosen,
+                                       const EnduranceResult& result) const;
   [[nodiscard]] RunDescription description(const EnduranceOptions& options) const;
 
   CarOptions car_;
@@ -29,7 +34,7 @@ class EnduranceRun {
   std::optional<int> laps_;
   std::uint64_t seed_ = 1;
   double rate_hz_ = 10.0;
-  bool bus_load_ = false;
+  bool bus_load_ = false, limit_costs_ = false;
 };
 
 class EnduranceCommand {

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "apps/firmware_keys.hpp"
 #include "base/interpolate.hpp"
 #include "car/battery/cell_tables.hpp"
 #include "core/demand.hpp"
@@ -17,22 +20,20 @@ namespace {
 
 constexpr int kResistancePoints = 21;   // SOC in steps of 5 %
 constexpr double kLeastResistance = 1e-6;  // ohm; a polarization that is taken away leaves something
-constexpr double kTripMarginV = 0.1;    // below the least cell voltage, where the limit already holds it
-constexpr double kTripMarginHighV = 0.05;
-constexpr double kCurrentTripFactor = 1.2;
-constexpr double kDeratingBandK = 5.0;  // limits fall to zero over this band below the trip
 
 template <class Quantity>
 Quantity units(double si, double per_si) {
   return Quantity::saturated(static_cast<std::int64_t>(std::llround(si * per_si)));
 }
 CellVoltage cell_volts(double v) { return units<CellVoltage>(v, 1e4); }
-Current amperes(double a) { return units<Current>(a, 1e3); }
 Temperature celsius(double t) { return units<Temperature>(t, 10.0); }
 
 /// All of a cell's resistance, as a slow load feels it, for the whole parallel group [ohm].
 double group_resistance(const VehicleParameters& car, const CellTables& tables, double soc, double temperature_c) {
-  if (car.bms.resistance_ohm > 0.0) return car.bms.resistance_ohm;
+  if (car.bms.resistance_ohm > 0.0) {
+    const double change = car.bms.resistance_per_kelvin * (temperature_c - car.cell.reference_temperature_c);
+    return car.bms.resistance_ohm * (1.0 + change);
+  }
   const CircuitParameters p = tables.circuit(soc, temperature_c, car.cell.reference_current_a);
   const double all = p.r0_ohm + p.r1_ohm + p.r2_ohm + car.cell.effects.polarization_ohm;
   return std::max(kLeastResistance, all) / car.battery.cells_in_parallel;
@@ -73,10 +74,24 @@ void fill_ocv(const CellTables& tables, bms::OcvTable& table) {
   }
 }
 
+/// The BMS's own points, where the car gives them: 0.1 mV and a millionth of the charge fine.
+void fill_own_ocv(const BmsSection& own, bms::OcvTable& table) {
+  VOLTLAP_DEMAND(own.ocv_soc.size() == own.ocv_v.size() && own.ocv_v.size() <= bms::kMaxTablePoints);
+  for (std::size_t i = 0; i < own.ocv_v.size(); ++i) {
+    table.soc[i] = units<Soc>(own.ocv_soc[i], 1e6);
+    table.voltage[i] = cell_volts(own.ocv_v[i]);
+  }
+  table.count = static_cast<std::uint8_t>(own.ocv_v.size());
+}
+
 void fill_tables(const VehicleParameters& car, bms::Config& config) {
   const CellTables tables(car.cell);
   const double reference = car.cell.reference_temperature_c;
-  fill_ocv(tables, config.ocv);
+  if (car.bms.ocv_v.empty()) {
+    fill_ocv(tables, config.ocv);
+  } else {
+    fill_own_ocv(car.bms, config.ocv);
+  }
   for (int i = 0; i < kResistancePoints; ++i) {
     const double soc = static_cast<double>(i) / (kResistancePoints - 1);
     config.resistance.soc[i] = units<Soc>(soc, 1e6);
@@ -129,48 +144,55 @@ AppsCurve curve(const master::AppsChannel& channel) {
   return {channel.released.raw() / kPerVolt, channel.full.raw() / kPerVolt};
 }
 
-const char* key_of(master::ConfigError error) {
-  switch (error) {
-    case master::ConfigError::kRequest: return "inverter.current_max_a";
-    case master::ConfigError::kMotor: return "motor.constant_nm_per_a";
-    default: return "firmware/master/config.hpp";
+std::string place_of(const VehicleParameters& car, const Origins& origins, const char* key) {
+  const auto given = origins.find(key);
+  return given == origins.end() ? fmt::format("vehicle {}, {}", car.name, key) : given->second;
+}
+
+/// Of a key that is a word: its place among them.
+std::size_t word_index(const VehicleParameters& car, const Origins& origins, const char* key, const std::string& word,
+                       std::initializer_list<const char*> words) {
+  std::size_t index = 0;
+  for (const char* known : words) {
+    if (word == known) return index;
+    ++index;
+  }
+  throw InputError(place_of(car, origins, key), '"' + word + '"', fmt::format("{}", fmt::join(words, " or ")),
+                   "Choose one of them");
+}
+
+/// Values that only mean something beside another.
+void check_beliefs(const VehicleParameters& car, const Origins& origins) {
+  const BmsSection& own = car.bms;
+  if (own.ocv_soc.size() != own.ocv_v.size() || own.ocv_v.size() == 1 || own.ocv_v.size() > bms::kMaxTablePoints) {
+    throw InputError(place_of(car, origins, own.ocv_v.empty() ? "bms.ocv_soc" : "bms.ocv_v"),
+                     fmt::format("{} points of bms.ocv_soc and {} of bms.ocv_v", own.ocv_soc.size(), own.ocv_v.size()),
+                     fmt::format("2 to {} points of each, as many of one as of the other", bms::kMaxTablePoints),
+                     "Complete the two lists, or leave both out");
+  }
+  if (own.resistance_per_kelvin != 0.0 && own.resistance_ohm == 0.0) {
+    throw InputError(place_of(car, origins, "bms.resistance_per_kelvin"),
+                     fmt::format("{:g} 1/K", own.resistance_per_kelvin),
+                     "bms.resistance_ohm beside it: without it the BMS takes both from the cell file",
+                     "Give bms.resistance_ohm, or leave bms.resistance_per_kelvin out");
   }
 }
 
 }  // namespace
 
-bms::Config bms_config(const VehicleParameters& car) {
+bms::Config bms_config(const VehicleParameters& car, const Origins& origins) {
   bms::Config config;
-  config.cells_in_series = static_cast<std::uint16_t>(car.battery.cells_in_series);
-  config.temperature_sensors = static_cast<std::uint16_t>(car.sensors.temperature_count);
+  check_beliefs(car, origins);
+  fill_from_keys(car, config);
+  config.soc_method = word_index(car, origins, "bms.soc_method", car.bms.soc_method, {"none", "coulomb"}) == 0
+                          ? bms::SocMethod::kNone
+                          : bms::SocMethod::kCoulomb;
   const double capacity_ah =
       car.bms.capacity_ah > 0.0 ? car.bms.capacity_ah : car.cell.capacity_ah * car.battery.cells_in_parallel;
   config.capacity_mah = static_cast<std::int32_t>(std::lround(capacity_ah * 1e3));
   fill_tables(car, config);
-  config.cell_voltage_min = cell_volts(car.cell.voltage_min_v);
-  config.cell_voltage_max = cell_volts(car.cell.voltage_max_v);
-  config.cell_voltage_trip_low = cell_volts(car.cell.voltage_min_v - kTripMarginV);
-  config.cell_voltage_trip_high = cell_volts(car.cell.voltage_max_v + kTripMarginHighV);
-  config.discharge_current_max = amperes(car.bms.discharge_current_max_a);
-  config.charge_current_max = amperes(car.bms.charge_current_max_a);
-  config.discharge_current_trip = amperes(car.bms.discharge_current_max_a * kCurrentTripFactor);
-  config.charge_current_trip = amperes(std::max(1.0, car.bms.charge_current_max_a) * kCurrentTripFactor);
-  config.temperature_trip = celsius(car.bms.temperature_max_c);
-  config.derating_start = celsius(car.bms.temperature_max_c - kDeratingBandK);
-  if (!bms::config_check(config)) {
-    throw InputError(
-        "vehicle " + car.name,
-        fmt::format(
-            "a pack that the BMS refuses ({} cells in series, {} thermistors, {:.1f} Ah, {:g} to {:g} V a cell, trip "
-            "at {:g} degC, at most {:g} A)",
-            config.cells_in_series, config.temperature_sensors, capacity_ah, car.cell.voltage_min_v,
-            car.cell.voltage_max_v, car.bms.temperature_max_c, car.bms.discharge_current_max_a),
-        fmt::format("1 to {} cells, thermistors for 20 % of them (EV.7.5) and at most {}, a trip at most at 60 degC, a "
-                    "discharge current above 0",
-                    bms::kMaxCells, bms::kMaxTemperatures),
-        "Check battery.cells_in_series, sensors.temperature_count, battery.capacity_ah, cell.voltage_min_v, "
-        "cell.voltage_max_v and the bms.* keys");
-  }
+  refuse(refusal(car, config), car, origins);
+  VOLTLAP_DEMAND(bms::config_check(config) == bms::ConfigError::kNone);
   return config;
 }
 
@@ -199,22 +221,19 @@ TableRounding table_rounding(const VehicleParameters& car, const bms::Config& co
   return out;
 }
 
-master::Config master_config(const VehicleParameters& car) {
+master::Config master_config(const VehicleParameters& car, const Origins& origins) {
   master::Config config;
-  config.phase_current_max = amperes(car.inverter.current_max_a);
-  config.motor_constant_unm_per_a = static_cast<std::int32_t>(std::lround(car.motor.constant_nm_per_a * 1e6));
-  const master::ConfigError error = master::config_check(config);
-  if (error != master::ConfigError::kNone) {
-    throw InputError(fmt::format("vehicle {}, {}", car.name, key_of(error)),
-                     fmt::format("{:g} A with {:g} Nm/A, which the master controller refuses",
-                                 car.inverter.current_max_a, car.motor.constant_nm_per_a),
-                     "1 to 550 A (the range of InverterCommand in car.dbc), 0.001 to 10 Nm/A", "Correct the value");
-  }
+  fill_from_keys(car, config);
+  const std::size_t arbitration =
+      word_index(car, origins, "master.arbitration", car.master.arbitration, {"power_balance", "literal"});
+  config.arbitration = arbitration == 0 ? master::Arbitration::kPowerBalance : master::Arbitration::kLiteral;
+  refuse(refusal(car, config), car, origins);
+  VOLTLAP_DEMAND(master::config_check(config) == master::ConfigError::kNone);
   return config;
 }
 
 PedalSensors pedal_sensors(const master::Config& config) {
-  VOLTLAP_DEMAND(master::config_check(config) != master::ConfigError::kAppsChannel);
+  VOLTLAP_DEMAND(master::config_check(config) == master::ConfigError::kNone);
   return {.apps1 = curve(config.apps1), .apps2 = curve(config.apps2)};
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The firmware's configuration for a car: pack, limits and motor as the vehicle file tells them, rounded to the
-// firmware's integers. The BMS's own idea of capacity and resistance follows the plant's unless `bms.*` keys say
+// The firmware's configuration for a car: pack, limits and motor as the vehicle file tells them, to the nearest of the
+// firmware's integers. The BMS's own idea of capacity, OCV and resistance follows the plant's unless `bms.*` keys say
 // otherwise.
 #pragma once
+#include "apps/firmware_refusal.hpp"
 #include "bms/config.hpp"
 #include "core/parameters.hpp"
 #include "master/config.hpp"
@@ -10,9 +11,10 @@
 
 namespace voltlap::plant {
 
-/// Throws InputError, with the keys to look at, when the firmware refuses the result.
-[[nodiscard]] bms::Config bms_config(const VehicleParameters& car);
-[[nodiscard]] master::Config master_config(const VehicleParameters& car);
+/// Throws InputError, with the one condition that fails, when the firmware refuses the result; `origins` says where
+/// the car's values stand.
+[[nodiscard]] bms::Config bms_config(const VehicleParameters& car, const Origins& origins = {});
+[[nodiscard]] master::Config master_config(const VehicleParameters& car, const Origins& origins = {});
 
 /// The pedal box that a master controller with this configuration expects.
 [[nodiscard]] PedalSensors pedal_sensors(const master::Config& config);

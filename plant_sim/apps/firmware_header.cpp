@@ -161,7 +161,8 @@ std::string firmware_header(const VehicleParameters& car, const bms::Config& con
       "  }\n"
       "  return c;\n"
       "}();\n"
-      "static_assert(config_check(kPackConfig), \"this firmware refuses the pack: make the header again\");\n\n"
+      "static_assert(config_check(kPackConfig) == ConfigError::kNone, \"this firmware refuses the pack: make the "
+      "header again\");\n\n"
       "}  // namespace voltlap::bms\n";
   return out;
 }

@@ -34,8 +34,9 @@ int FirmwareTablesCommand::run(const DataFolder& data) {
   for (const std::string& setting : car_.settings) command += " --set " + setting;
   const std::string path = data.find("cells", cell_, "cell");
   car_.settings.insert(car_.settings.begin(), "battery.cell=" + std::filesystem::absolute(path).string());
-  const VehicleParameters car = car_.load_car(data).parameters;
-  const bms::Config config = bms_config(car);
+  const LoadedVehicle loaded = car_.load_car(data);
+  const VehicleParameters& car = loaded.parameters;
+  const bms::Config config = bms_config(car, loaded.origin);
   const TableRounding rounding = table_rounding(car, config);
   std::optional<AtomicFile> file;
   if (!out_.empty()) file.emplace(out_);

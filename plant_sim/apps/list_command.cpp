@@ -6,11 +6,20 @@
 #include <cstdio>
 
 #include "apps/exit_code.hpp"
+#include "apps/firmware_keys.hpp"
 #include "apps/flag_checks.hpp"
 #include "core/parameter_table.hpp"
 
 namespace voltlap::plant {
 namespace {
+
+/// What it is, what it follows while nobody gives it, and how finely the firmware counts it.
+std::string meaning(const ParameterRow& row) {
+  std::string out(row.description);
+  if (!row.followed.words.empty()) out += fmt::format("; unless given {}", row.followed.words);
+  const std::string step = firmware_step_text(row.key);
+  return step.empty() ? out : out + fmt::format(" (in steps of {})", step);
+}
 
 void print_keys(const VehicleParameters& car) {
   constexpr std::size_t kShown = 24;
@@ -19,11 +28,16 @@ void print_keys(const VehicleParameters& car) {
     const std::string range = row.unit == "-" ? "" : fmt::format("{} .. {}", row.low, row.high);
     std::string value = value_text(row, car);
     if (value.size() > kShown) value = value.substr(0, kShown - 4) + " ...";
-    fmt::print("{:<44} {:<8} {:<18} {:<24} {}\n", row.key, row.unit, range, value, row.description);
+    fmt::print("{:<44} {:<8} {:<18} {:<24} {}\n", row.key, row.unit, range, value, meaning(row));
   }
-  for (const CellVariationRow& row : cell_variation_rows()) {
-    fmt::print("{:<44} {:<8} {:<18} {:<24} {}\n", fmt::format("battery.cells.<n>.{}", row.field), row.unit,
-               fmt::format("{} .. {}", row.low, row.high), CellVariation{}.*row.value, row.description);
+  for (const IndexedRow& row : indexed_rows()) {
+    // Of the first one, as a car has it when nobody says anything.
+    VehicleParameters first;
+    first.battery.cells.resize(1);
+    const auto value = row.get(first, 0);
+    fmt::print("{:<44} {:<8} {:<18} {:<24} {}\n", fmt::format("{}.<n>.{}", row.prefix, row.field), row.unit,
+               fmt::format("{} .. {}", row.low, row.high), value ? fmt::format("{}", *value) : "as for all",
+               row.description);
   }
 }
 

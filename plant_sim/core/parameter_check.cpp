@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "core/demand.hpp"
@@ -114,6 +116,34 @@ void check_cell(const Check& check, const CellParameters& cell) {
   check_maps(check, cell);
 }
 
+void check_instrument(const Check& check, const std::string& prefix, const std::string& suffix,
+                      const ReadingErrors& errors) {
+  const double periods = errors.delay_s / kInstrumentPeriod_s;
+  check.that(std::abs(periods - std::round(periods)) < 1e-6, prefix + ".delay_s", fmt::format("{:g} s", errors.delay_s),
+             fmt::format("a multiple of {:g} s, the period of the sensors", kInstrumentPeriod_s), "Round the value");
+  check.that(errors.min < errors.max, prefix + ".min_" + suffix, fmt::format("{:g}", errors.min),
+             fmt::format("less than {}.max_{}, {:g}", prefix, suffix, errors.max), "Change one of the two");
+}
+
+void check_instruments(const Check& check, const SensorSection& s) {
+  const std::tuple<const char*, const char*, const ReadingErrors*> single[] = {
+      {"cells", "v", &s.all_cells}, {"thermistors", "c", &s.all_thermistors}, {"pack_current", "a", &s.pack_current},
+      {"pack_voltage", "v", &s.pack_voltage}, {"dc_link_voltage", "v", &s.dc_link_voltage},
+      {"phase_current", "a", &s.phase_current}, {"motor_speed", "rpm", &s.motor_speed},
+      {"motor_temperature", "c", &s.motor_temperature}, {"inverter_temperature", "c", &s.inverter_temperature},
+      {"wheel_front_left", "mps", &s.wheel_front_left}, {"wheel_front_right", "mps", &s.wheel_front_right},
+      {"wheel_rear_left", "mps", &s.wheel_rear_left}, {"wheel_rear_right", "mps", &s.wheel_rear_right},
+      {"apps1", "v", &s.apps1}, {"apps2", "v", &s.apps2}, {"brake_front", "bar", &s.brake_front},
+      {"brake_rear", "bar", &s.brake_rear}};
+  for (const auto& [name, suffix, errors] : single)
+    check_instrument(check, std::string("sensors.") + name, suffix, *errors);
+  for (std::size_t n = 0; n < s.cells.size(); ++n)
+    check_instrument(check, fmt::format("sensors.cells.{}", n + 1), "v", s.cells[n].over(s.all_cells));
+  for (std::size_t n = 0; n < s.thermistors.size(); ++n)
+    check_instrument(check, fmt::format("sensors.thermistors.{}", n + 1), "c",
+                     s.thermistors[n].over(s.all_thermistors));
+}
+
 }  // namespace
 
 void check_cell_consistency(const LoadedVehicle& holder) {
@@ -126,6 +156,7 @@ void check_consistency(const LoadedVehicle& vehicle) {
   const Check check(vehicle);
   const VehicleParameters& p = vehicle.parameters;
   check.flat_but_tables();
+  check_instruments(check, p.sensors);
   check_cell(check, p.cell);
   check.that(p.powertrain.kind == "electric" || p.powertrain.kind == "none", "powertrain.kind",
              '"' + p.powertrain.kind + '"', "\"electric\" or \"none\"", "Choose one of the two");

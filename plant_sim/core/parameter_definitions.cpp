@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows themselves. A new parameter is a field in parameters.hpp and a row here.
-#include "core/parameter_table.hpp"
+// The rows of the car. A new parameter is a field in parameters.hpp and a row here; what the firmware is told has its
+// rows in firmware_parameter_definitions.cpp.
+#include "core/parameter_rows.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 using Car = VehicleParameters;
 using enum Presence;
-
-template <auto Section, auto Field>
-constexpr auto at = +[](Car& car) -> auto& { return car.*Section.*Field; };
-template <auto Map, auto Field>
-constexpr auto map = +[](Car& car) -> auto& { return car.cell.*Map.*Field; };
 
 // clang-format off
 const ParameterRow kRows[] = {
@@ -241,16 +237,6 @@ const ParameterRow kRows[] = {
   {"environment.wind_from_deg", "deg", -360, 360, kOptional,
     at<&Car::environment, &EnvironmentSection::wind_from_deg>,
     "where the wind comes from: 0 against the car on the start line, 90 from its right there"},
-  {"bms.discharge_current_max_a", "A", 0, 1000, kRequired, at<&Car::bms, &BmsSection::discharge_current_max_a>,
-    "largest discharge limit that the BMS gives"},
-  {"bms.charge_current_max_a", "A", 0, 1000, kRequired, at<&Car::bms, &BmsSection::charge_current_max_a>,
-    "largest charge limit that the BMS gives"},
-  {"bms.temperature_max_c", "degC", 0, 100, kRequired, at<&Car::bms, &BmsSection::temperature_max_c>,
-    "cell temperature that trips the BMS"},
-  {"bms.resistance_ohm", "ohm", 0, 1, kOptional, at<&Car::bms, &BmsSection::resistance_ohm>,
-    "a parallel group's resistance in the BMS's limit; 0: from the cell file"},
-  {"bms.capacity_ah", "Ah", 0, 1000, kOptional, at<&Car::bms, &BmsSection::capacity_ah>,
-    "the BMS's idea of the capacity of a parallel group; 0: the plant's"},
   {"assertions.speed_error_max_mps", "m/s", 0.1, 100, kRequired,
     at<&Car::assertions, &AssertionSection::speed_error_max_mps>,
     "speed error that fails a run"},
@@ -375,16 +361,32 @@ const ParameterRow kRows[] = {
 };
 // clang-format on
 
-constexpr CellVariationRow kVariationRows[] = {
-    {"capacity_scale", "1", 0.1, 2, &CellVariation::capacity_scale, "factor on this cell's capacity"},
-    {"resistance_scale", "1", 0.1, 10, &CellVariation::resistance_scale, "factor on this cell's R0, R1 and R2"},
-    {"initial_soc_offset", "1", -1, 1, &CellVariation::initial_soc_offset, "added to this cell's initial SOC"},
-    {"leak_a", "A", -10, 10, &CellVariation::leak_a, "current drawn inside this cell all the time"},
+template <auto Field>
+void put(VehicleParameters& car, std::size_t index, double value) {
+  if (car.battery.cells.size() <= index) car.battery.cells.resize(index + 1);
+  car.battery.cells[index].*Field = value;
+}
+template <auto Field>
+std::optional<double> get(const VehicleParameters& car, std::size_t index) {
+  if (index >= car.battery.cells.size()) return std::nullopt;
+  return car.battery.cells[index].*Field;
+}
+template <auto Field>
+constexpr IndexedRow cell(std::string_view field, std::string_view unit, double low, double high,
+                          std::string_view words) {
+  return {"battery.cells", field, unit, low, high, put<Field>, get<Field>, words};
+}
+
+constexpr IndexedRow kVariationRows[] = {
+    cell<&CellVariation::capacity_scale>("capacity_scale", "1", 0.1, 2, "factor on this cell's capacity"),
+    cell<&CellVariation::resistance_scale>("resistance_scale", "1", 0.1, 10, "factor on this cell's R0, R1 and R2"),
+    cell<&CellVariation::initial_soc_offset>("initial_soc_offset", "1", -1, 1, "added to this cell's initial SOC"),
+    cell<&CellVariation::leak_a>("leak_a", "A", -10, 10, "current drawn inside this cell all the time"),
 };
 
 }  // namespace
 
-std::span<const ParameterRow> parameter_rows() { return kRows; }
-std::span<const CellVariationRow> cell_variation_rows() { return kVariationRows; }
+std::span<const ParameterRow> car_parameter_rows() { return kRows; }
+std::span<const IndexedRow> cell_variation_rows() { return kVariationRows; }
 
 }  // namespace voltlap::plant

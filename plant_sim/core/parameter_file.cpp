@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -30,7 +31,6 @@ struct Assignment {
 using Assignments = std::map<std::string, Assignment>;
 
 constexpr const char* kPackBase = "vtm16e";  // the car around a pack file
-constexpr std::string_view kCellsPrefix = "battery.cells.";
 
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
 
@@ -39,24 +39,24 @@ std::string place_of(const Assignment& assignment, std::string_view key) {
   return assignment.rank == Rank::kSetting ? assignment.place : fmt::format("{}, {}", assignment.place, key);
 }
 
-struct CellKey {
-  std::size_t cell;  ///< from 0
-  const CellVariationRow* row;
+struct IndexedKey {
+  std::size_t index;  ///< from 0
+  const IndexedRow* row;
 };
 
-/// battery.cells.<n>.<field>
-std::optional<CellKey> parse_cell_key(std::string_view key) {
-  if (!key.starts_with(kCellsPrefix)) return std::nullopt;
-  key.remove_prefix(kCellsPrefix.size());
-  const std::size_t dot = key.find('.');
-  if (dot == 0 || dot == std::string_view::npos || dot > 3) return std::nullopt;
-  std::size_t number = 0;
-  for (const char c : key.substr(0, dot)) {
-    if (c < '0' || c > '9') return std::nullopt;
-    number = number * 10 + static_cast<std::size_t>(c - '0');
-  }
-  for (const CellVariationRow& row : cell_variation_rows()) {
-    if (row.field == key.substr(dot + 1) && number >= 1) return CellKey{number - 1, &row};
+/// <prefix>.<n>.<field>
+std::optional<IndexedKey> parse_indexed_key(std::string_view key) {
+  constexpr std::size_t kDigitsMax = 3;
+  for (const IndexedRow& row : indexed_rows()) {
+    if (!key.starts_with(row.prefix) || !key.ends_with(row.field)) continue;
+    if (key.size() < row.prefix.size() + row.field.size() + 3) continue;
+    const std::string_view middle = key.substr(row.prefix.size(), key.size() - row.prefix.size() - row.field.size());
+    if (middle.front() != '.' || middle.back() != '.') continue;
+    const std::string_view digits = middle.substr(1, middle.size() - 2);
+    std::size_t number = 0;
+    const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (read.ec != std::errc() || read.ptr != digits.data() + digits.size()) continue;
+    if (digits.size() <= kDigitsMax && number >= 1) return IndexedKey{number - 1, &row};
   }
   return std::nullopt;
 }
@@ -88,7 +88,7 @@ void put(Assignments& into, const std::string& key, Assignment assignment) {
     if (key == retired) throw InputError(assignment.place, fmt::format("the key \"{}\"", key), "a key of today",
                                          std::string(advice));
   }
-  if (find_parameter(key) == nullptr && !parse_cell_key(key)) {
+  if (find_parameter(key) == nullptr && !parse_indexed_key(key)) {
     throw InputError(fmt::format(
         "{}: found the unknown key \"{}\"; expected a key that `voltlap list keys` shows. Did you mean \"{}\"?",
         assignment.place, key, nearest_key(key)));
@@ -156,6 +156,9 @@ class Store {
       : into_(into.parameters), shape_(into.shape), row_(row), node_(*from.value), place_(place_of(from, row.key)) {}
 
   void operator()(double& (*access)(VehicleParameters&)) const { access(into_) = number_in_range(node_); }
+  void operator()(std::optional<double>& (*access)(VehicleParameters&)) const {
+    access(into_) = number_in_range(node_);
+  }
   void operator()(int& (*access)(VehicleParameters&)) const {
     if (!node_.is_integer()) wrong(node_);
     access(into_) = static_cast<int>(number_in_range(node_));
@@ -214,24 +217,25 @@ class Store {
   std::string place_;
 };
 
-void store_cell_variations(const Assignments& given, VehicleParameters& into) {
+void store_indexed(const Assignments& given, VehicleParameters& into) {
   for (const auto& [key, assignment] : given) {
-    const auto parsed = parse_cell_key(key);
+    const auto parsed = parse_indexed_key(key);
     if (!parsed) continue;
     const std::string place = place_of(assignment, key);
-    const auto cells = static_cast<std::size_t>(into.battery.cells_in_series);
-    if (parsed->cell >= cells) {
-      throw InputError(place, fmt::format("cell {}", parsed->cell + 1), fmt::format("a cell from 1 to {}", cells),
-                       "Name a cell that the pack has");
-    }
     const auto& row = *parsed->row;
+    const std::size_t count = indexed_count(row.prefix, into);
+    if (parsed->index >= count) {
+      const bool cell = row.prefix.ends_with("cells");
+      throw InputError(place, fmt::format("{} {}", cell ? "cell" : "thermistor", parsed->index + 1),
+                       fmt::format("a {} from 1 to {}", cell ? "cell" : "thermistor", count),
+                       cell ? "Name a cell that the pack has" : "Name a thermistor that the pack has");
+    }
     const auto number = number_of(*assignment.value);
     if (!number || !(*number >= row.low && *number <= row.high)) {
       throw InputError(place, found_text(*assignment.value), fmt::format("a number from {} to {}", row.low, row.high),
                        "Correct the value");
     }
-    if (into.battery.cells.size() <= parsed->cell) into.battery.cells.resize(parsed->cell + 1);
-    into.battery.cells[parsed->cell].*row.value = *number;
+    row.put(into, parsed->index, *number);
   }
 }
 
@@ -250,7 +254,7 @@ void unify(Assignments& given, const std::string& field, double& battery, double
 
 void require_all(const Assignments& given, const std::string& vehicle, const std::string& cell) {
   for (const ParameterRow& row : parameter_rows()) {
-    if (row.presence == Presence::kOptional || given.contains(std::string(row.key))) continue;
+    if (row.presence != Presence::kRequired || given.contains(std::string(row.key))) continue;
     throw InputError(row.key.starts_with("cell.") ? cell : vehicle, fmt::format("no {}", row.key), expectation(row),
                      fmt::format("Add a line for it ({}), or start from another file with base = \"vtm16e\"",
                                  row.description));
@@ -302,7 +306,7 @@ LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_pa
     const auto assignment = given.find(std::string(row.key));
     if (assignment != given.end()) std::visit(Store(out, row, assignment->second), row.access);
   }
-  store_cell_variations(given, out.parameters);
+  store_indexed(given, out.parameters);
   VehicleParameters& p = out.parameters;
   unify(given, "capacity_ah", p.battery.capacity_ah, p.cell.capacity_ah);
   unify(given, "convection_w_per_m2_k", p.battery.convection_w_per_m2_k, p.cell.convection_w_per_m2_k);

@@ -70,8 +70,9 @@ std::vector<ParameterSource> parameter_sources(const LoadedVehicle& car) {
       entry.unit = row->unit;
       entry.meaning = row->description;
     }
-    for (const CellVariationRow& row : cell_variation_rows()) {
-      if (!entry.meaning.empty() || !key.ends_with("." + std::string(row.field))) continue;
+    for (const IndexedRow& row : indexed_rows()) {
+      if (!entry.meaning.empty() || !key.starts_with(row.prefix)) continue;
+      if (!key.ends_with("." + std::string(row.field))) continue;
       entry.unit = row.unit;
       entry.meaning = row.description;
     }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/demand.hpp"
+#include "core/parameter_rows.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -36,7 +37,34 @@ std::string toml_text(const Value& value) {
   else return fmt::format("{}", value);
 }
 
+std::vector<ParameterRow> joined(std::initializer_list<std::span<const ParameterRow>> parts) {
+  std::vector<ParameterRow> out;
+  for (const auto part : parts) out.insert(out.end(), part.begin(), part.end());
+  return out;
+}
+
 }  // namespace
+
+std::span<const ParameterRow> parameter_rows() {
+  static const std::vector<ParameterRow> all =
+      joined({car_parameter_rows(), instrument_parameter_rows(), firmware_parameter_rows()});
+  return all;
+}
+
+std::span<const IndexedRow> indexed_rows() {
+  static const std::vector<IndexedRow> all = [] {
+    std::vector<IndexedRow> out;
+    for (const auto part : {cell_variation_rows(), instrument_channel_rows()})
+      out.insert(out.end(), part.begin(), part.end());
+    return out;
+  }();
+  return all;
+}
+
+std::size_t indexed_count(std::string_view prefix, const VehicleParameters& car) {
+  return static_cast<std::size_t>(prefix == "sensors.thermistors" ? car.sensors.temperature_count
+                                                                  : car.battery.cells_in_series);
+}
 
 const ParameterRow* find_parameter(std::string_view key) {
   const auto rows = parameter_rows();
@@ -59,8 +87,8 @@ std::string nearest_of(std::string_view word, const std::vector<std::string>& ca
 std::string nearest_key(std::string_view key) {
   std::vector<std::string> candidates;
   for (const ParameterRow& row : parameter_rows()) candidates.emplace_back(row.key);
-  for (const CellVariationRow& row : cell_variation_rows()) {
-    candidates.push_back(fmt::format("battery.cells.<n>.{}", row.field));
+  for (const IndexedRow& row : indexed_rows()) {
+    candidates.push_back(fmt::format("{}.<n>.{}", row.prefix, row.field));
   }
   for (const std::string& candidate : candidates) {
     if (candidate.ends_with("." + std::string(key)) || candidate.starts_with(std::string(key) + ".")) return candidate;
@@ -82,20 +110,61 @@ std::string expectation(const ParameterRow& row) {
   }
 }
 
-std::string value_text(const ParameterRow& row, const VehicleParameters& parameters) {
+double number_value(const ParameterRow& row, const VehicleParameters& parameters) {
   // The accessors hand out references to change; here one is only read.
   auto& car = const_cast<VehicleParameters&>(parameters);
-  return std::visit([&](auto access) { return toml_text(access(car)); }, row.access);
+  return std::visit(
+      [&](auto access) {
+        using Value = std::remove_cvref_t<decltype(access(car))>;
+        if constexpr (std::is_same_v<Value, std::optional<double>>) {
+          VOLTLAP_DEMAND(row.followed.value != nullptr);
+          return access(car) ? *access(car) : row.followed.value(parameters);
+        } else if constexpr (std::is_arithmetic_v<Value>) {
+          return static_cast<double>(access(car));
+        } else {
+          VOLTLAP_DEMAND(!"a row of a number");
+          return 0.0;
+        }
+      },
+      row.access);
+}
+
+bool is_given(const ParameterRow& row, const VehicleParameters& parameters) {
+  const auto* optional = std::get_if<std::optional<double>& (*)(VehicleParameters&)>(&row.access);
+  return optional == nullptr || (*optional)(const_cast<VehicleParameters&>(parameters)).has_value();
+}
+
+std::string value_text(const ParameterRow& row, const VehicleParameters& parameters) {
+  auto& car = const_cast<VehicleParameters&>(parameters);
+  return std::visit(
+      [&](auto access) {
+        if constexpr (std::is_same_v<decltype(access(car)), std::optional<double>&>) {
+          return toml_text(number_value(row, parameters));
+        } else {
+          return toml_text(access(car));
+        }
+      },
+      row.access);
+}
+
+static std::size_t most_channels(const VehicleParameters& car) {
+  return std::max({car.battery.cells.size(), car.sensors.cells.size(), car.sensors.thermistors.size()});
 }
 
 std::vector<std::pair<std::string, std::string>> parameter_values(const VehicleParameters& parameters) {
   VOLTLAP_DEMAND(!parameter_rows().empty());
   std::vector<std::pair<std::string, std::string>> out;
-  for (const ParameterRow& row : parameter_rows()) out.emplace_back(row.key, value_text(row, parameters));
-  for (std::size_t n = 0; n < parameters.battery.cells.size(); ++n) {
-    for (const CellVariationRow& row : cell_variation_rows()) {
-      out.emplace_back(fmt::format("battery.cells.{}.{}", n + 1, row.field),
-                       toml_text(parameters.battery.cells[n].*row.value));
+  const VehicleParameters defaults;
+  for (const ParameterRow& row : parameter_rows()) {
+    std::string value = value_text(row, parameters);
+    if (row.presence == Presence::kQuiet && value == value_text(row, defaults)) continue;
+    out.emplace_back(row.key, std::move(value));
+  }
+  for (std::size_t n = 0; n < most_channels(parameters); ++n) {
+    for (const IndexedRow& row : indexed_rows()) {
+      if (const auto value = row.get(parameters, n)) {
+        out.emplace_back(fmt::format("{}.{}.{}", row.prefix, n + 1, row.field), toml_text(*value));
+      }
     }
   }
   return out;

@@ -16,9 +16,17 @@ namespace voltlap::plant {
 /// Where a key's value lives; the alternative is also its type.
 using ParameterAccess = std::variant<double& (*)(VehicleParameters&), int& (*)(VehicleParameters&),
                                      bool& (*)(VehicleParameters&), std::string& (*)(VehicleParameters&),
-                                     std::vector<double>& (*)(VehicleParameters&)>;
+                                     std::vector<double>& (*)(VehicleParameters&),
+                                     std::optional<double>& (*)(VehicleParameters&)>;
 
-enum class Presence { kRequired, kOptional };
+/// A quiet key is optional and stands among a car's values only when it is not at its default.
+enum class Presence { kRequired, kOptional, kQuiet };
+
+/// What an optional number is while nobody gives it.
+struct Followed {
+  double (*value)(const VehicleParameters&) = nullptr;
+  std::string_view words{};  ///< "5 K below bms.temperature_max_c"
+};
 
 struct ParameterRow {
   std::string_view key;   ///< section.field; a cell file's own keys stand in the section `cell`
@@ -27,20 +35,25 @@ struct ParameterRow {
   Presence presence;
   ParameterAccess access;
   std::string_view description;
+  Followed followed{};
 };
 
-/// All rows, in the order of the sections. `battery.cells.<n>.*` is not among them, see cell_variation_rows().
+/// All rows, in the order of the sections. Keys with a number are not among them, see indexed_rows().
 [[nodiscard]] std::span<const ParameterRow> parameter_rows();
 
-/// battery.cells.<n>.<field>, n from 1 to battery.cells_in_series.
-struct CellVariationRow {
-  std::string_view field;
+/// <prefix>.<n>.<field>, n from 1.
+struct IndexedRow {
+  std::string_view prefix, field;
   std::string_view unit;
   double low, high;
-  double CellVariation::* value;
+  void (*put)(VehicleParameters&, std::size_t index, double value);
+  std::optional<double> (*get)(const VehicleParameters&, std::size_t index);  ///< nothing: not given
   std::string_view description;
 };
-[[nodiscard]] std::span<const CellVariationRow> cell_variation_rows();
+[[nodiscard]] std::span<const IndexedRow> indexed_rows();
+
+/// How many of a prefix the car has.
+[[nodiscard]] std::size_t indexed_count(std::string_view prefix, const VehicleParameters& car);
 
 /// The row of a key, or nullptr.
 [[nodiscard]] const ParameterRow* find_parameter(std::string_view key);
@@ -56,7 +69,13 @@ struct CellVariationRow {
 /// What a value of this row must be, in words: "a number in kg from 20 to 3000".
 [[nodiscard]] std::string expectation(const ParameterRow& row);
 
-/// The value as it would stand in a TOML file.
+/// True unless it is a number that nobody gave and that follows another.
+[[nodiscard]] bool is_given(const ParameterRow& row, const VehicleParameters& parameters);
+
+/// A number as the car has it, given or followed. The row must be one of a number.
+[[nodiscard]] double number_value(const ParameterRow& row, const VehicleParameters& parameters);
+
+/// The value as it would stand in a TOML file; of a number that nobody gave, the one that it follows.
 [[nodiscard]] std::string value_text(const ParameterRow& row, const VehicleParameters& parameters);
 
 /// Every key of a car with its value, single cells included: what a result file must carry to be repeated.

@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "core/firmware_parameters.hpp"
+#include "core/instrument_parameters.hpp"
+
 namespace voltlap::plant {
 
 /// A battery parameter over SOC, temperature and current: either a full table, or a curve over SOC with a relative
@@ -202,6 +205,12 @@ struct SensorSection {
   double current_high_step_a = 0;      ///< [A] 0..10
   double temperature_noise_k = 0;      ///< [K] 0..10
   double temperature_step_k = 0;       ///< [K] 0..5
+  ReadingErrors all_cells, all_thermistors;   ///< sensors.cells.*, sensors.thermistors.*
+  std::vector<ChannelErrors> cells, thermistors; ///< sensors.cells.<n>.*: empty or up to as many as there are
+  ReadingErrors pack_current, pack_voltage, dc_link_voltage, phase_current, motor_speed;
+  ReadingErrors motor_temperature, inverter_temperature;
+  ReadingErrors wheel_front_left, wheel_front_right, wheel_rear_left, wheel_rear_right;
+  ReadingErrors apps1, apps2, brake_front, brake_rear;
 };
 
 struct EnvironmentSection {
@@ -211,14 +220,6 @@ struct EnvironmentSection {
   double wind_mps = 0;               ///< [m/s] 0..30
   double wind_from_deg = 0;          ///< [deg] -360..360, where it comes from; 0: against the car at the start line,
                                      ///< 90: from its right there
-};
-
-struct BmsSection {
-  double discharge_current_max_a = 0;  ///< [A] 0..1000
-  double charge_current_max_a = 0;     ///< [A] 0..1000
-  double temperature_max_c = 0;        ///< [degC] 0..100, trip
-  double resistance_ohm = 0;  ///< [ohm] 0..1; > 0: a parallel group's resistance in the limit, else from the cell file
-  double capacity_ah = 0;  ///< [Ah] 0..1000; > 0: the BMS's own idea of a parallel group's capacity, else the plant's
 };
 
 struct AssertionSection {
@@ -245,6 +246,7 @@ struct VehicleParameters {
   SensorSection sensors;
   EnvironmentSection environment;
   BmsSection bms;
+  MasterSection master;
   AssertionSection assertions;
 };
 

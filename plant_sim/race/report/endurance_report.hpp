@@ -21,6 +21,7 @@ struct ReportedRun {
   EnduranceResult result;
   TraceHash::Result hash;
   double wall_s;  ///< real time that the run took
+  std::vector<LimitCost> limit_costs{};
 };
 
 class HtmlReport {

@@ -116,6 +116,30 @@ std::string parameter_table_rows(const LoadedVehicle& car) {
   return out;
 }
 
+/// A section of its own, and nothing where no limit bound.
+std::string limit_costs_section(const std::vector<LimitCost>& costs) {
+  if (costs.empty()) return {};
+  std::string out =
+      "<section aria-labelledby=\"limit-costs-title\">\n<h2 id=\"limit-costs-title\">What the limits cost</h2>\n"
+      "<div class=\"card\">\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"What the limits "
+      "cost\">\n<table>\n<thead><tr><th scope=\"col\">limit</th><th scope=\"col\">active, s</th>"
+      "<th scope=\"col\">time, s</th><th scope=\"col\">end SOC, points</th><th scope=\"col\">lifted</th></tr></thead>\n"
+      "<tbody>\n";
+  for (const LimitCost& cost : costs) {
+    std::string lifted;
+    for (const std::string& setting : settings_of(cost.lifted)) lifted += html_text(setting) + " ";
+    const std::string what =
+        cost.failure.empty()
+            ? fmt::format("<td>{:+.2f}</td><td>{:+.2f}</td>", cost.time_s, cost.soc_points)
+            : fmt::format("<td colspan=\"2\">without it the run fails: {}</td>", html_text(cost.failure));
+    fmt::format_to(std::back_inserter(out), "<tr><th scope=\"row\">{}</th><td>{:.1f}</td>{}<td>{}</td></tr>\n",
+                   html_text(cost.reason), cost.active_s, what, lifted);
+  }
+  return out +
+         "</tbody>\n</table>\n</div>\n<p class=\"note\">The same race again with each limit lifted as far as the "
+         "firmware and the rules allow; the numbers are this run minus that one.</p>\n</div>\n</section>\n";
+}
+
 std::string run_facts(const ReportedRun& reported) {
   const RunDescription& run = reported.run;
   std::string settings;
@@ -146,6 +170,7 @@ std::string html_report_body(const ReportedRun& reported) {
                         {"headline", html_text(headline(run, reported.car.parameters, reported.result))},
                         {"facts", html_text(facts)},
                         {"tiles", tiles(reported)},
+                        {"limit_costs", limit_costs_section(reported.limit_costs)},
                         {"lap_rows", lap_rows(reported.result)},
                         {"ledger_rows", ledger_rows(reported.result.ledger)},
                         {"ledger_error", fmt::format("{:.1e}", reported.result.ledger.error_pct())},

@@ -25,6 +25,21 @@ Json limits(const EnduranceResult& result) {
   return out;
 }
 
+Json limit_costs(const std::vector<LimitCost>* costs) {
+  if (costs == nullptr) return nullptr;
+  Json out = Json::array();
+  for (const LimitCost& cost : *costs) {
+    Json lifted = Json::array();
+    for (const LiftedKey& l : cost.lifted) lifted.push_back({{"key", l.key}, {"value", l.value}});
+    const bool holds = cost.failure.empty();
+    out.push_back({{"reason", cost.reason}, {"active_s", cost.active_s},
+                   {"time_s", holds ? Json(cost.time_s) : Json(nullptr)},
+                   {"soc_points", holds ? Json(cost.soc_points) : Json(nullptr)},
+                   {"failure", holds ? Json(nullptr) : Json(cost.failure)}, {"lifted", lifted}});
+  }
+  return out;
+}
+
 Json extreme_times(const ExtremeTimes& at) {
   return {{"max_battery_current_a", at.battery_current_s}, {"max_speed_mps", at.speed_s},
           {"min_pack_voltage_v", at.pack_voltage_s}, {"min_cell_voltage_v", at.cell_voltage_s},
@@ -136,6 +151,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"bus", bus_statistics(outcome.bus)},
       {"bus_load", bus_load(outcome.load)},
       {"limit_active_s", limits(result)},
+      {"limit_costs", limit_costs(outcome.limit_costs)},
       {"lap_rows", lap_rows(result)},
       {"energy_ledger_kwh", ledger(result)},
       {"wall_s", outcome.wall_s},

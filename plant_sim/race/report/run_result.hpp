@@ -9,6 +9,7 @@
 #include "io/bus/bus_load.hpp"
 #include "io/bus/trace_hash.hpp"
 #include "race/endurance.hpp"
+#include "race/limit_costs.hpp"
 
 namespace voltlap::plant {
 
@@ -31,6 +32,7 @@ struct RunOutcome {
   double wall_s;                        ///< real time that the run took
   const BusStatistics* bus = nullptr;   ///< none within one process
   const BusLoadResult* load = nullptr;  ///< none when it was not counted
+  const std::vector<LimitCost>* limit_costs = nullptr;  ///< none when nobody asked
 };
 
 /// JSON text with a final newline.

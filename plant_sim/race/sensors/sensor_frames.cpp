@@ -7,6 +7,7 @@
 #include "codec/message_table.hpp"
 #include "codec/send.hpp"
 #include "core/demand.hpp"
+#include "core/parameter_table.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -23,6 +24,20 @@ std::int32_t to_100uv(double volts) { return to_units(volts, 1e4); }
 std::int32_t to_ma(double amperes) { return to_units(amperes, 1e3); }
 std::int32_t to_dc(double celsius) { return to_units(celsius, 10.0); }
 
+static_assert(can::kTickMs == 10, "kInstrumentPeriod_s is a tick");
+
+std::vector<Instrument> channels(const ReadingErrors& all, const std::vector<ChannelErrors>& single,
+                                 std::size_t count) {
+  std::vector<Instrument> out;
+  for (std::size_t i = 0; i < count; ++i) out.emplace_back(i < single.size() ? single[i].over(all) : all);
+  return out;
+}
+
+/// Of an instrument without noise that follow_slow has moved.
+double shown(const Instrument& instrument, double truth) {
+  return instrument.clipped(instrument.scaled(instrument.arrived(truth)));
+}
+
 bool row_due(std::uint32_t id, Instant now) {
   const auto& row = can::kMessages[codec::find_row(can::kMessages, codec::kMessageCount, id)];
   return can::due(now.ms(), row.cycle_ms, row.delay_ms);
@@ -31,11 +46,35 @@ bool row_due(std::uint32_t id, Instant now) {
 }  // namespace
 
 SensorFrames::SensorFrames(const VehicleParameters& car, std::uint64_t seed, const PedalSensors& pedal_sensors)
-    : parameters_(car), pedal_sensors_(pedal_sensors), sensors_(car.sensors, seed) {
+    : parameters_(car),
+      pedal_sensors_(pedal_sensors),
+      sensors_(car.sensors, seed),
+      pack_current_(car.sensors.pack_current),
+      pack_voltage_(car.sensors.pack_voltage),
+      dc_link_voltage_(car.sensors.dc_link_voltage),
+      phase_current_(car.sensors.phase_current),
+      motor_speed_(car.sensors.motor_speed),
+      motor_temperature_(car.sensors.motor_temperature),
+      inverter_temperature_(car.sensors.inverter_temperature),
+      wheel_front_left_(car.sensors.wheel_front_left),
+      wheel_front_right_(car.sensors.wheel_front_right),
+      wheel_rear_left_(car.sensors.wheel_rear_left),
+      wheel_rear_right_(car.sensors.wheel_rear_right),
+      apps1_(car.sensors.apps1),
+      apps2_(car.sensors.apps2),
+      brake_front_(car.sensors.brake_front),
+      brake_rear_(car.sensors.brake_rear),
+      cells_(channels(car.sensors.all_cells, car.sensors.cells, indexed_count("sensors.cells", car))),
+      thermistors_(channels(car.sensors.all_thermistors, car.sensors.thermistors,
+                            indexed_count("sensors.thermistors", car))) {
+  const auto moves = [](const Instrument& instrument) { return instrument.moves(); };
+  slow_moves_ = std::any_of(cells_.begin(), cells_.end(), moves) || motor_temperature_.moves() ||
+                std::any_of(thermistors_.begin(), thermistors_.end(), moves) || inverter_temperature_.moves();
   VOLTLAP_DEMAND(rises(pedal_sensors.apps1) && rises(pedal_sensors.apps2));
 }
 
 void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const Switches& switches, TxQueue& tx) {
+  if (slow_moves_) follow_slow(car);
   send_pack(car, tx);
   send_pedals(pedals, tx);
   send_wheels(car, tx);
@@ -46,10 +85,25 @@ void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const
   send_motor_temperatures(now, car, tx);
 }
 
+void SensorFrames::follow_slow(const Car& car) {
+  for (std::size_t i = 0; i < std::min(cells_.size(), car.pack().cells()); ++i) {
+    cells_[i].follow(car.pack().cell_voltage(i));
+  }
+  for (std::size_t i = 0; i < thermistors_.size(); ++i) thermistors_[i].follow(surface_at(car, i));
+  motor_temperature_.follow(car.motor_thermal().copper_c());
+  inverter_temperature_.follow(parameters_.environment.ambient_c);
+}
+
+double SensorFrames::surface_at(const Car& car, std::size_t thermistor) const {
+  const auto count = static_cast<std::size_t>(parameters_.sensors.temperature_count);
+  return car.pack().surface_temperature_c(std::min(thermistor, count - 1) * car.pack().cells() / count);
+}
+
 void SensorFrames::send_pack(const Car& car, TxQueue& tx) {
   can::PackSensor m;
-  m.pack_current_ma = to_ma(sensors_.current(car.pack_current_a()));
-  m.pack_voltage_100uv = to_100uv(car.pack().voltage());
+  const double current_a = sensors_.current(pack_current_.scaled(pack_current_.follow(car.pack_current_a())));
+  m.pack_current_ma = to_ma(pack_current_.clipped(current_a));
+  m.pack_voltage_100uv = to_100uv(pack_voltage_.read(car.pack().voltage()));
   m.pack_current_ok = !faults.current_lost;
   m.pack_voltage_ok = true;
   codec::send(m, sealer_, tx);
@@ -57,9 +111,11 @@ void SensorFrames::send_pack(const Car& car, TxQueue& tx) {
 
 void SensorFrames::send_pedals(const Pedals& pedals, TxQueue& tx) {
   can::Pedals m;
-  m.apps1_100uv = to_100uv(pedal_sensors_.apps1.voltage(pedals.accelerator) + faults.apps1_offset_v);
-  m.apps2_100uv = to_100uv(pedal_sensors_.apps2.voltage(pedals.accelerator));
-  m.brake_front_mbar = m.brake_rear_mbar = to_units(pedals.brake * parameters_.brakes.full_pedal_pressure_bar, 1e3);
+  m.apps1_100uv = to_100uv(apps1_.read(pedal_sensors_.apps1.voltage(pedals.accelerator)) + faults.apps1_offset_v);
+  m.apps2_100uv = to_100uv(apps2_.read(pedal_sensors_.apps2.voltage(pedals.accelerator)));
+  const double pressure_bar = pedals.brake * parameters_.brakes.full_pedal_pressure_bar;
+  m.brake_front_mbar = to_units(brake_front_.read(pressure_bar), 1e3);
+  m.brake_rear_mbar = to_units(brake_rear_.read(pressure_bar), 1e3);
   m.apps1_ok = m.apps2_ok = true;
   m.brake_front_ok = !faults.brake_lost[0];
   m.brake_rear_ok = !faults.brake_lost[1];
@@ -69,17 +125,21 @@ void SensorFrames::send_pedals(const Pedals& pedals, TxQueue& tx) {
 void SensorFrames::send_wheels(const Car& car, TxQueue& tx) {
   can::WheelSpeeds m;
   const double radius = parameters_.tyres.radius_m;
-  m.front_left_mmps = m.front_right_mmps = to_units(std::abs(car.vehicle().front_omega()) * radius, 1e3);
-  m.rear_left_mmps = m.rear_right_mmps = to_units(std::abs(car.vehicle().rear_omega()) * radius, 1e3);
+  const double front_mps = std::abs(car.vehicle().front_omega()) * radius;
+  const double rear_mps = std::abs(car.vehicle().rear_omega()) * radius;
+  m.front_left_mmps = to_units(wheel_front_left_.read(front_mps), 1e3);
+  m.front_right_mmps = to_units(wheel_front_right_.read(front_mps), 1e3);
+  m.rear_left_mmps = to_units(wheel_rear_left_.read(rear_mps), 1e3);
+  m.rear_right_mmps = to_units(wheel_rear_right_.read(rear_mps), 1e3);
   m.front_left_ok = m.front_right_ok = m.rear_left_ok = m.rear_right_ok = true;
   codec::send(m, sealer_, tx);
 }
 
 void SensorFrames::send_inverter(const Car& car, TxQueue& tx) {
   can::InverterStatus m;
-  m.motor_speed_rpm = to_units(car.motor_omega_rad_s(), kRpmPerRadPerS);
-  m.dc_link_voltage_100uv = to_100uv(car.dc_link_voltage());
-  m.phase_current_ma = to_ma(car.phase_current_a());
+  m.motor_speed_rpm = to_units(motor_speed_.read(car.motor_omega_rad_s() * kRpmPerRadPerS), 1.0);
+  m.dc_link_voltage_100uv = to_100uv(dc_link_voltage_.read(car.dc_link_voltage()));
+  m.phase_current_ma = to_ma(phase_current_.read(car.phase_current_a()));
   m.motor_speed_ok = m.dc_link_voltage_ok = m.phase_current_ok = true;
   switch (car.inverter.state(car.dc_link_voltage())) {
     case InverterState::kOff: m.state = can::InverterState::kOff; break;
@@ -113,7 +173,12 @@ void SensorFrames::send_cells(Instant now, const Car& car, TxQueue& tx) {
       const std::size_t cell = group * can::CellVoltages::kPerFrame + i;
       const SensorFaults::Channel fault = SensorFaults::of(faults.cells, cell);
       m.cell_ok[i] = cell < cells && !fault.lost;
-      if (cell < cells) m.cell_100uv[i] = to_100uv(sensors_.cell_voltage(car.pack().cell_voltage(cell)) + fault.offset);
+      if (cell < cells) {
+        const Instrument& instrument = cells_[std::min(cell, cells_.size() - 1)];
+        const double arrived = instrument.arrived(car.pack().cell_voltage(cell));
+        m.cell_100uv[i] =
+            to_100uv(instrument.clipped(sensors_.cell_voltage(instrument.scaled(arrived))) + fault.offset);
+      }
     }
     codec::send(m, sealer_, tx);
   }
@@ -129,9 +194,11 @@ void SensorFrames::send_temperatures(Instant now, const Car& car, TxQueue& tx) {
       const std::size_t sensor = group * can::Temperatures::kPerFrame + i;
       const SensorFaults::Channel fault = SensorFaults::of(faults.thermistors, sensor);
       m.temperature_ok[i] = sensor < count && !fault.lost;
-      const std::size_t cell = std::min(sensor, count - 1) * car.pack().cells() / count;
       if (sensor < count) {
-        m.temperature_dc[i] = to_dc(sensors_.temperature(car.pack().surface_temperature_c(cell)) + fault.offset);
+        const Instrument& instrument = thermistors_[sensor];
+        const double arrived = instrument.arrived(surface_at(car, sensor));
+        m.temperature_dc[i] =
+            to_dc(instrument.clipped(sensors_.temperature(instrument.scaled(arrived))) + fault.offset);
       }
     }
     codec::send(m, sealer_, tx);
@@ -141,9 +208,9 @@ void SensorFrames::send_temperatures(Instant now, const Car& car, TxQueue& tx) {
 void SensorFrames::send_motor_temperatures(Instant now, const Car& car, TxQueue& tx) {
   if (!row_due(can::MotorTemperatures::kId, now)) return;
   can::MotorTemperatures m;
-  m.motor_dc = to_dc(car.motor_thermal().copper_c());
+  m.motor_dc = to_dc(shown(motor_temperature_, car.motor_thermal().copper_c()));
   // A heat sink at ambient: the inverter has no thermal model.
-  m.inverter_dc = to_dc(parameters_.environment.ambient_c);
+  m.inverter_dc = to_dc(shown(inverter_temperature_, parameters_.environment.ambient_c));
   m.motor_ok = m.inverter_ok = true;
   codec::send(m, sealer_, tx);
 }

@@ -8,6 +8,7 @@
 #include "car/car.hpp"
 #include "codec/seal.hpp"
 #include "race/driver/pi_driver.hpp"
+#include "race/sensors/instrument.hpp"
 #include "race/sensors/pedal_sensors.hpp"
 #include "race/sensors/sensor_faults.hpp"
 #include "race/sensors/sensors.hpp"
@@ -29,6 +30,9 @@ class SensorFrames {
   SensorFaults faults;
 
  private:
+  /// The instruments that move see the truth in every period, also when their frame is not due.
+  void follow_slow(const Car& car);
+  [[nodiscard]] double surface_at(const Car& car, std::size_t thermistor) const;
   void send_pack(const Car& car, TxQueue& tx);
   void send_pedals(const Pedals& pedals, TxQueue& tx);
   void send_wheels(const Car& car, TxQueue& tx);
@@ -41,6 +45,12 @@ class SensorFrames {
   const VehicleParameters& parameters_;
   PedalSensors pedal_sensors_;
   Sensors sensors_;
+  Instrument pack_current_, pack_voltage_, dc_link_voltage_, phase_current_, motor_speed_;
+  Instrument motor_temperature_, inverter_temperature_;
+  Instrument wheel_front_left_, wheel_front_right_, wheel_rear_left_, wheel_rear_right_;
+  Instrument apps1_, apps2_, brake_front_, brake_rear_;
+  std::vector<Instrument> cells_, thermistors_;
+  bool slow_moves_ = false;
   codec::Sealer sealer_;
 };
 

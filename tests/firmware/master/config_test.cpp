@@ -30,25 +30,32 @@ TEST(MasterConfig, AllZeroMemoryIsRefused) {
 
 TEST(MasterConfig, RuleBoundsCannotBeConfiguredAway) {
   CHECK(check_with([](Config& c) { c.power_max_mw = 80'000'000; }) == ConfigError::kNone);
-  CHECK(check_with([](Config& c) { c.power_max_mw = 80'000'001; }) == ConfigError::kCeilings);
-  CHECK(check_with([](Config& c) { c.apps_implausible_time = Duration::from_ms(101); }) == ConfigError::kTimes);
-  CHECK(check_with([](Config& c) { c.brake_sensor_fail_time = Duration::from_ms(101); }) == ConfigError::kTimes);
-  CHECK(check_with([](Config& c) { c.rx_timeout = Duration::from_ms(51); }) == ConfigError::kTimes);
-  CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(999); }) == ConfigError::kTimes);
+  CHECK(check_with([](Config& c) { c.power_max_mw = 80'000'001; }) == ConfigError::kPowerRule);
+  CHECK(check_with([](Config& c) { c.apps_implausible_time = Duration::from_ms(101); }) ==
+        ConfigError::kAppsImplausibleTimeRule);
+  CHECK(check_with([](Config& c) { c.brake_sensor_fail_time = Duration::from_ms(101); }) ==
+        ConfigError::kBrakeSensorFailTimeRule);
+  CHECK(check_with([](Config& c) { c.rx_timeout = Duration::from_ms(51); }) == ConfigError::kRxTimeoutMax);
+  CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(999); }) == ConfigError::kRtdSoundTimeMin);
   CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(1'000); }) == ConfigError::kNone);
-  CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(3'001); }) == ConfigError::kTimes);
-  CHECK(check_with([](Config& c) { c.regen_speed_min = Speed::from_raw(1'388); }) == ConfigError::kCeilings);
-  CHECK(check_with([](Config& c) { c.apps_disagreement_max = Ratio::from_raw(100'001); }) == ConfigError::kPedalLevels);
-  CHECK(check_with([](Config& c) { c.brake_throttle_limit = Ratio::from_raw(250'001); }) == ConfigError::kPedalLevels);
-  CHECK(check_with([](Config& c) { c.pedal_release_level = Ratio::from_raw(50'001); }) == ConfigError::kPedalLevels);
+  CHECK(check_with([](Config& c) { c.rtd_sound_time = Duration::from_ms(3'001); }) == ConfigError::kRtdSoundTimeMax);
+  CHECK(check_with([](Config& c) { c.regen_speed_min = Speed::from_raw(1'388); }) == ConfigError::kRegenSpeedRule);
+  CHECK(check_with([](Config& c) { c.apps_disagreement_max = Ratio::from_raw(100'001); }) ==
+        ConfigError::kAppsDisagreementRule);
+  CHECK(check_with([](Config& c) { c.brake_throttle_limit = Ratio::from_raw(250'001); }) ==
+        ConfigError::kBrakeThrottleRule);
+  CHECK(check_with([](Config& c) { c.pedal_release_level = Ratio::from_raw(50'001); }) ==
+        ConfigError::kPedalReleaseRule);
 }
 
 TEST(MasterConfig, ContradictionsAreRefused) {
-  CHECK(check_with([](Config& c) { c.apps1.full = c.apps1.released; }) == ConfigError::kAppsChannel);
-  CHECK(check_with([](Config& c) { c.apps2.range_min = c.apps2.released; }) == ConfigError::kAppsChannel);
-  CHECK(check_with([](Config& c) { c.brake_pressed_level = c.regen_full_level; }) == ConfigError::kBrakeLevels);
-  CHECK(check_with([](Config& c) { c.phase_current_max = Current::from_raw(550'001); }) == ConfigError::kRequest);
-  CHECK(check_with([](Config& c) { c.drive_efficiency = Ratio::from_raw(1'000'001); }) == ConfigError::kMotor);
-  CHECK(check_with([](Config& c) { c.motor_derate_end = c.motor_derate_start; }) == ConfigError::kDerating);
-  CHECK(check_with([](Config& c) { c.battery_limit_on = Current{}; }) == ConfigError::kCeilings);
+  CHECK(check_with([](Config& c) { c.apps1.full = c.apps1.released; }) == ConfigError::kApps1Full);
+  CHECK(check_with([](Config& c) { c.apps2.range_min = c.apps2.released; }) == ConfigError::kApps2Released);
+  CHECK(check_with([](Config& c) { c.brake_pressed_level = c.regen_full_level; }) == ConfigError::kRegenFull);
+  CHECK(check_with([](Config& c) { c.phase_current_max = Current::from_raw(550'001); }) ==
+        ConfigError::kPhaseCurrentRange);
+  CHECK(check_with([](Config& c) { c.drive_efficiency = Ratio::from_raw(1'000'001); }) ==
+        ConfigError::kDriveEfficiencyMax);
+  CHECK(check_with([](Config& c) { c.motor_derate_end = c.motor_derate_start; }) == ConfigError::kMotorDerating);
+  CHECK(check_with([](Config& c) { c.battery_limit_on = Current{}; }) == ConfigError::kBatteryLimitOn);
 }
