@@ -9,6 +9,7 @@
 #include "io/bus/bus_load.hpp"
 #include "io/bus/trace_hash.hpp"
 #include "race/endurance.hpp"
+#include "race/report/distance_trace.hpp"
 
 namespace voltlap::plant {
 
@@ -21,6 +22,7 @@ struct RunDescription {
   std::vector<std::string> settings{};
   std::uint64_t seed = 0;
   int laps = 0;
+  std::optional<double> course_length_m{};  ///< of one lap; none for a recorded drive
   std::optional<double> closing_gap_m{};  ///< from the end of the track to its start; none for a recorded drive
 };
 
@@ -31,6 +33,7 @@ struct RunOutcome {
   double wall_s;                        ///< real time that the run took
   const BusStatistics* bus = nullptr;   ///< none within one process
   const BusLoadResult* load = nullptr;  ///< none when it was not counted
+  const DistanceTrace* trace = nullptr;  ///< none when it was not kept
 };
 
 /// JSON text with a final newline.

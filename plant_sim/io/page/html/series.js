@@ -24,6 +24,14 @@ voltlap.decode = ({ resolution, deltas }, length) => {
   return values;
 };
 
+/** Value at `time` of the straight lines between samples; the first or last sample's beyond them. */
+voltlap.valueAt = (times, values, time) => {
+  const i = voltlap.indexAt(times, time);
+  const next = Math.min(i + 1, times.length - 1);
+  const part = times[next] > times[i] ? Math.min(Math.max((time - times[i]) / (times[next] - times[i]), 0), 1) : 0;
+  return values[i] + part * (values[next] - values[i]);
+};
+
 /** Index of the last time that is not after `time`, at least 0. */
 voltlap.indexAt = (times, time) => {
   let low = 0,
@@ -36,15 +44,15 @@ voltlap.indexAt = (times, time) => {
   return low;
 };
 
-/** Samples as time, value, time, value ..., with the true extreme put in where it belongs. */
-voltlap.withExtreme = (times, { values, extreme }) => {
-  const at = extreme ? voltlap.indexAt(times, extreme.time_s) + (extreme.time_s >= times[0] ? 1 : 0) : -1;
-  const points = new Float64Array(2 * (times.length + (extreme ? 1 : 0)));
+/** Samples as x, value, x, value ..., with the true extreme {x, value} put in where it belongs; values may end early. */
+voltlap.withExtreme = (xs, values, extreme = null) => {
+  const at = extreme ? voltlap.indexAt(xs, extreme.x) + (extreme.x >= xs[0] ? 1 : 0) : -1;
+  const points = new Float64Array(2 * (Math.min(xs.length, values.length) + (extreme ? 1 : 0)));
   for (let i = 0, j = 0; j < points.length / 2; j += 1) {
     if (j === at) {
-      points.set([extreme.time_s, extreme.value], 2 * j);
+      points.set([extreme.x, extreme.value], 2 * j);
     } else {
-      points[2 * j] = times[i];
+      points[2 * j] = xs[i];
       points[2 * j + 1] = values[i];
       i += 1;
     }

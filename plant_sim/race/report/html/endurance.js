@@ -10,6 +10,7 @@
   );
   const times = Float64Array.from({ length: data.samples }, (_, i) => data.first_s + i * data.period_s);
   const percent = (values) => values.map((value) => 100 * value);
+  const kilo = (values) => values.map((value) => value / 1000);
   const least = (values) => values.reduce((low, value) => Math.min(low, value), Infinity);
   const most = (values) => values.reduce((high, value) => Math.max(high, value), -Infinity);
 
@@ -82,6 +83,46 @@
     };
   };
 
+  /** The rules' measure is the moving mean over 500 ms; the line is the rules', whatever the firmware keeps to. */
+  const powerChart = () => ({
+    id: "chart-power",
+    title: "Power at the pack's terminals",
+    axis: "power",
+    unit: "kW",
+    digits: 2,
+    interval: 20,
+    low: Math.floor(Math.min(0, least(column.power_w)) / 20e3) * 20,
+    high: Math.ceil(Math.max(95e3, 1.1 * data.extremes.power_w.value) / 20e3) * 20,
+    ruler: { value: 80, text: "80 kW, Formula SAE EV.3.3" },
+    series: [
+      {
+        name: "power",
+        color: "blue",
+        role: "pale",
+        values: kilo(column.power_w),
+        extreme: { ...extreme("power_w", 1, "kW", 1e-3), text: "" },
+      },
+      {
+        name: "mean of 500 ms",
+        color: "orange",
+        values: kilo(column.power_mean_w),
+        extreme: extreme("power_mean_w", 1, "kW", 1e-3),
+      },
+    ],
+  });
+
+  const accelerationChart = () => ({
+    id: "chart-acceleration",
+    title: "Acceleration",
+    axis: "acceleration",
+    unit: "m/s²",
+    digits: 2,
+    series: [
+      { name: "longitudinal", color: "blue", values: column.longitudinal_mps2 },
+      ...(data.course ? [{ name: "lateral, right positive", color: "orange", values: column.lateral_mps2 }] : []),
+    ],
+  });
+
   const specs = () => [
     {
       id: "chart-speed",
@@ -93,7 +134,13 @@
       low: 0,
       events: data.failure === null ? [] : [{ time_s: data.end_s, text: "failed" }],
       series: [
-        { name: "driven", color: "blue", values: column.speed_mps, extreme: extreme("speed_mps", 2, "m/s") },
+        {
+          name: "driven",
+          color: "blue",
+          values: column.speed_mps,
+          extreme: extreme("speed_mps", 2, "m/s"),
+          remark: (i) => `, ${(3.6 * column.speed_mps[i]).toFixed(1)} km/h`,
+        },
         { name: "target", color: "orange", role: "reference", values: column.target_mps },
       ],
     },
@@ -112,7 +159,9 @@
         { name: "brake", color: "orange", values: percent(column.brake) },
       ],
     },
+    powerChart(),
     currentChart(),
+    accelerationChart(),
     {
       id: "chart-pack-voltage",
       title: "Pack voltage",
@@ -170,6 +219,7 @@
           values: column.battery_temperature_c,
           extreme: extreme("battery_temperature_c", 1, "°C"),
         },
+        ...(data.cells_alike ? [] : [{ name: "coldest cell", color: "blue", values: column.cell_temperature_min_c }]),
         { name: "motor winding", color: "purple", values: column.motor_temperature_c },
       ],
     },
@@ -188,33 +238,28 @@
   ];
 
   /** Laps with the one that was not completed. */
-  const laps = [...data.laps];
+  const laps = data.laps.map((lap) => ({ ...lap, completed: true }));
   const driven_s = laps.length ? laps[laps.length - 1].end_s : 0;
   if (data.course && data.end_s > driven_s + data.period_s)
-    laps.push({ lap: laps.length + 1, start_s: driven_s, end_s: data.end_s });
-  const fastest_s = data.laps.length ? least(data.laps.map(({ start_s, end_s }) => end_s - start_s)) : null;
+    laps.push({ lap: laps.length + 1, start_s: driven_s, end_s: data.end_s, completed: false });
+  const frames = new voltlap.RunFrames({
+    times,
+    distance: column.course_m,
+    laps,
+    end_s: data.end_s,
+    lap_m: data.by_position && data.course ? data.course.length_m : null,
+  });
 
   /** Index of the lap at a time; the last one from its end on. */
   const lapAt = (time) => {
     const found = laps.findIndex(({ end_s }) => time < end_s);
     return found < 0 ? laps.length - 1 : found;
   };
-  const lapOf = (from, to) =>
-    laps.findIndex(({ start_s, end_s }) => Math.abs(start_s - from) < 0.05 && Math.abs(end_s - to) < 0.05);
-  const isWhole = (from, to) => from <= 0 && to >= data.end_s;
-
   /** Metres since the start of the lap; a lap in time (standing start) begins where the car was then. */
   const positions = () => {
-    if (data.by_position) return column.distance_m.map((distance) => distance % data.course.length_m);
-    const starts = laps.map((lap) => (lap.start_s > 0 ? column.distance_m[voltlap.indexAt(times, lap.start_s)] : 0));
-    return column.distance_m.map((distance, i) => Math.max(distance - starts[lapAt(times[i])], 0));
-  };
-
-  const stretchText = (from, to) => {
-    if (isWhole(from, to)) return `whole run, 0:00 to ${clock(data.end_s)}`;
-    const digits = to - from < 60 ? 1 : 0;
-    const lap = laps[lapOf(from, to)];
-    return `${lap ? `lap ${lap.lap}, ` : ""}${clock(from, digits)} to ${clock(to, digits)}`;
+    if (data.by_position) return column.course_m.map((distance) => distance % data.course.length_m);
+    const starts = laps.map((lap) => (lap.start_s > 0 ? column.course_m[voltlap.indexAt(times, lap.start_s)] : 0));
+    return column.course_m.map((distance, i) => Math.max(distance - starts[lapAt(times[i])], 0));
   };
 
   /** The map, or why there is none. */
@@ -253,42 +298,103 @@
     }
   };
 
+  /** What the controls choose: axis "time" or "distance", and the laps over each other or null for the run. */
+  const state = { axis: "time", overlay: null };
+  const nearly = (a, b) => Math.abs(a - b) < 0.05;
+  const lapOf = (from, to) =>
+    frames.places(state.axis).findIndex(({ start, end }) => nearly(start, from) && nearly(end, to));
+
+  /** "12:03 to 13:20", "1.25 to 2.1 km" */
+  const placesText = (from, to) => {
+    if (state.axis === "time") {
+      const digits = to - from < 60 ? 1 : 0;
+      return `${clock(from, digits)} to ${clock(to, digits)}`;
+    }
+    return to > 3000 ? `${(from / 1000).toFixed(2)} to ${(to / 1000).toFixed(2)} km` : `${from.toFixed(0)} to ${to.toFixed(0)} m`;
+  };
+
+  const stretchText = (from, to, end) => {
+    const whole = from <= 0 && to >= end;
+    if (state.overlay) {
+      const names = state.overlay.map((i) => laps[i].lap);
+      const said = names.length > 4 ? `${names.length} laps` : `lap ${names.join(", ")}`;
+      return `${said} over each other${whole ? "" : `, ${placesText(from, to)}`}`;
+    }
+    if (whole) return `whole run, ${placesText(0, end)}`;
+    const lap = laps[lapOf(from, to)];
+    return `${lap ? `lap ${lap.lap}, ` : ""}${placesText(from, to)}`;
+  };
+
+  /** Buttons that choose the axis and lay laps over each other; `changed` draws what they chose. */
+  const connectFrame = (changed) => {
+    const pressed = () => {
+      for (const axis of ["time", "distance"]) $(`over-${axis}`).setAttribute("aria-pressed", state.axis === axis);
+      $("overlay").setAttribute("aria-pressed", state.overlay !== null);
+      $("laps-over").hidden = state.overlay === null;
+      for (const id of ["lap", "previous", "next"]) $(id).hidden = laps.length < 2 || state.overlay !== null;
+      $("whole").textContent = state.overlay ? "Whole lap" : "Whole run";
+    };
+    const choose = (change) => {
+      Object.assign(state, change);
+      pressed();
+      changed();
+    };
+    for (const axis of ["time", "distance"]) $(`over-${axis}`).addEventListener("click", () => choose({ axis }));
+    const picker = new voltlap.LapPicker({
+      root: $("laps-over"),
+      names: laps.map(({ lap }) => `${lap}`),
+      color: (i) => frames.color(i),
+      chosen: frames.usual,
+      changed: (overlay) => choose({ overlay }),
+    });
+    $("overlay").hidden = laps.length < 2;
+    $("overlay").addEventListener("click", () => choose({ overlay: state.overlay ? null : picker.chosen }));
+    return () => choose({ overlay: null });
+  };
+
   const drawTime = () => {
     $("telemetry").hidden = false;
     const along = data.course ? positions() : column.distance_m;
     const map = drawMap(along);
-    const when = (i) => {
+    const frame = () => (state.overlay ? frames.overlay(state.axis, state.overlay) : frames.whole(state.axis));
+    const when = (i, place) => {
+      if (state.overlay) return `${state.axis === "time" ? clock(place, 1) : `${place.toFixed(0)} m`} into the lap`;
       const lap = data.course ? [`lap ${laps[lapAt(times[i])].lap}`] : [];
       return [clock(times[i], 1), ...lap, `${along[i].toFixed(0)} m`].join(", ");
     };
     let charts = null;
-    const showLap = (i) => charts.show(laps[i].start_s, laps[i].end_s);
+    const showLap = (i) => {
+      if (state.overlay) leaveOverlay();
+      const { start, end } = frames.places(state.axis)[i];
+      charts.show(start, end);
+    };
     const stepLap = (step) => {
-      if (!laps.length) return;
+      if (!laps.length || state.overlay) return;
       const [from, to] = charts.view;
       const shown = $("lap").value;
-      const next = shown === "" ? lapAt((from + to) / 2) : Number(shown) + step;
+      const middle = times[voltlap.indexAt(charts.frame.layers[0].x, (from + to) / 2)];
+      const next = shown === "" ? lapAt(middle) : Number(shown) + step;
       showLap(Math.min(Math.max(next, 0), laps.length - 1));
     };
+    const leaveOverlay = connectFrame(() => charts.showFrame(frame()));
     connectLaps(showLap, stepLap, () => charts.showAll());
     const view = (from, to) => {
-      const text = stretchText(from, to);
-      const whole = isWhole(from, to);
+      const { end, layers } = charts ? charts.frame : frame();
+      const text = stretchText(from, to, end);
+      const whole = from <= 0 && to >= end;
       $("view").textContent = text;
       $("whole").disabled = whole;
-      markLap(whole && laps.length > 1 ? -1 : lapOf(from, to));
-      map?.show(voltlap.indexAt(times, from), voltlap.indexAt(times, to), `Mean speed, ${text}`);
+      markLap(state.overlay || (whole && laps.length > 1) ? -1 : lapOf(from, to));
+      if (state.overlay) map?.show(0, times.length - 1, "Mean speed of all laps");
+      else map?.show(voltlap.indexAt(layers[0].x, from), voltlap.indexAt(layers[0].x, to), `Mean speed, ${text}`);
     };
-    const cursor = (i) => {
-      $("cursor").textContent = i === null ? "" : when(i);
-      map?.showCar(i);
+    const cursor = (i, place) => {
+      $("cursor").textContent = i === null ? "" : when(i, place);
+      map?.showCar(i === null ? null : i + (charts.frame.layers[0].first ?? 0));
     };
     charts = new voltlap.TimeCharts({
       root: $("strips"),
-      times,
-      end_s: data.end_s,
-      laps: laps.length <= 60 ? data.laps : [],
-      window_s: fastest_s,
+      frame: frame(),
       specs: specs(),
       describedBy: "hint",
       listener: { view, cursor, when, stepLap },
