@@ -35,8 +35,8 @@ CompareCommand::CompareCommand(CLI::App& app)
   add_output_file(*command_, "--report", report_, "Write a report as one HTML file for any browser, offline");
   command_->footer(
       "Example: voltlap compare base.json heavy.json --report compare.html\n"
-      "Differences are run minus the first run. Exit code: 0, also when a run failed on its way (it says so); 2 usage or "
-      "input.");
+      "Differences are run minus the first run; energies by lap stand in --report and --json.\n"
+      "Exit code: 0, also when one of the runs failed (it says so); 2 usage or input.");
 }
 
 int CompareCommand::run(const DataFolder&) {

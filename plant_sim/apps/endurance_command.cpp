@@ -26,6 +26,12 @@ namespace {
 
 constexpr int kLapsMax = 10'000;
 
+/// Flying laps end on the line of the course; what is driven by the clock ends where the car is then.
+std::optional<double> finish_m(const RunDescription& run, const EnduranceResult& result) {
+  const bool on_the_line = result.finished && run.lap_start == "flying" && result.laps == run.laps;
+  return on_the_line ? std::optional(run.laps * *run.course_length_m) : std::nullopt;
+}
+
 }  // namespace
 
 EnduranceRun::EnduranceRun(CLI::App& command) {
@@ -102,10 +108,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   catch_interrupt();  // before there is a file that must not stay behind
   // Opened before the run: a path that cannot be written is known at once.
   std::optional<AtomicFile> json;
-  if (!json_.empty()) {
-    json.emplace(json_);
-    recorder.trace.emplace();
-  }
+  if (!json_.empty()) json.emplace(json_);
   if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
   if (bus_load_ || socket != nullptr) recorder.load.emplace(can::kTickMs, static_cast<std::uint32_t>(can::kBitRate));
   std::optional<LoadedVehicle> car;  // once more, with the places that its numbers come from
@@ -129,18 +132,14 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   const auto statistics = socket != nullptr ? std::optional(socket->statistics()) : std::nullopt;
   const auto load = recorder.load ? std::optional(recorder.load->result()) : std::nullopt;
   if (json) {
-    // Flying laps end on the line of the course; what is driven by the clock ends where the car is then.
-    const bool to_the_line = result.finished && run.lap_start == "flying" && chosen.driver == DriverKind::kLaps &&
-                             result.laps == run.laps;
-    recorder.trace->close(result.total_time_s, to_the_line ? std::optional(run.laps * *run.course_length_m)
-                                                           : std::nullopt);
+    recorder.trace.close(result.total_time_s, finish_m(run, result));
     json->write(run_result_json(run, chosen.vehicle,
                                 {.result = result,
                                  .hash = hash,
                                  .wall_s = wall_s,
                                  .bus = statistics ? &*statistics : nullptr,
                                  .load = load ? &*load : nullptr,
-                                 .trace = &*recorder.trace}));
+                                 .trace = &recorder.trace}));
     json->complete();
   }
   if (recorder.report) {

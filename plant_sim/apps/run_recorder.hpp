@@ -27,7 +27,7 @@ class RunRecorder : public EnduranceObserver {
   std::optional<CandumpFile> candump;
   std::optional<BusLoad> load;
   std::optional<HtmlReport> report;
-  std::optional<DistanceTrace> trace;
+  DistanceTrace trace;
   TraceHash hash;
 
   void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override;

@@ -68,7 +68,8 @@ std::string minus_sign(std::string number) {
 std::string result_rows(const std::vector<ResultRow>& rows, const std::string& prefix = {}) {
   std::string out;
   for (const ResultRow& row : rows) {
-    out += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td>", html_text(prefix + row.name), html_text(row.unit));
+    out += fmt::format("<tr><th scope=\"row\">{}{}</th>", html_text(prefix + row.name),
+                       row.unit.empty() ? "" : ", " + html_text(row.unit));
     for (const auto& value : row.values) out += "<td>" + minus_sign(value_words(row, value)) + "</td>";
     for (std::size_t r = 1; r < row.values.size(); ++r) {
       out += "<td>" + minus_sign(value_words(row, difference(row, r), true)) + "</td>";

@@ -96,8 +96,7 @@ std::string comparison_text(const RunComparison& comparison) {
   }
   return out + input_text(comparison) + result_text(comparison, "results", comparison.results) +
          result_text(comparison, "held back by", comparison.limits) +
-         result_text(comparison, "lap times", comparison.lap_times) +
-         result_text(comparison, "energy out", comparison.lap_energies);
+         result_text(comparison, "lap times", comparison.lap_times);
 }
 
 std::string comparison_json(const RunComparison& comparison) {

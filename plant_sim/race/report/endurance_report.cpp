@@ -23,9 +23,9 @@ using Json = nlohmann::ordered_json;
 constexpr double kOutlineStep_m = 2.0;
 
 /// Of html/, in the order in which they need each other.
-constexpr std::array<std::string_view, 8> kScripts = {"series.js",         "time_charts.js", "time_chart.js",
-                                                      "chart_gestures.js", "track_map.js",   "energy_flow.js",
-                                                      "run_frames.js",     "endurance.js"};
+constexpr std::array<std::string_view, 9> kScripts = {
+    "series.js",      "time_charts.js", "time_chart.js",       "chart_gestures.js", "track_map.js",
+    "energy_flow.js", "run_frames.js",  "endurance_charts.js", "endurance.js"};
 
 /// A signal of the charts, kept in steps of what its sensor or CAN signal resolves.
 struct Column {

@@ -123,7 +123,9 @@ std::vector<ResultRow> limit_rows(const std::vector<ComparedRun>& runs) {
     for (const auto& [name, active_s] : runs[r].limit_active_s) {
       if (active_s <= 0.0) continue;
       auto row = std::find_if(out.begin(), out.end(), [&](const ResultRow& known) { return known.name == name; });
-      if (row == out.end()) row = out.insert(out.end(), {name, "s", 2, std::vector<std::optional<double>>(runs.size(), 0.0)});
+      if (row == out.end()) {
+        row = out.insert(out.end(), {name, "s", 2, std::vector<std::optional<double>>(runs.size(), 0.0)});
+      }
       row->values[r] = active_s;
     }
   }
@@ -183,14 +185,19 @@ std::string run_letter(std::size_t run) { return std::string(1, static_cast<char
 
 std::string run_words(const ComparedRun& run) {
   std::string out = fmt::format("{} on {}", run.vehicle, run.course);
-  if (run.lap_start != "drive") out += fmt::format(", {} start, {} of {} laps", run.lap_start, run.laps, run.laps_asked);
+  if (run.lap_start != "drive") {
+    out += fmt::format(", {} start, {} of {} laps", run.lap_start, run.laps, run.laps_asked);
+  }
   if (!run.finished) out += fmt::format("; FAILED after {:.1f} s: {}", run.failure_time_s, run.failure_cause);
   return out;
 }
 
 std::string value_words(const ResultRow& row, std::optional<double> value, bool sign) {
   if (!value) return "-";
-  return sign ? fmt::format("{:+.{}f}", *value, row.digits) : fmt::format("{:.{}f}", *value, row.digits);
+  const double scale = std::pow(10.0, row.digits);
+  const double shown = std::round(*value * scale) / scale;
+  const double signless = shown == 0.0 ? 0.0 : *value;  // no minus before zero
+  return sign ? fmt::format("{:+.{}f}", signless, row.digits) : fmt::format("{:.{}f}", signless, row.digits);
 }
 
 std::optional<double> difference(const ResultRow& row, std::size_t run) {

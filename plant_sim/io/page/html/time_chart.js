@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // One chart over time or distance, a member of voltlap.TimeCharts.
 //
-// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, ruler, events,
-// note};
-// a level {low, high, color, text} is a stretch of the value axis that is coloured all along, a ruler {value, text} a
-// line across. Curves over each other (several layers) are those of the signals alone, the second signal dashed.
+// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, ruler,
+// events, note}; a level {low, high, color, text} is a stretch of the value axis that is coloured all along, a ruler
+// {value, text} a line across.
 // A series is {name, color, role, values, extreme, remark}: values at the shared times; role "reference" is drawn broad
-// and pale, "pale" thin and pale under the others, "limit" dashed; a true extreme {time_s, value, text, below} may fall between two samples.
+// and pale under the others, "pale" thin and pale, "limit" dashed; a true extreme {time_s, value, text, below} may fall
+// between two samples.
 // With `means` a view of many laps draws the samples pale and their running mean over a lap on top.
+// Curves over each other are those of series without a role, the second series dashed.
 "use strict";
 
 voltlap.TimeChart = class {
@@ -16,13 +17,6 @@ voltlap.TimeChart = class {
   static top = 20;
   static bottom = 36;
 
-  static #strokes = {
-    signal: { width: 1.5 },
-    reference: { width: 5 },
-    pale: { width: 1 },
-    limit: { width: 1.3, type: [5, 3] },
-    second: { width: 1.1, type: [3, 3] },
-  };
   static #tipRows = 6;
 
   #spec;
@@ -115,6 +109,7 @@ voltlap.TimeChart = class {
         const key = { color: "muted", role: i > 0 ? "limit" : "" };
         this.#legend.append(element("li", {}, voltlap.TimeChart.#key(key), name));
       });
+      this.#legend.append(this.#meanNote);
       return;
     }
     for (const series of spec.series) {
@@ -130,81 +125,8 @@ voltlap.TimeChart = class {
     if (spec.note) this.#legend.append(element("li", {}, spec.note));
   }
 
-  /** What is drawn, bottom to top: {name, data(), color, stroke, z, samples or means of which series}. */
-  #makeLines() {
-    const { layers, window, at } = this.#group.frame;
-    const spec = this.#spec;
-    if (this.#overlaid) {
-      return layers.flatMap((layer) =>
-        this.#signals.map((one, i) => ({
-          name: `${one.name}, ${layer.name}`,
-          data: voltlap.withExtreme(layer.x, layer.values(one)),
-          color: layer.color,
-          stroke: { ...voltlap.TimeChart.#strokes[i ? "second" : "signal"], opacity: layers.length > 8 ? 0.75 : 0.95 },
-          z: 5 - i,
-        })),
-      );
-    }
-    const [layer] = layers;
-    const lines = spec.series.map((one, i) => {
-      const extreme = one.extreme ? { x: at(one.extreme.time_s), value: one.extreme.value } : null;
-      return {
-        name: one.name,
-        data: voltlap.withExtreme(layer.x, layer.values(one), extreme),
-        color: voltlap.color(one.color),
-        stroke: voltlap.TimeChart.#strokes[one.role ?? "signal"],
-        z: { reference: 2, limit: 6 }[one.role] ?? 5 - i,
-        role: one.role ?? "samples",
-        mark: one.extreme?.text ? { ...one.extreme, x: extreme.x } : null,
-      };
-    });
-    if (!spec.means || window === null) return lines;
-    const means = this.#signals.map((one) => ({
-      name: `${one.name}, mean over a lap`,
-      data: voltlap.runningMeans(layer.x, layer.values(one), window),
-      color: voltlap.color(one.color),
-      stroke: { width: 2.2 },
-      z: 7,
-      role: "means",
-    }));
-    return [...lines, ...means];
-  }
-
   #lineStyle(line) {
     return { opacity: this.#opacity(line) };
-  }
-
-  /** Faint lines at the ends of laps, events, and a line across. */
-  #markLines(text) {
-    const { color } = voltlap;
-    const { laps, at } = this.#group.frame;
-    const lines = laps.map((place) => ({ xAxis: place }));
-    for (const { time_s, text: label } of at ? (this.#spec.events ?? []) : []) {
-      const style = { color: color("bad"), fontWeight: 600 };
-      lines.push({
-        xAxis: at(time_s),
-        lineStyle: { ...style, width: 2 },
-        label: { ...text, ...style, show: true, formatter: label, distance: 3 },
-      });
-    }
-    if (this.#spec.ruler) {
-      const style = { color: color("bad"), type: [6, 4], width: 1.3 };
-      lines.push({
-        yAxis: this.#spec.ruler.value,
-        lineStyle: style,
-        label: { ...text, color: style.color, show: true, formatter: this.#spec.ruler.text, position: "insideStartTop" },
-      });
-    }
-    if (!lines.length) return undefined;
-    return {
-      silent: true,
-      symbol: "none",
-      label: { show: false },
-      data: lines,
-      animation: false,
-      z: 1,
-      lineStyle: { color: color("line"), width: 1, type: "solid" },
-    };
   }
 
   draw() {
@@ -213,7 +135,7 @@ voltlap.TimeChart = class {
     const text = { color: color("muted"), fontFamily: voltlap.font(), fontSize: 11.5 };
     const { end, axis } = this.#group.frame;
     this.#fillLegend();
-    this.#lines = this.#makeLines();
+    this.#lines = voltlap.chartLines(spec, this.#group.frame);
     const series = this.#lines.map((line, i) => ({
       type: "line",
       name: line.name,
@@ -225,11 +147,11 @@ voltlap.TimeChart = class {
       animation: false,
       z: line.z,
       lineStyle: { color: line.color, join: "round", ...line.stroke, ...this.#lineStyle(line) },
-      markArea: i === 0 && spec.level ? this.#levelArea(spec.level) : undefined,
-      markPoint: line.mark ? this.#mark(line.mark, line.color, text) : undefined,
-      markLine: i === 0 ? this.#markLines(text) : undefined,
+      markArea: i === 0 && spec.level ? voltlap.levelArea(spec.level) : undefined,
+      markPoint: line.mark ? voltlap.markPoint(line.mark, line.color, end, text) : undefined,
+      markLine: i === 0 ? voltlap.markLines(spec, this.#group.frame, text) : undefined,
     }));
-    if (this.#showsBands) series.push(this.#bandSeries());
+    if (this.#showsBands) series.push(voltlap.bandSeries(spec.bands, this.#group.frame));
     this.#chart.setOption(
       {
         animation: false,
@@ -309,71 +231,11 @@ voltlap.TimeChart = class {
 
   /** Samples are pale under their mean, which is there only in a view of many laps. */
   #opacity(line) {
-    if (this.#overlaid) return line.stroke.opacity;
     const on = this.#lines.some(({ role }) => role === "means") && this.#group.showsMeans;
     if (line.role === "means") return Number(on);
     if (line.role === "reference") return on ? 0 : 0.4;
-    if (line.role === "pale") return 0.5;
+    if (line.role === "pale") return on ? 0.12 : 0.5;
     return on && line.role === "samples" ? 0.22 : 1;
-  }
-
-  #mark(extreme, borderColor, text) {
-    const { color } = voltlap;
-    const part = extreme.x / this.#group.end;
-    return {
-      silent: true,
-      symbol: "circle",
-      symbolSize: 7,
-      animation: false,
-      z: 9,
-      itemStyle: { color: color("surface"), borderColor, borderWidth: 2 },
-      label: {
-        ...text,
-        color: color("text"),
-        fontWeight: 600,
-        formatter: extreme.text,
-        distance: 6,
-        position: part > 0.94 ? "left" : part < 0.06 || extreme.below ? "right" : "top",
-        offset: part > 0.94 && !extreme.below ? [4, -9] : [0, 0],
-        textBorderColor: color("surface"),
-        textBorderWidth: 3,
-      },
-      data: [{ coord: [extreme.x, extreme.value], value: extreme.value }],
-    };
-  }
-
-  #levelArea({ low, high, color }) {
-    const itemStyle = { color: voltlap.color(color), opacity: 0.22 };
-    return { silent: true, animation: false, z: 0, itemStyle, data: [[{ yAxis: low }, { yAxis: high }]] };
-  }
-
-  /** Stretches of time as coloured columns with a solid foot: [from, to, colour]. */
-  #bandSeries() {
-    const bands = this.#spec.bands;
-    const { at } = this.#group.frame;
-    return {
-      type: "custom",
-      name: "bands",
-      silent: true,
-      animation: false,
-      z: 0,
-      clip: true,
-      encode: { x: [0, 1] },
-      dimensions: ["from", "to", "reason"],
-      data: bands.map((band) => [at(band.from_s), at(band.to_s), band.reason]),
-      renderItem: (params, api) => {
-        const area = params.coordSys;
-        const fill = voltlap.color(bands[params.dataIndex].color);
-        const left = Math.max(api.coord([api.value(0), 0])[0], area.x);
-        const right = Math.min(api.coord([api.value(1), 0])[0], area.x + area.width);
-        const column = (y, height, opacity) => ({
-          type: "rect",
-          shape: { x: left, y, width: Math.max(right - left, 1), height },
-          style: { fill, opacity },
-        });
-        return { type: "group", children: [column(area.y, area.height, 0.2), column(area.y + area.height - 6, 6, 1)] };
-      },
-    };
   }
 
   /** Pixels of the axis. */

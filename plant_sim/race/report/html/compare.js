@@ -28,12 +28,20 @@
 
   const specs = () => [
     chart("delta", "Time behind the first run", "time behind", "s", 3, [["time behind", "delta_s"]]),
-    chart("speed", "Speed", "speed", "m/s", 2, [["speed", "speed_mps"]], { low: 0 }),
-    chart("power", "Power at the pack's terminals, mean of 500 ms", "power", "kW", 2, [
-      ["mean of 500 ms", "power_mean_500ms_kw"],
-    ]),
+    chart("speed", "Speed", "speed", "m/s", 2, [["speed", "speed_mps"]], { low: 0, means: true }),
+    chart(
+      "power",
+      "Power at the pack's terminals",
+      "power",
+      "kW",
+      2,
+      [["mean of 500 ms", "power_mean_500ms_kw"]],
+      { means: true },
+    ),
     chart("soc", "State of charge", "SOC", "%", 2, [["state of charge", "soc_pct"]]),
-    chart("cell-voltage", "Weakest cell", "voltage", "V", 3, [["lowest cell voltage", "cell_voltage_min_v"]]),
+    chart("cell-voltage", "Weakest cell", "voltage", "V", 3, [["lowest cell voltage", "cell_voltage_min_v"]], {
+      means: true,
+    }),
     chart("battery", "Hottest cell", "temperature", "°C", 1, [["hottest cell", "battery_temperature_c"]]),
     chart("motor", "Motor winding", "temperature", "°C", 1, [["motor winding", "motor_temperature_c"]]),
   ];
@@ -47,13 +55,14 @@
       values: ({ channel }) => column[channel],
     })),
     end,
-    laps: laps.length <= 60 ? laps.map((lap) => Math.min((lap + 1) * lap_m, end)) : [],
-    window: null,
+    laps: laps.length <= 60 ? laps.map((lap) => lapEnd(lap)) : [],
+    window: lap_m,
     at: null,
   });
 
+  const lapEnd = (lap) => Math.min((lap + 1) * lap_m, end);
   const lapOf = (from, to) =>
-    laps.findIndex((lap) => Math.abs(lap * lap_m - from) < 0.5 && Math.abs(Math.min((lap + 1) * lap_m, end) - to) < 0.5);
+    laps.findIndex((lap) => Math.abs(lap * lap_m - from) < 0.5 && Math.abs(lapEnd(lap) - to) < 0.5);
 
   const where = (place) =>
     lap_m
@@ -62,7 +71,7 @@
 
   const draw = () => {
     let charts = null;
-    const showLap = (lap) => charts.show(lap * lap_m, Math.min((lap + 1) * lap_m, end));
+    const showLap = (lap) => charts.show(lap * lap_m, lapEnd(lap));
     const stepLap = (step) => {
       if (!laps.length) return;
       const [from, to] = charts.view;
