@@ -102,19 +102,25 @@ std::string run_items(const RunComparison& comparison) {
   return out;
 }
 
+/// Who was ahead, where both had driven; runs that ended otherwise than the first say so.
 std::string sentence(const RunComparison& comparison) {
-  std::string out;
-  const ResultRow& time = comparison.results[0];
+  const ComparedRun& first = comparison.runs[0];
+  std::string out = first.finished ? "" : comparison.names[0] + " did not finish. ";
   for (std::size_t r = 1; r < comparison.runs.size(); ++r) {
-    if (!out.empty()) out += " ";
-    if (!comparison.runs[r].finished || !comparison.runs[0].finished) {
-      const std::size_t failed = comparison.runs[0].finished ? r : 0;
-      out += fmt::format("{} did not finish.", comparison.names[failed]);
+    const ComparedRun& run = comparison.runs[r];
+    const std::vector<double>& delta = comparison.delta_s[r];
+    if (r > 1) out += " ";
+    out += comparison.names[r];
+    if (!run.finished) out += " did not finish; it";
+    if (delta.empty()) {
+      out += " shares no metre with the first.";
       continue;
     }
-    const double behind = *difference(time, r);
-    out += fmt::format("{} took {:.1f} s {} than {}.", comparison.names[r], std::abs(behind),
-                       behind < 0.0 ? "less" : "more", comparison.names[0]);
+    const std::string where = run.finished && first.finished && run.laps == first.laps
+                                  ? "at the finish"
+                                  : fmt::format("after {:.2f} km", run.trace[0][delta.size() - 1] / 1000.0);
+    out += fmt::format(" was {:.1f} s {} {} {}.", std::abs(delta.back()), delta.back() < 0.0 ? "ahead of" : "behind",
+                       comparison.names[0], where);
   }
   return out;
 }

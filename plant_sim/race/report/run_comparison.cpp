@@ -176,7 +176,12 @@ RunComparison compare_runs(const std::vector<std::string>& files) {
   out.limits = limit_rows(out.runs);
   out.lap_times = lap_table(out.runs, "s", 3, &ComparedLap::time_s);
   out.lap_energies = lap_table(out.runs, "kWh", 4, &ComparedLap::energy_kwh);
-  for (const ComparedRun& run : out.runs) out.delta_s.push_back(delta(run, out.runs[0]));
+  ResultRow behind{"behind A where both had driven", "s", 3, {}};
+  for (const ComparedRun& run : out.runs) {
+    const std::vector<double>& of_run = out.delta_s.emplace_back(delta(run, out.runs[0]));
+    behind.values.push_back(of_run.empty() ? std::nullopt : std::optional(of_run.back()));
+  }
+  out.results.insert(out.results.begin() + 1, behind);
   VOLTLAP_DEMAND(out.delta_s.size() == files.size() && out.names.size() == files.size());
   return out;
 }
