@@ -156,9 +156,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
   std::FILE* summary = summary_stream({json_, csv_, candump_, report_});
   fmt::print(summary, "{}", summary_table(run, result, reference));
-  if (run.closing_gap_m) {
-    fmt::print(summary, "  course: {}\n", course_text(chosen.track.length_m(), *run.closing_gap_m));
-  }
+  if (run.closing_gap_m) fmt::print(summary, "  course: {}\n", course_text(*run.course_length_m, *run.closing_gap_m));
   RunDescription standing = run;
   standing.lap_start = "standing";
   if (run.lap_start == "flying" && find_reference(reference_file, standing)) {
