@@ -22,8 +22,8 @@ struct TraceChannel {
 
 class DistanceTrace {
  public:
-  static constexpr double kStep_m = 5.0;
-  static constexpr std::size_t kPointsMax = 20'000;  ///< 100 km; longer runs keep every 10 m, 20 m ...
+  static constexpr double kStep_m = 2.5;
+  static constexpr std::size_t kPointsMax = 40'000;  ///< 100 km; longer runs keep every 5 m, 10 m ...
 
   DistanceTrace();
   /// Samples in the order of time; between two of them every channel is a straight line.

@@ -39,6 +39,12 @@ std::size_t weakest(const TimeSample& s) {
       s.cell_voltage_v->begin(), std::min_element(s.cell_voltage_v->begin(), s.cell_voltage_v->end())));
 }
 
+/// Number, from 1, of the cell whose temperature `of` finds.
+template <class Extreme>
+double number_of(const TimeSample& s, Extreme of) {
+  return static_cast<double>(1 + std::distance(s.cell_temperature_c->begin(), of(*s.cell_temperature_c)));
+}
+
 constexpr Column kColumns[] = {
     {"distance_m", 0.01, [](const TimeSample& s) { return s.distance_m; }},
     {"speed_mps", 0.01, [](const TimeSample& s) { return s.speed_mps; }},
@@ -62,6 +68,8 @@ constexpr Column kColumns[] = {
     {"power_mean_w", 10.0, [](const TimeSample& s) { return s.power_mean_w; }},
     {"longitudinal_mps2", 0.01, [](const TimeSample& s) { return s.longitudinal_mps2; }},
     {"lateral_mps2", 0.01, [](const TimeSample& s) { return s.lateral_mps2; }},
+    {"cell_hottest", 1.0, [](const TimeSample& s) { return number_of(s, std::ranges::max_element); }},
+    {"cell_coldest", 1.0, [](const TimeSample& s) { return number_of(s, std::ranges::min_element); }},
     {"cell_temperature_min_c", 0.02,
      [](const TimeSample& s) { return *std::min_element(s.cell_temperature_c->begin(), s.cell_temperature_c->end()); }},
 };

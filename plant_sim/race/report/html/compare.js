@@ -46,13 +46,21 @@
     chart("motor", "Motor winding", "temperature", "°C", 1, [["motor winding", "motor_temperature_c"]]),
   ];
 
+  /** Time behind; of one lap, from its start. */
+  let shownLap = -1;
+  const behind = ({ distance_m, delta_s }) => {
+    if (shownLap < 0 || !delta_s.length) return delta_s;
+    const before = voltlap.valueAt(distance_m.subarray(0, delta_s.length), delta_s, shownLap * lap_m);
+    return delta_s.map((value) => value - before);
+  };
+
   const frame = () => ({
     axis: voltlap.axes.distance,
     layers: runs.map(({ name, column }, i) => ({
       name,
       color: voltlap.color(`run-${i + 1}`),
       x: column.distance_m,
-      values: ({ channel }) => column[channel],
+      values: ({ channel }) => (channel === "delta_s" ? behind(column) : column[channel]),
     })),
     end,
     laps: laps.length <= 60 ? laps.map((lap) => lapEnd(lap)) : [],
@@ -93,9 +101,13 @@
       const whole = from <= 0 && to >= end;
       const lap = whole ? -1 : lapOf(from, to);
       const places = `${(from / 1000).toFixed(2)} to ${(to / 1000).toFixed(2)} km`;
-      $("view").textContent = whole ? `whole run, ${places}` : `${lap < 0 ? "" : `lap ${lap + 1}, `}${places}`;
+      const said = lap < 0 ? "" : `lap ${lap + 1}, time behind from its start, `;
+      $("view").textContent = whole ? `whole run, ${places}` : `${said}${places}`;
       $("whole").disabled = whole;
       select.value = lap < 0 ? "" : lap;
+      if (lap === shownLap) return;
+      shownLap = lap;
+      charts?.redraw();
     };
     const when = (i, place) => where(place);
     const cursor = (i, place) => {

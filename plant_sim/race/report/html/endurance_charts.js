@@ -132,6 +132,19 @@
     ],
   });
 
+  /** Which cell it is, where they are not all alike. */
+  const cellRemark = (numbers) => (data.cells_alike ? undefined : (i) => `, cell ${numbers[i].toFixed(0)}`);
+  const coldestCell = data.cells_alike
+    ? []
+    : [
+        {
+          name: "coldest cell",
+          color: "blue",
+          values: column.cell_temperature_min_c,
+          remark: cellRemark(column.cell_coldest),
+        },
+      ];
+
   const specs = () => [
     {
       id: "chart-speed",
@@ -200,7 +213,7 @@
           color: "purple",
           values: column.cell_voltage_min_v,
           extreme: extreme("cell_voltage_min_v", 3, "V", 1, true),
-          remark: data.cells_alike ? undefined : (i) => `, cell ${column.cell_weakest[i].toFixed(0)}`,
+          remark: cellRemark(column.cell_weakest),
         },
       ],
     },
@@ -227,8 +240,9 @@
           color: "orange",
           values: column.battery_temperature_c,
           extreme: extreme("battery_temperature_c", 1, "°C"),
+          remark: cellRemark(column.cell_hottest),
         },
-        ...(data.cells_alike ? [] : [{ name: "coldest cell", color: "blue", values: column.cell_temperature_min_c }]),
+        ...coldestCell,
         { name: "motor winding", color: "purple", values: column.motor_temperature_c },
       ],
     },

@@ -221,3 +221,9 @@ def test_report_draws_every_run_and_asks_for_nothing(runs, browser, width, dark)
     page.settle()
     text = page.run("document.body.innerText")
     assert "vehicle.mass_kg" in text and "lap 2" in page.run("document.getElementById('view').textContent")
+    # Of one lap the time behind counts from its start: at the end of it stands the difference of the lap times.
+    points = f"{chart}.getModel().getSeriesByIndex(1).getRawData()"
+    at, behind = page.run(f"['x', 'value'].map(name => {points}.mapArray(name, v => v))")
+    near = [min(range(len(at)), key=lambda i: abs(at[i] - k * base["course_length_m"])) for k in (1, 2)]
+    lap_s = heavy["lap_rows"][1]["time_s"] - base["lap_rows"][1]["time_s"]
+    assert [behind[i] for i in near] == pytest.approx([0.0, lap_s], abs=0.05)

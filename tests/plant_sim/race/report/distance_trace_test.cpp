@@ -57,7 +57,7 @@ TEST(DistanceTrace, FinishLineStandsExactlyWhereItIsCrossed) {
   trace.close(0.987, 9.87);
   DOUBLES_EQUAL(9.87, trace.columns()[0].back(), 0.0);
   DOUBLES_EQUAL(0.987, trace.columns()[1].back(), 0.0);
-  LONGS_EQUAL(3, trace.columns()[0].size());  // 0, 5, the line; 10 m lies behind it
+  LONGS_EQUAL(5, trace.columns()[0].size());  // 0, 2.5, 5, 7.5, the line; 10 m lies behind it
 }
 
 TEST(DistanceTrace, LongRunIsThinnedEvenly) {
@@ -75,7 +75,7 @@ TEST(DistanceTrace, JsonHasEveryChannelAsLongAsTheFirst) {
   trace.add(one);
   trace.close(0.1, std::nullopt);
   const nlohmann::json json = nlohmann::json::parse(trace_json(trace));
-  for (const TraceChannel& channel : trace_channels()) LONGS_EQUAL(5, json.at(channel.name).size());
+  for (const TraceChannel& channel : trace_channels()) LONGS_EQUAL(9, json.at(channel.name).size());
   CHECK(json["lateral_mps2"][0].is_null());
   CHECK(nlohmann::json::parse(trace_json(DistanceTrace()))["distance_m"].empty());
 }

@@ -115,7 +115,9 @@ def test_light_and_dark_follow_the_system(browser, endurance):
 def test_numbers_read_back_from_the_charts_are_those_of_the_json(page, endurance):
     result = endurance[0]
     assert max(ask(page, "values('chart-current', 0)")) == pytest.approx(result["max_battery_current_a"], abs=1e-9)
-    assert max(ask(page, "values('chart-speed', 0)")) == pytest.approx(result["max_speed_mps"], abs=1e-9)
+    speeds = ask(page, "values('chart-speed', 0)")  # samples are rounded to 0.01 m/s, the extreme among them is not
+    assert max(speeds) == pytest.approx(result["max_speed_mps"], abs=0.005)
+    assert min(abs(speed - result["max_speed_mps"]) for speed in speeds) < 1e-9
     assert min(ask(page, "values('chart-pack-voltage', 0)")) == pytest.approx(result["min_pack_voltage_v"], abs=1e-9)
     assert min(ask(page, "values('chart-cell-voltage', 0)")) == pytest.approx(result["min_cell_voltage_v"], abs=1e-9)
     assert max(ask(page, "values('chart-temperature', 0)")) == pytest.approx(result["max_battery_temp_c"], abs=0.02)
