@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -32,6 +33,8 @@ Json parsed(const std::string& file) {
   const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   try {
     return Json::parse(text);
+  } catch (const Json::out_of_range&) {
+    throw InputError(file, "a number beyond every range", "the JSON of a run", kMake);
   } catch (const Json::parse_error& error) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(
                                                       std::min(text.size(), error.byte)), '\n');
@@ -55,6 +58,10 @@ class Fields {
     const Json& value = at(key);
     if (!value.is_number() || !std::isfinite(value.get<double>())) refuse(key, value, "a number");
     return value.get<double>();
+  }
+  int count(const char* key) const {
+    if (!at(key).is_number_unsigned() || at(key).get<double>() > 1e6) refuse(key, at(key), "a whole number");
+    return at(key).get<int>();
   }
   std::string words(const char* key) const {
     if (!at(key).is_string()) refuse(key, at(key), "words");
@@ -138,7 +145,7 @@ std::vector<ComparedLap> laps_of(const std::string& file, const Json& rows) {
   std::vector<ComparedLap> out;
   for (const Json& row : rows) {
     const Fields fields(file, row);
-    out.push_back({static_cast<int>(fields.number("lap")), fields.number("time_s"), fields.number("energy_kwh"),
+    out.push_back({fields.count("lap"), fields.number("time_s"), fields.number("energy_kwh"),
                    fields.number("end_soc_pct")});
   }
   return out;
@@ -186,8 +193,8 @@ ComparedRun read_compared_run(const std::string& file) {
   run.version = fields.words("version");
   if (!fields.at("seed").is_number_unsigned()) fields.refuse("seed", fields.at("seed"), "a whole number");
   run.seed = fields.at("seed").get<std::uint64_t>();
-  run.laps_asked = static_cast<int>(fields.number("laps_asked"));
-  run.laps = static_cast<int>(fields.number("laps"));
+  run.laps_asked = fields.count("laps_asked");
+  run.laps = fields.count("laps");
   if (!fields.at("course_length_m").is_null()) run.course_length_m = fields.number("course_length_m");
   for (const ComparedResult& row : compared_results()) run.results.push_back(fields.number(row.key));
   if (!fields.at("parameters").is_object()) fields.refuse("parameters", fields.at("parameters"), "keys with values");

@@ -197,6 +197,27 @@ def test_what_cannot_be_compared_is_refused_with_reason(runs, tmp_path, make, wo
     assert not (folder / "never.html").exists() and (folder / "heavy.json").read_text() == before
 
 
+ODD = [None, True, -1, 1e300, "", "words", [], {}, [None], {"a": 1}, 2**64]
+
+
+def test_a_drawn_thing_that_is_wrong_is_refused_and_never_a_defect(runs):
+    folder = runs[0]
+    draw = random.Random(SEED)
+    for _ in range(150):
+        run = json.loads((folder / "base.json").read_text())
+        at, key = run, draw.choice(list(run))
+        while isinstance(at[key], (dict, list)) and at[key] and draw.random() < 0.6:
+            at = at[key]
+            key = draw.choice(list(at)) if isinstance(at, dict) else draw.randrange(len(at))
+        odd = draw.choice(ODD)
+        at[key] = odd
+        (folder / "odd.json").write_text(json.dumps(run))
+        done = subprocess.run([BINARY, "compare", "base.json", "odd.json", "--report", "odd.html"], cwd=folder,
+                              capture_output=True, text=True, timeout=60)
+        assert done.returncode in (0, 2), (SEED, key, odd, done.stderr)
+        assert done.returncode == 0 or "odd.json" in done.stderr, (SEED, key, odd, done.stderr)
+
+
 @pytest.fixture(scope="module")
 def browser():
     if not find_chromium():
