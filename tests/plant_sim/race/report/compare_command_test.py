@@ -122,6 +122,24 @@ def test_distance_speed_and_acceleration_belong_together(runs):
     assert gained == pytest.approx(rows[-1]["speed_mps"] - rows[0]["speed_mps"], abs=0.03 * base["total_time_s"])
 
 
+def test_lateral_acceleration_is_that_of_the_listed_corner_to_the_right_or_left(runs):
+    track = pathlib.Path(__file__).resolve().parents[4] / "plant_sim/data/tracks/michigan_2015.csv"
+    corners, end_m = [], 0.0  # first and last metre, curvature; negative turns left
+    for row in csv.DictReader(line for line in track.read_text().splitlines() if not line.startswith("#")):
+        start_m = end_m + float(row["straight_m"])
+        radius_m, angle = float(row["corner_radius_m"]), float(row["corner_angle_rad"])
+        corners.append((end_m, start_m, 0.0))
+        end_m = start_m + radius_m * abs(angle)
+        corners.append((start_m, end_m, (1 if angle > 0 else -1) / radius_m))
+    seen = set()
+    for row in series(runs[0]):
+        for first, last, curvature in corners:
+            if first + 0.1 < row["lap_distance_m"] < last - 0.1:
+                assert row["lateral_mps2"] == pytest.approx(row["speed_mps"] ** 2 * curvature, abs=0.01)
+                seen.add(curvature)
+    assert min(seen) < 0.0 < max(seen) and 0.0 in seen
+
+
 def test_new_columns_stand_behind_those_that_were_there(runs):
     names = next(line for line in (runs[0] / "base.csv").read_text().splitlines() if not line.startswith("#"))
     assert names.startswith("time_s,distance_m,lap,speed_mps,target_mps,accelerator,brake,pack_current_a")
