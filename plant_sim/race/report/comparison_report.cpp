@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -21,7 +22,7 @@ using Json = nlohmann::ordered_json;
 /// Of html/, in the order in which they need each other.
 constexpr std::array<std::string_view, 5> kScripts = {"series.js", "time_charts.js", "time_chart.js",
                                                       "chart_gestures.js", "compare.js"};
-constexpr double kDeltaStep_s = 0.001;
+constexpr double kDeltaStep_s = 0.001, kSameEnd_m = 0.1;
 
 Json packed(const std::string& name, double resolution, const std::vector<double>& values) {
   HtmlSeries series(name, resolution);
@@ -47,7 +48,10 @@ std::string data(const RunComparison& comparison) {
     runs.push_back(run_data(comparison, r));
     laps = std::max(laps, comparison.runs[r].laps_asked);
   }
-  const auto length = comparison.runs[0].course_length_m;
+  // Laps from rest are counted by the clock: they have no place on the course.
+  const bool flying = std::all_of(comparison.runs.begin(), comparison.runs.end(),
+                                  [](const ComparedRun& run) { return run.lap_start == "flying"; });
+  const auto length = flying ? comparison.runs[0].course_length_m : std::nullopt;
   const Json json = {{"runs", runs}, {"lap_m", length ? Json(*length) : Json()}, {"laps", length ? laps : 0}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -116,7 +120,8 @@ std::string sentence(const RunComparison& comparison) {
       out += " shares no metre with the first.";
       continue;
     }
-    const std::string where = run.finished && first.finished && run.laps == first.laps
+    const bool same_end = std::abs(run.trace[0].back() - first.trace[0].back()) < kSameEnd_m;
+    const std::string where = run.finished && first.finished && same_end
                                   ? "at the finish"
                                   : fmt::format("after {:.2f} km", run.trace[0][delta.size() - 1] / 1000.0);
     out += fmt::format(" was {:.1f} s {} {} {}.", std::abs(delta.back()), delta.back() < 0.0 ? "ahead of" : "behind",

@@ -64,7 +64,7 @@
     })),
     end,
     laps: laps.length <= 60 ? laps.map((lap) => lapEnd(lap)) : [],
-    window: lap_m,
+    window: lap_m, // null where laps have no place on the course
     at: null,
   });
 
