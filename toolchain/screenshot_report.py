@@ -24,6 +24,23 @@ def endurance(binary, folder, browser):
     return page
 
 
+def compare(binary, folder, browser):
+    """A car, the same car lighter, and the same car on less current."""
+    runs = {"base": [], "lighter": ["vehicle.mass_kg=225"], "120_ampere": ["bms.discharge_current_max_a=120"]}
+    for name, settings in runs.items():
+        flags = [word for setting in settings for word in ("--set", setting)]
+        subprocess.run([binary, "endurance", "--json", folder / f"{name}.json", *flags], check=True,
+                       stdout=subprocess.DEVNULL)
+    report = folder / "compare.html"
+    subprocess.run([binary, "compare", *(folder / f"{name}.json" for name in runs), "--report", report], check=True,
+                   stdout=subprocess.DEVNULL)
+    page = browser.page(report.as_uri(), 1280, 1230)
+    page.wait_for("document.documentElement?.dataset.ready")
+    page.run(f"document.getElementById('lap').value = '{LAP - 1}'")
+    page.run("document.getElementById('lap').dispatchEvent(new Event('change'))")
+    return page
+
+
 def explain(binary, folder, browser):
     """A whole endurance with more resistance in every cell, seen through usual sensors."""
     os.environ["VOLTLAP_BUILD_DIR"] = str(binary.parent.parent)
@@ -46,7 +63,7 @@ def main():
     parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "docs", help="folder of the PNG files")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder, Chromium() as browser:
-        for name, draw in (("report", endurance), ("explain", explain)):
+        for name, draw in (("report", endurance), ("compare", compare), ("explain", explain)):
             page = draw(arguments.binary.resolve(), pathlib.Path(folder), browser)
             page.settle()
             page.picture(arguments.output / f"{name}.png")

@@ -40,6 +40,12 @@ class Rerunning final : public EnduranceObserver {
   ProgressLine line_;
 };
 
+/// Flying laps end on the line of the course; what is driven by the clock ends where the car is then.
+std::optional<double> finish_m(const RunDescription& run, const EnduranceResult& result) {
+  const bool on_the_line = result.finished && run.lap_start == "flying" && result.laps == run.laps;
+  return on_the_line ? std::optional(run.laps * *run.course_length_m) : std::nullopt;
+}
+
 }  // namespace
 
 EnduranceRun::EnduranceRun(CLI::App& command) {
@@ -127,6 +133,7 @@ RunDescription EnduranceRun::description(const EnduranceOptions& options) const 
           .settings = car_.settings,
           .seed = seed_,
           .laps = options.laps,
+          .course_length_m = options.drive ? std::nullopt : std::optional(options.track.length_m()),
           .closing_gap_m = options.drive ? std::nullopt : std::optional(closing_gap_m(options.track))};
 }
 
@@ -137,7 +144,7 @@ std::string EnduranceRun::summary_of(const DataFolder& data, const EnduranceOpti
   const auto reference = result.finished ? find_reference(reference_file, run) : std::nullopt;
   std::string out = summary_table(run, result, reference);
   if (run.closing_gap_m) {
-    out += fmt::format("  course: {}\n", course_text(chosen.track.length_m(), *run.closing_gap_m));
+    out += fmt::format("  course: {}\n", course_text(*run.course_length_m, *run.closing_gap_m));
   }
   RunDescription standing = run;
   standing.lap_start = "standing";
@@ -185,13 +192,15 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   const auto statistics = socket != nullptr ? std::optional(socket->statistics()) : std::nullopt;
   const auto load = recorder.load ? std::optional(recorder.load->result()) : std::nullopt;
   if (json) {
+    recorder.trace.close(result.total_time_s, finish_m(run, result));
     json->write(run_result_json(run, chosen.vehicle,
                                 {.result = result,
                                  .hash = hash,
                                  .wall_s = wall_s,
                                  .bus = statistics ? &*statistics : nullptr,
                                  .load = load ? &*load : nullptr,
-                                 .limit_costs = costs ? &*costs : nullptr}));
+                                 .limit_costs = costs ? &*costs : nullptr,
+                                 .trace = &recorder.trace}));
     json->complete();
   }
   if (recorder.report) {

@@ -2,6 +2,7 @@
 // The command line `voltlap`: the car driven, on a bus in this process or on a CAN interface.
 #include <cstdio>
 
+#include "apps/compare_command.hpp"
 #include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
 #include "apps/firmware_tables_command.hpp"
@@ -23,8 +24,8 @@ using namespace voltlap::plant;
 int run(int argc, char** argv) {
   hand_over(argc, argv);
   try {
-    return run_commands<EnduranceCommand, FirmwareTablesCommand, LapCommand, ListCommand, PlantCommand, EcuCommand,
-                        LogCommand>(argc, argv, add_other_commands);
+    return run_commands<EnduranceCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand, PlantCommand,
+                        EcuCommand, LogCommand>(argc, argv, add_other_commands);
   } catch (const voltlap::port::BusSetupError& error) {
     throw InputError(error.what());
   } catch (const voltlap::port::BusDownError& error) {

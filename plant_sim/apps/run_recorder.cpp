@@ -50,6 +50,7 @@ void RunRecorder::on_frame(std::uint32_t tick, Sender sender, const Frame& frame
 void RunRecorder::on_sample(const TimeSample& sample) {
   if (series) series->add(sample);
   if (report) report->add(sample);
+  trace.add(sample);
 }
 
 void RunRecorder::on_progress(double fraction, double time_s) {

@@ -9,6 +9,7 @@
 #include "io/bus/candump_file.hpp"
 #include "io/bus/trace_hash.hpp"
 #include "race/endurance.hpp"
+#include "race/report/distance_trace.hpp"
 #include "race/report/endurance_report.hpp"
 #include "race/report/time_series_file.hpp"
 
@@ -26,6 +27,7 @@ class RunRecorder : public EnduranceObserver {
   std::optional<CandumpFile> candump;
   std::optional<BusLoad> load;
   std::optional<HtmlReport> report;
+  DistanceTrace trace;
   TraceHash hash;
 
   void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -178,7 +180,7 @@ class Run {
   void close_tick() {
     const std::size_t reason = binding_limit_reason(commands_);
     account_.note_tick(car_, commands_, reason, race_time(), kTick_s);
-    if (options_.driver == DriverKind::kLaps) account_.close_laps(car_, laps_passed(), race_time());
+    if (options_.driver == DriverKind::kLaps) close_laps();
     if ((tick_ - ready_tick_) % kTicksPerSample == 0) sample(reason);
     if (finish_s_) {
       over_ = result_.finished = true;
@@ -187,6 +189,22 @@ class Run {
     } else if (options_.driver == DriverKind::kLaps) {
       check_assertions();
     }
+  }
+
+  void close_laps() {
+    const int before = result_.laps;
+    account_.close_laps(car_, laps_passed(), race_time());
+    if (result_.laps != before) lap_start_m_ = by_position() ? result_.laps * profile_.length_m() : line_.distance_m();
+  }
+
+  /// Of the course where the car is; a recorded drive has none.
+  [[nodiscard]] double course_curvature_per_m() const {
+    if (options_.drive) return std::numeric_limits<double>::quiet_NaN();
+    const auto& at = profile_.distance_m;
+    const double lap_m = std::clamp(line_.distance_m() - lap_start_m_, 0.0, profile_.length_m());
+    const auto behind = std::upper_bound(at.begin(), at.end(), lap_m);
+    const auto interval = std::max<std::ptrdiff_t>(std::distance(at.begin(), behind) - 1, 0);
+    return profile_.curvature_per_m[std::min(static_cast<std::size_t>(interval), profile_.curvature_per_m.size() - 1)];
   }
 
   /// A lost node ends the run once it is known what the car made of it.
@@ -223,12 +241,13 @@ class Run {
 
   void sample(std::size_t reason) {
     const Pack& pack = car_.pack();
+    const double speed = car_.vehicle().speed_mps();
     for (std::size_t i = 0; i < pack.cells(); ++i) {
       cell_voltage_[i] = pack.cell_voltage(i);
       cell_temperature_[i] = pack.cell_temperature_c(i);
     }
     observer_.on_sample({.time_s = drive_time(), .distance_m = car_.vehicle().distance_m(), .lap = result_.laps + 1,
-                         .speed_mps = car_.vehicle().speed_mps(), .target_mps = target_mps_,
+                         .speed_mps = speed, .target_mps = target_mps_,
                          .accelerator = pedals_.accelerator, .brake = pedals_.brake,
                          .pack_current_a = car_.pack_current_a(), .pack_voltage_v = pack.voltage(),
                          .dc_link_v = car_.dc_link_voltage(), .phase_current_a = car_.phase_current_a(),
@@ -238,6 +257,10 @@ class Run {
                          .battery_temperature_c = pack.temperature_max_c(),
                          .motor_temperature_c = car_.motor_thermal().copper_c(),
                          .front_rotor_c = car_.rotors().front_c(), .rear_rotor_c = car_.rotors().rear_c(),
+                         .course_m = line_.distance_m(), .lap_distance_m = line_.distance_m() - lap_start_m_,
+                         .power_w = car_.pack_current_a() * pack.voltage(), .power_mean_w = account_.power_mean_w(),
+                         .longitudinal_mps2 = car_.vehicle().acceleration_mps2(),
+                         .lateral_mps2 = speed * speed * course_curvature_per_m(),
                          .cell_voltage_v = &cell_voltage_, .cell_temperature_c = &cell_temperature_});
     observer_.on_progress(std::min(1.0, progress()), drive_time());
   }
@@ -310,6 +333,7 @@ class Run {
   bool ready_ = false, over_ = false;
   std::optional<double> finish_s_;  ///< when the drive ended: it may do so inside a tick
   double end_time_s_ = 0.0, target_mps_ = 0.0;
+  double lap_start_m_ = 0.0;  ///< along the line
 };
 
 }  // namespace

@@ -48,6 +48,12 @@ struct TimeSample {
   double discharge_limit_a, charge_limit_a;
   std::size_t limit_reason;  ///< that binds now, 0 none; see limit_reason_name
   double soc, bms_soc, battery_temperature_c, motor_temperature_c, front_rotor_c, rear_rotor_c;
+  double course_m;         ///< along the line of the course since the start, all laps
+  double lap_distance_m;   ///< of it, in this lap
+  double power_w;          ///< at the pack's terminals, positive out of it
+  double power_mean_w;     ///< of the last 500 ms, over the integration steps
+  double longitudinal_mps2;
+  double lateral_mps2;     ///< v^2 times the course's curvature here, positive to the right; NaN without a course
   const std::vector<double>* cell_voltage_v;
   const std::vector<double>* cell_temperature_c;
 };

@@ -15,12 +15,13 @@ namespace voltlap::plant {
 struct LapRow {
   int lap;
   double time_s, energy_kwh, end_soc_pct, ledger_error_pct;
+  double distance_m = 0.0;  ///< driven, not along the line
 };
 
 /// When each extreme of the result was first reached [s of the race].
 struct ExtremeTimes {
   double battery_current_s = 0.0, speed_s = 0.0, pack_voltage_s = 0.0, cell_voltage_s = 0.0;
-  double battery_temp_s = 0.0, motor_temp_s = 0.0;
+  double battery_temp_s = 0.0, motor_temp_s = 0.0, power_s = 0.0, power_mean_s = 0.0;
 };
 
 struct EnduranceResult {
@@ -38,6 +39,8 @@ struct EnduranceResult {
   double charge_balance_error_pct = 0.0;  ///< current integrated against SOC times capacity
   double bms_soc_error_pct = 0.0;  ///< largest difference of the firmware's SOC from the plant's
   double max_motor_temp_c = 0.0;
+  double max_power_w = 0.0;       ///< at the pack's terminals, of an integration step
+  double max_power_mean_w = 0.0;  ///< of the moving mean over 500 ms, by control ticks
   double max_off_course_m = 0.0;  ///< farthest beside the line of the course
   ExtremeTimes extreme_times;
   std::array<double, kLimitReasons> limit_active_s{};

@@ -30,6 +30,8 @@ void RaceAccount::open(const Car& car) {
   open_ = true;
   lap_ledger_ = start_ledger_ = car.ledger();
   lap_energy_j_ = start_energy_j_ = car.energy_out_j();
+  lap_start_m_ = car.vehicle().distance_m();
+  moving_power_.open(start_energy_j_);
 }
 
 void RaceAccount::note_step(const Car& car, double time_s) {
@@ -37,6 +39,7 @@ void RaceAccount::note_step(const Car& car, double time_s) {
   ExtremeTimes& at = result_.extreme_times;
   keep_largest(result_.max_battery_current_a, car.pack_current_a(), at.battery_current_s, time_s);
   keep_largest(result_.max_speed_mps, car.vehicle().speed_mps(), at.speed_s, time_s);
+  keep_largest(result_.max_power_w, car.pack_current_a() * pack.voltage(), at.power_s, time_s);
   if (pack.voltage() < result_.min_pack_voltage_v) {
     result_.min_pack_voltage_v = pack.voltage();
     at.pack_voltage_s = time_s;
@@ -52,7 +55,10 @@ void RaceAccount::note_tick(const Car& car, const CommandReceiver& ecus, std::si
                             double tick_s) {
   VOLTLAP_DEMAND(open_ && limit_reason < kLimitReasons);
   VOLTLAP_DEMAND(std::isfinite(car.pack().voltage()) && std::isfinite(car.vehicle().speed_mps()));
+  VOLTLAP_DEMAND(std::abs(tick_s * MovingPower::kTicks - MovingPower::kWindow_s) < 1e-9);
   ExtremeTimes& at = result_.extreme_times;
+  power_mean_w_ = moving_power_.advance(car.energy_out_j());
+  keep_largest(result_.max_power_mean_w, power_mean_w_, at.power_mean_s, time_s);
   keep_largest(result_.max_battery_temp_c, car.pack().temperature_max_c(), at.battery_temp_s, time_s);
   keep_largest(result_.max_motor_temp_c, car.motor_thermal().copper_c(), at.motor_temp_s, time_s);
   if (limit_reason != 0) result_.limit_active_s[limit_reason] += tick_s;
@@ -67,12 +73,14 @@ void RaceAccount::close_laps(const Car& car, int laps_done, double time_s) {
   VOLTLAP_DEMAND(open_ && time_s > lap_start_s_);
   const EnergyLedger lap = car.ledger().since(lap_ledger_);
   result_.lap_rows.push_back({laps_done, time_s - lap_start_s_, (car.energy_out_j() - lap_energy_j_) / kJoulesPerKwh,
-                              100.0 * car.pack().soc_mean(), lap.error_pct()});
+                              100.0 * car.pack().soc_mean(), lap.error_pct(),
+                              car.vehicle().distance_m() - lap_start_m_});
   result_.energy_ledger_error_pct = std::max(result_.energy_ledger_error_pct, lap.error_pct());
   result_.laps = laps_done;
   lap_ledger_ = car.ledger();
   lap_energy_j_ = car.energy_out_j();
   lap_start_s_ = time_s;
+  lap_start_m_ = car.vehicle().distance_m();
 }
 
 void RaceAccount::close(const Car& car) {

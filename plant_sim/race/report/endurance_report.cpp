@@ -23,9 +23,9 @@ using Json = nlohmann::ordered_json;
 constexpr double kOutlineStep_m = 2.0;
 
 /// Of html/, in the order in which they need each other.
-constexpr std::array<std::string_view, 7> kScripts = {"series.js",         "time_charts.js", "time_chart.js",
-                                                      "chart_gestures.js", "track_map.js",   "energy_flow.js",
-                                                      "endurance.js"};
+constexpr std::array<std::string_view, 9> kScripts = {
+    "series.js",      "time_charts.js", "time_chart.js",       "chart_gestures.js", "track_map.js",
+    "energy_flow.js", "run_frames.js",  "endurance_charts.js", "endurance.js"};
 
 /// A signal of the charts, kept in steps of what its sensor or CAN signal resolves.
 struct Column {
@@ -37,6 +37,12 @@ struct Column {
 std::size_t weakest(const TimeSample& s) {
   return static_cast<std::size_t>(std::distance(
       s.cell_voltage_v->begin(), std::min_element(s.cell_voltage_v->begin(), s.cell_voltage_v->end())));
+}
+
+/// Number, from 1, of the cell whose temperature `of` finds.
+template <class Extreme>
+double number_of(const TimeSample& s, Extreme of) {
+  return static_cast<double>(1 + std::distance(s.cell_temperature_c->begin(), of(*s.cell_temperature_c)));
 }
 
 constexpr Column kColumns[] = {
@@ -57,6 +63,15 @@ constexpr Column kColumns[] = {
     {"motor_temperature_c", 0.1, [](const TimeSample& s) { return s.motor_temperature_c; }},
     {"front_rotor_c", 0.1, [](const TimeSample& s) { return s.front_rotor_c; }},
     {"rear_rotor_c", 0.1, [](const TimeSample& s) { return s.rear_rotor_c; }},
+    {"course_m", 0.01, [](const TimeSample& s) { return s.course_m; }},
+    {"power_w", 10.0, [](const TimeSample& s) { return s.power_w; }},
+    {"power_mean_w", 10.0, [](const TimeSample& s) { return s.power_mean_w; }},
+    {"longitudinal_mps2", 0.01, [](const TimeSample& s) { return s.longitudinal_mps2; }},
+    {"lateral_mps2", 0.01, [](const TimeSample& s) { return s.lateral_mps2; }},
+    {"cell_hottest", 1.0, [](const TimeSample& s) { return number_of(s, std::ranges::max_element); }},
+    {"cell_coldest", 1.0, [](const TimeSample& s) { return number_of(s, std::ranges::min_element); }},
+    {"cell_temperature_min_c", 0.02,
+     [](const TimeSample& s) { return *std::min_element(s.cell_temperature_c->begin(), s.cell_temperature_c->end()); }},
 };
 
 Json columns_json(const std::vector<HtmlSeries>& columns) {
@@ -76,6 +91,8 @@ Json extremes(const EnduranceResult& r) {
           {"pack_voltage_v", point(at.pack_voltage_s, r.min_pack_voltage_v)},
           {"cell_voltage_min_v", point(at.cell_voltage_s, r.min_cell_voltage_v)},
           {"battery_temperature_c", point(at.battery_temp_s, r.max_battery_temp_c)},
+          {"power_w", point(at.power_s, r.max_power_w)},
+          {"power_mean_w", point(at.power_mean_s, r.max_power_mean_w)},
           {"motor_temperature_c", point(at.motor_temp_s, r.max_motor_temp_c)},
           {"soc", point(r.total_time_s, r.end_soc_pct / 100.0)}};
 }

@@ -43,14 +43,16 @@ Json limit_costs(const std::vector<LimitCost>* costs) {
 Json extreme_times(const ExtremeTimes& at) {
   return {{"max_battery_current_a", at.battery_current_s}, {"max_speed_mps", at.speed_s},
           {"min_pack_voltage_v", at.pack_voltage_s}, {"min_cell_voltage_v", at.cell_voltage_s},
-          {"max_battery_temp_c", at.battery_temp_s}, {"max_motor_temp_c", at.motor_temp_s}};
+          {"max_battery_temp_c", at.battery_temp_s}, {"max_motor_temp_c", at.motor_temp_s},
+          {"max_power_kw", at.power_s}, {"max_power_mean_500ms_kw", at.power_mean_s}};
 }
 
 Json lap_rows(const EnduranceResult& result) {
   Json out = Json::array();
   for (const LapRow& row : result.lap_rows) {
     out.push_back({{"lap", row.lap}, {"time_s", row.time_s}, {"energy_kwh", row.energy_kwh},
-                   {"end_soc_pct", row.end_soc_pct}, {"energy_ledger_error_pct", row.ledger_error_pct}});
+                   {"end_soc_pct", row.end_soc_pct}, {"energy_ledger_error_pct", row.ledger_error_pct},
+                   {"distance_m", row.distance_m}});
   }
   return out;
 }
@@ -119,6 +121,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"failure", failure(result)},
       {"vehicle", run.vehicle},
       {"course", run.course},
+      {"course_length_m", run.course_length_m ? Json(*run.course_length_m) : Json()},
       {"closing_gap_m", run.closing_gap_m ? Json(*run.closing_gap_m) : Json()},
       {"lap_start", run.lap_start},
       {"cells", run.cells},
@@ -134,6 +137,8 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"max_speed_mps", result.max_speed_mps},
       {"max_motor_temp_c", result.max_motor_temp_c},
       {"max_off_course_m", result.max_off_course_m},
+      {"max_power_kw", 1e-3 * result.max_power_w},
+      {"max_power_mean_500ms_kw", 1e-3 * result.max_power_mean_w},
       {"extreme_times_s", extreme_times(result.extreme_times)},
       {"distance_m", result.distance_m},
       {"laps", result.laps},
@@ -160,7 +165,10 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"parameters", parameters(car)},
   };
   // A file name need not be UTF-8; a JSON text must.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  if (outcome.trace == nullptr) return text + "\n";
+  text.erase(text.size() - std::string_view("\n}").size());
+  return text + ",\n  \"trace\": " + trace_json(*outcome.trace) + "\n}\n";
 }
 
 }  // namespace voltlap::plant

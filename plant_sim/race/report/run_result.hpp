@@ -10,6 +10,7 @@
 #include "io/bus/trace_hash.hpp"
 #include "race/endurance.hpp"
 #include "race/limit_costs.hpp"
+#include "race/report/distance_trace.hpp"
 
 namespace voltlap::plant {
 
@@ -22,6 +23,7 @@ struct RunDescription {
   std::vector<std::string> settings{};
   std::uint64_t seed = 0;
   int laps = 0;
+  std::optional<double> course_length_m{};  ///< of one lap; none for a recorded drive
   std::optional<double> closing_gap_m{};  ///< from the end of the track to its start; none for a recorded drive
 };
 
@@ -33,6 +35,7 @@ struct RunOutcome {
   const BusStatistics* bus = nullptr;   ///< none within one process
   const BusLoadResult* load = nullptr;  ///< none when it was not counted
   const std::vector<LimitCost>* limit_costs = nullptr;  ///< none when nobody asked
+  const DistanceTrace* trace = nullptr;  ///< none when it was not kept
 };
 
 /// JSON text with a final newline.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "race/race_account.hpp"
 
+#include <algorithm>
+#include <random>
 #include <stdexcept>
+#include <string>
 
 #include "ecu_words.hpp"
 
@@ -75,4 +78,26 @@ TEST(RaceAccount, ACarThatNeverDroveShowsTheStateItIsIn) {
 TEST(RaceAccount, BooksThatAreNotOpenTakeNoLap) {
   CHECK_THROWS(std::logic_error, account.close_laps(car, 1, 80.0));
   CHECK_THROWS(std::logic_error, account.note_tick(car, bus.ecus, 0, 0.01, 0.01));
+}
+
+TEST(RaceAccount, MeanOf500MsIsTheEnergyOfItsWindowAndNeverAboveThePeak) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    const std::string words = "seed " + std::to_string(seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> power_w(-20e3, 80e3);
+    MovingPower moving;
+    std::vector<double> powers;
+    double energy_j = 1e6, peak_w = 0.0;
+    moving.open(energy_j);
+    for (int tick = 0; tick < 300; ++tick) {
+      powers.push_back(power_w(random));
+      peak_w = std::max(peak_w, powers.back());
+      energy_j += 0.01 * powers.back();
+      const double mean_w = moving.advance(energy_j);
+      double sum_w = 0.0;
+      for (std::size_t i = powers.size() > 50 ? powers.size() - 50 : 0; i < powers.size(); ++i) sum_w += powers[i];
+      DOUBLES_EQUAL_TEXT(sum_w / 50.0, mean_w, 1e-3, words.c_str());
+      CHECK_TRUE_TEXT(mean_w <= peak_w + 1e-6, words.c_str());
+    }
+  }
 }

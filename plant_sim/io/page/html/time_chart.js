@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// One chart over time, a member of voltlap.TimeCharts.
+// One chart over time or distance, a member of voltlap.TimeCharts.
 //
-// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, events,
-// note};
-// a level {low, high, color, text} is a stretch of the value axis that is coloured all along.
+// A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, ruler,
+// events, note}; a level {low, high, color, text} is a stretch of the value axis that is coloured all along, a ruler
+// {value, text} a line across.
 // A series is {name, color, role, values, extreme, remark}: values at the shared times; role "reference" is drawn broad
-// and pale under the others, "limit" dashed; a true extreme {time_s, value, text, below} may fall between two samples.
+// and pale under the others, "pale" thin and pale, "limit" dashed; a true extreme {time_s, value, text, below} may fall
+// between two samples.
 // With `means` a view of many laps draws the samples pale and their running mean over a lap on top.
+// Curves over each other are those of series without a role, the second series dashed.
 "use strict";
 
 voltlap.TimeChart = class {
@@ -15,7 +17,7 @@ voltlap.TimeChart = class {
   static top = 20;
   static bottom = 36;
 
-  static #strokes = { signal: { width: 1.5 }, reference: { width: 5 }, limit: { width: 1.3, type: [5, 3] } };
+  static #tipRows = 6;
 
   #spec;
   #group;
@@ -26,6 +28,8 @@ voltlap.TimeChart = class {
   #selection;
   #tip;
   #meanNote;
+  #legend;
+  #lines = [];
   #outputs = [];
 
   constructor(root, spec, group, describedBy) {
@@ -47,27 +51,15 @@ voltlap.TimeChart = class {
     }).observe(this.#plot);
   }
 
-  static #key({ color, role = "" }) {
-    return voltlap.element("span", { class: `key ${role}`, style: `--key: var(--${color})` });
+  static #key({ color, role = "", paint = `var(--${color})` }) {
+    return voltlap.element("span", { class: `key ${role}`, style: `--key: ${paint}` });
   }
 
   #build(root, describedBy) {
     const { element } = voltlap;
     const spec = this.#spec;
-    const legend = element("ul", { class: "legend" });
-    for (const series of spec.series) {
-      const output = element("output");
-      this.#outputs.push(output);
-      legend.append(element("li", {}, voltlap.TimeChart.#key(series), `${series.name} `, output));
-    }
-    for (const band of [...(spec.bandNames ?? []), ...(spec.level ? [spec.level] : [])]) {
-      legend.append(
-        element("li", {}, element("span", { class: "key block", style: `--key: var(--${band.color})` }), band.text),
-      );
-    }
+    this.#legend = element("ul", { class: "legend" });
     this.#meanNote = element("li", { hidden: "" }, "bold: mean over a lap");
-    legend.append(this.#meanNote);
-    if (spec.note) legend.append(element("li", {}, spec.note));
     this.#line = element("div", { class: "cursor-line" });
     this.#selection = element("div", { class: "selection" });
     this.#tip = element("div", { class: "tip" });
@@ -75,7 +67,7 @@ voltlap.TimeChart = class {
       class: "surface",
       tabindex: "0",
       role: "group",
-      "aria-roledescription": "chart over time",
+      "aria-roledescription": "chart over time or distance",
       "aria-label": `${spec.title}, ${spec.series.map((series) => series.name).join(", ")}, in ${spec.unit}`,
       "aria-describedby": describedBy,
     });
@@ -89,71 +81,77 @@ voltlap.TimeChart = class {
       this.#tip,
     );
     root.append(
-      element("section", { class: "card" }, element("header", {}, element("h3", {}, spec.title), legend), this.#plot),
+      element(
+        "section",
+        { class: "card" },
+        element("header", {}, element("h3", {}, spec.title), this.#legend),
+        this.#plot,
+      ),
     );
   }
 
-  get #meanSeries() {
-    return this.#spec.means && this.#group.window !== null ? this.#spec.series.filter(({ role }) => !role) : [];
+  get #overlaid() {
+    return this.#group.frame.at === null;
+  }
+
+  /** The signals that curves over each other show. */
+  get #signals() {
+    return this.#spec.series.filter(({ role }) => !role);
+  }
+
+  #fillLegend() {
+    const { element } = voltlap;
+    const spec = this.#spec;
+    this.#outputs = [];
+    this.#legend.replaceChildren();
+    if (this.#overlaid) {
+      this.#signals.forEach(({ name }, i) => {
+        const key = { color: "muted", role: i > 0 ? "limit" : "" };
+        this.#legend.append(element("li", {}, voltlap.TimeChart.#key(key), name));
+      });
+      this.#legend.append(this.#meanNote);
+      return;
+    }
+    for (const series of spec.series) {
+      const output = element("output");
+      this.#outputs.push(output);
+      this.#legend.append(element("li", {}, voltlap.TimeChart.#key(series), `${series.name} `, output));
+    }
+    for (const band of [...(spec.bandNames ?? []), ...(spec.level ? [spec.level] : [])]) {
+      const key = element("span", { class: "key block", style: `--key: var(--${band.color})` });
+      this.#legend.append(element("li", {}, key, band.text));
+    }
+    this.#legend.append(this.#meanNote);
+    if (spec.note) this.#legend.append(element("li", {}, spec.note));
+  }
+
+  #lineStyle(line) {
+    return { opacity: this.#opacity(line) };
   }
 
   draw() {
     const { color } = voltlap;
     const spec = this.#spec;
     const text = { color: color("muted"), fontFamily: voltlap.font(), fontSize: 11.5 };
-    const lines = this.#group.laps.map((lap) => ({ xAxis: lap.end_s }));
-    for (const { time_s, text: label } of spec.events ?? []) {
-      const style = { color: color("bad"), fontWeight: 600 };
-      lines.push({
-        xAxis: time_s,
-        lineStyle: { ...style, width: 2 },
-        label: { ...text, ...style, show: true, formatter: label, distance: 3 },
-      });
-    }
-    const series = spec.series.map((one, i) => ({
+    const { end, axis } = this.#group.frame;
+    this.#fillLegend();
+    this.#lines = voltlap.chartLines(spec, this.#group.frame);
+    const series = this.#lines.map((line, i) => ({
       type: "line",
-      name: one.name,
-      data: voltlap.withExtreme(this.#group.times, one),
-      dimensions: ["time_s", "value"],
+      name: line.name,
+      data: line.data,
+      dimensions: ["x", "value"],
       showSymbol: false,
       silent: true,
-      sampling: "minmax",
+      sampling: line.role === "means" ? undefined : "minmax",
       animation: false,
-      z: { reference: 2, limit: 6 }[one.role] ?? 5 - i,
-      lineStyle: {
-        color: color(one.color),
-        opacity: this.#opacity(i),
-        join: "round",
-        ...voltlap.TimeChart.#strokes[one.role ?? "signal"],
-      },
-      markArea: i === 0 && spec.level ? this.#levelArea(spec.level) : undefined,
-      markPoint: one.extreme?.text ? this.#mark(one.extreme, one.color, text) : undefined,
-      markLine:
-        i === 0 && lines.length
-          ? {
-              silent: true,
-              symbol: "none",
-              label: { show: false },
-              data: lines,
-              animation: false,
-              z: 1,
-              lineStyle: { color: color("line"), width: 1, type: "solid" },
-            }
-          : undefined,
+      z: line.z,
+      lineStyle: { color: line.color, join: "round", ...line.stroke, ...this.#lineStyle(line) },
+      markArea: i === 0 && spec.level ? voltlap.levelArea(spec.level) : undefined,
+      markPoint: line.mark ? voltlap.markPoint(line.mark, line.color, end, text) : undefined,
+      markLine: i === 0 ? voltlap.markLines(spec, this.#group.frame, text) : undefined,
     }));
-    this.#meanSeries.forEach((one, i) => {
-      series.push({
-        type: "line",
-        name: `${one.name}, mean over a lap`,
-        data: voltlap.runningMeans(this.#group.times, one.values, this.#group.window),
-        showSymbol: false,
-        silent: true,
-        animation: false,
-        z: 7,
-        lineStyle: { color: color(one.color), opacity: this.#opacity(spec.series.length + i), width: 2.2 },
-      });
-    });
-    if (spec.bands?.length) series.push(this.#bandSeries());
+    if (this.#showsBands) series.push(voltlap.bandSeries(spec.bands, this.#group.frame));
     this.#chart.setOption(
       {
         animation: false,
@@ -167,8 +165,8 @@ voltlap.TimeChart = class {
         xAxis: {
           type: "value",
           min: 0,
-          max: this.#group.end,
-          name: "time, min:s",
+          max: end,
+          name: axis.name(end),
           nameLocation: "middle",
           nameGap: 22,
           nameTextStyle: text,
@@ -196,7 +194,7 @@ voltlap.TimeChart = class {
             type: "inside",
             disabled: true,
             xAxisIndex: 0,
-            filterMode: spec.bands?.length ? "weakFilter" : "filter",
+            filterMode: this.#showsBands ? "weakFilter" : "filter",
             ...this.#viewRange(),
           },
         ],
@@ -212,107 +210,48 @@ voltlap.TimeChart = class {
     return { startValue, endValue };
   }
 
-  /** Ticks at whole steps of the clock. */
+  /** Ticks at whole steps of the axis, about one for 80 pixels. */
   #viewAxis(text) {
     const [from, to] = this.#group.view;
-    const step = voltlap.TimeChart.#step(to - from, this.width);
+    const { axis, end } = this.#group.frame;
+    const most = Math.max(2, this.width / 80);
+    const step = axis.steps.find((one) => (to - from) / one <= most) ?? axis.steps[axis.steps.length - 1];
     const ticks = [];
     for (let k = Math.ceil(from / step - 1e-6); k * step <= to + 1e-6; k += 1) ticks.push(k * step);
-    const formatter = (value) => voltlap.clock(value, step < 1 ? 1 : 0);
+    const formatter = (value) => axis.text(value, step, end);
     return {
       axisTick: { customValues: ticks },
       axisLabel: { ...text, hideOverlap: true, formatter, customValues: ticks },
     };
   }
 
-  /** Of line i, means last: samples are pale under their mean, which is there only in a view of many laps. */
-  #opacity(i) {
-    const on = this.#meanSeries.length > 0 && this.#group.showsMeans;
-    const samples = this.#spec.series;
-    if (i >= samples.length) return Number(on);
-    if (samples[i].role === "reference") return on ? 0 : 0.4;
-    return on && !samples[i].role ? 0.22 : 1;
+  get #showsBands() {
+    return this.#spec.bands?.length > 0 && !this.#overlaid;
   }
 
-  #mark(extreme, name, text) {
-    const { color } = voltlap;
-    const part = extreme.time_s / this.#group.end;
-    return {
-      silent: true,
-      symbol: "circle",
-      symbolSize: 7,
-      animation: false,
-      z: 9,
-      itemStyle: { color: color("surface"), borderColor: color(name), borderWidth: 2 },
-      label: {
-        ...text,
-        color: color("text"),
-        fontWeight: 600,
-        formatter: extreme.text,
-        distance: 6,
-        position: part > 0.94 ? "left" : part < 0.06 || extreme.below ? "right" : "top",
-        offset: part > 0.94 && !extreme.below ? [4, -9] : [0, 0],
-        textBorderColor: color("surface"),
-        textBorderWidth: 3,
-      },
-      data: [{ coord: [extreme.time_s, extreme.value], value: extreme.value }],
-    };
+  /** Samples are pale under their mean, which is there only in a view of many laps. */
+  #opacity(line) {
+    const on = this.#lines.some(({ role }) => role === "means") && this.#group.showsMeans;
+    if (line.role === "means") return Number(on);
+    if (line.role === "reference") return on ? 0 : 0.4;
+    if (line.role === "pale") return on ? 0.12 : 0.5;
+    return on && line.role === "samples" ? 0.22 : 1;
   }
 
-  #levelArea({ low, high, color }) {
-    const itemStyle = { color: voltlap.color(color), opacity: 0.22 };
-    return { silent: true, animation: false, z: 0, itemStyle, data: [[{ yAxis: low }, { yAxis: high }]] };
-  }
-
-  /** Stretches of time as coloured columns with a solid foot: [from, to, colour]. */
-  #bandSeries() {
-    const bands = this.#spec.bands;
-    return {
-      type: "custom",
-      name: "bands",
-      silent: true,
-      animation: false,
-      z: 0,
-      clip: true,
-      encode: { x: [0, 1] },
-      dimensions: ["from_s", "to_s", "reason"],
-      data: bands.map((band) => [band.from_s, band.to_s, band.reason]),
-      renderItem: (params, api) => {
-        const area = params.coordSys;
-        const fill = voltlap.color(bands[params.dataIndex].color);
-        const left = Math.max(api.coord([api.value(0), 0])[0], area.x);
-        const right = Math.min(api.coord([api.value(1), 0])[0], area.x + area.width);
-        const column = (y, height, opacity) => ({
-          type: "rect",
-          shape: { x: left, y, width: Math.max(right - left, 1), height },
-          style: { fill, opacity },
-        });
-        return { type: "group", children: [column(area.y, area.height, 0.2), column(area.y + area.height - 6, 6, 1)] };
-      },
-    };
-  }
-
-  /** Ticks at whole seconds, minutes or hours, about one for 90 pixels. */
-  static #step(seconds, width) {
-    const steps = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 18000, 36000];
-    return steps.find((step) => seconds / step <= Math.max(2, width / 80)) ?? 86400;
-  }
-
-  /** Pixels of the time axis. */
+  /** Pixels of the axis. */
   get width() {
     return this.#plot.clientWidth - voltlap.TimeChart.left - voltlap.TimeChart.right;
   }
 
   showView() {
     if (this.width <= 0) return;
-    const lines = this.#spec.series.length + this.#meanSeries.length;
-    const series = Array.from({ length: lines }, (_, i) => ({ lineStyle: { opacity: this.#opacity(i) } }));
+    const series = this.#lines.map((line) => ({ lineStyle: this.#lineStyle(line) }));
     this.#chart.setOption({ xAxis: this.#viewAxis({}), dataZoom: [this.#viewRange()], series });
     this.#showMeanNote();
   }
 
   #showMeanNote() {
-    this.#meanNote.hidden = this.#meanSeries.length === 0 || !this.#group.showsMeans;
+    this.#meanNote.hidden = !this.#lines.some(({ role }) => role === "means") || !this.#group.showsMeans;
   }
 
   #xOf(time) {
@@ -320,7 +259,7 @@ voltlap.TimeChart = class {
     return voltlap.TimeChart.left + ((time - from) / (to - from)) * this.width;
   }
 
-  /** Time under a horizontal position of the window, kept inside the view. */
+  /** Place on the axis under a horizontal position of the window, kept inside the view. */
   timeAt(clientX) {
     const [from, to] = this.#group.view;
     const x = clientX - this.#plot.getBoundingClientRect().left - voltlap.TimeChart.left;
@@ -348,8 +287,8 @@ voltlap.TimeChart = class {
     const [from, to] = this.#group.view;
     const time = this.#group.cursor;
     const visible = index !== null && time >= from && time <= to;
-    this.#spec.series.forEach((series, i) => {
-      this.#outputs[i].textContent = index === null ? "" : this.#valueText(series, index);
+    this.#outputs.forEach((output, i) => {
+      output.textContent = index === null ? "" : this.#valueText(this.#spec.series[i], index);
     });
     this.#line.style.cssText = visible ? this.#column(this.#xOf(time), 1) : "";
     if (visible && withTip) this.#showTip(index);
@@ -361,21 +300,34 @@ voltlap.TimeChart = class {
     return series.remark ? `${number}${series.remark(index)}` : number;
   }
 
+  /** The value of each curve at the cursor, highest first; of many only the highest and the lowest. */
+  #tipOfLayers(row) {
+    const { layers } = this.#group.frame;
+    const place = this.#group.cursor;
+    for (const series of this.#signals) {
+      const values = layers
+        .map((layer) => ({ layer, to: layer.x[Math.min(layer.x.length, layer.values(series).length) - 1] }))
+        .filter(({ layer, to }) => place >= layer.x[0] && place <= to)
+        .map(({ layer }) => ({ layer, value: voltlap.valueAt(layer.x, layer.values(series), place) }))
+        .sort((a, b) => b.value - a.value);
+      const few = values.length <= voltlap.TimeChart.#tipRows;
+      const shown = few ? values : [values[0], values[values.length - 1]];
+      if (this.#signals.length > 1) this.#tip.append(voltlap.element("div", { class: "when" }, series.name));
+      for (const { layer, value } of shown) {
+        row({ paint: layer.color }, layer.name, voltlap.quantity(value, this.#spec.digits, this.#spec.unit));
+      }
+      if (!few) this.#tip.append(voltlap.element("div", { class: "when" }, `${values.length - 2} between`));
+    }
+  }
+
   #showTip(index) {
     const { element } = voltlap;
     const x = this.#xOf(this.#group.cursor);
-    this.#tip.replaceChildren(element("div", { class: "when" }, this.#group.listener.when(index)));
-    for (const series of this.#spec.series) {
-      this.#tip.append(
-        element(
-          "div",
-          {},
-          voltlap.TimeChart.#key(series),
-          `${series.name} `,
-          element("b", {}, this.#valueText(series, index)),
-        ),
-      );
-    }
+    this.#tip.replaceChildren(element("div", { class: "when" }, this.#group.listener.when(index, this.#group.cursor)));
+    const row = (key, name, value) =>
+      this.#tip.append(element("div", {}, voltlap.TimeChart.#key(key), `${name} `, element("b", {}, value)));
+    if (this.#overlaid) this.#tipOfLayers(row);
+    else for (const series of this.#spec.series) row(series, series.name, this.#valueText(series, index));
     this.#tip.style.display = "block";
     const width = this.#tip.offsetWidth;
     const room = this.#plot.clientWidth;

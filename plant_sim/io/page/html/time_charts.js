@@ -1,12 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// Charts over time that show one stretch and one cursor together.
+// Charts over time or distance that show one stretch and one cursor together.
+//
+// A frame says what the charts draw along their axis: {axis, layers, end, laps, window, at}
+//   axis    one of voltlap.axes
+//   layers  [{name, color, x, values(series)}]: curves of the same signal over each other. x increases; values may end
+//           before it does. With one layer alone each signal keeps its own colour
+//   end     where the axis ends; laps: places of faint lines on it; window: length of a lap, for running means, or null
+//   at      from a time of the run to a place on the axis; null where layers begin at different times
 "use strict";
 
+voltlap.axes = {
+  time: {
+    name: () => "time, min:s",
+    steps: [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 18000, 36000, 86400],
+    text: (value, step) => voltlap.clock(value, step < 1 ? 1 : 0),
+    shortest: 1,
+  },
+  distance: {
+    name: (end) => (end > 3000 ? "distance, km" : "distance, m"),
+    steps: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000, 100000],
+    text: (value, step, end) =>
+      end > 3000 ? (value / 1000).toFixed(step >= 1000 ? 0 : step >= 100 ? 1 : step >= 10 ? 2 : 3) : value.toFixed(0),
+    shortest: 10,
+  },
+};
+
 voltlap.TimeCharts = class {
-  #times;
-  #end;
-  #laps;
-  #window;
+  #frame;
   #charts;
   #from;
   #to;
@@ -20,17 +40,21 @@ voltlap.TimeCharts = class {
    * @param end_s    where the time axis ends
    * @param laps     [{end_s}], drawn as faint lines
    * @param window_s length of a lap, for running means; null for none
+   * @param frame    in place of these four: see above
    * @param specs    the charts
    * @param listener {view(from, to), cursor(index or null)}, told of each change
    */
-  constructor({ root, times, end_s, laps, window_s, specs, listener, describedBy }) {
-    this.#times = times;
-    this.#end = end_s;
-    this.#laps = laps;
-    this.#window = window_s;
-    this.#from = 0;
-    this.#to = end_s;
-    this.#shortest = Math.min(end_s, 10 * (times.length > 1 ? times[1] - times[0] : 1));
+  constructor({ root, times, end_s, laps, window_s, specs, listener, describedBy, frame }) {
+    this.#setFrame(
+      frame ?? {
+        axis: { ...voltlap.axes.time, shortest: 10 * (times.length > 1 ? times[1] - times[0] : 1) },
+        layers: [{ x: times, values: (series) => series.values }],
+        end: end_s,
+        laps: laps.map((lap) => lap.end_s),
+        window: window_s,
+        at: (time) => time,
+      },
+    );
     this.listener = listener;
     // The page is laid out once: first all places, then all charts.
     this.#charts = specs.map((spec) => new voltlap.TimeChart(root, spec, this, describedBy));
@@ -38,17 +62,26 @@ voltlap.TimeCharts = class {
     listener.view(this.#from, this.#to);
   }
 
-  get times() {
-    return this.#times;
+  #setFrame(frame) {
+    this.#frame = frame;
+    this.#from = 0;
+    this.#to = frame.end;
+    this.#shortest = Math.min(frame.end, frame.axis.shortest);
+  }
+
+  /** Draws another frame, all of it. */
+  showFrame(frame) {
+    this.#setFrame(frame);
+    this.redraw();
+    this.listener.view(this.#from, this.#to);
+    this.setCursor(null);
+  }
+
+  get frame() {
+    return this.#frame;
   }
   get end() {
-    return this.#end;
-  }
-  get laps() {
-    return this.#laps;
-  }
-  get window() {
-    return this.#window;
+    return this.#frame.end;
   }
   get view() {
     return [this.#from, this.#to];
@@ -57,13 +90,14 @@ voltlap.TimeCharts = class {
     return this.#cursor;
   }
   get showsMeans() {
-    return this.#window !== null && this.#to - this.#from > 8 * this.#window;
+    const { window } = this.#frame;
+    return window !== null && this.#to - this.#from > 8 * window;
   }
 
   /** Shows the stretch from..to in every chart; it is kept inside the run and not shorter than ten samples. */
   show(from, to) {
-    const length = Math.min(Math.max(to - from, this.#shortest), this.#end);
-    const start = Math.min(Math.max((from + to - length) / 2, 0), this.#end - length);
+    const length = Math.min(Math.max(to - from, this.#shortest), this.end);
+    const start = Math.min(Math.max((from + to - length) / 2, 0), this.end - length);
     if (start === this.#from && start + length === this.#to) return;
     this.#from = start;
     this.#to = start + length;
@@ -78,7 +112,7 @@ voltlap.TimeCharts = class {
   }
 
   showAll() {
-    this.show(0, this.#end);
+    this.show(0, this.end);
   }
 
   /** Zooms by a factor (below 1: closer) about a time that stays where it is. */
@@ -88,16 +122,18 @@ voltlap.TimeCharts = class {
 
   move(seconds) {
     const length = this.#to - this.#from;
-    const from = Math.min(Math.max(this.#from + seconds, 0), this.#end - length);
+    const from = Math.min(Math.max(this.#from + seconds, 0), this.end - length);
     this.show(from, from + length);
   }
 
-  /** Time in seconds, or null to take the cursor away; `owner` is the chart that shows it as a tooltip. */
-  setCursor(time, owner = null) {
-    this.#cursor = time === null ? null : Math.min(Math.max(time, this.#times[0]), this.#times[this.#times.length - 1]);
-    const index = this.#cursor === null ? null : voltlap.indexAt(this.#times, this.#cursor + 1e-6);
+  /** A place on the axis, or null to take the cursor away; `owner` is the chart that shows it as a tooltip. */
+  setCursor(place, owner = null) {
+    const { x } = this.#frame.layers[0];
+    const last = this.#frame.at === null ? this.end : x[x.length - 1];
+    this.#cursor = place === null ? null : Math.min(Math.max(place, this.#frame.at === null ? 0 : x[0]), last);
+    const index = this.#cursor === null ? null : voltlap.indexAt(x, this.#cursor + 1e-6);
     for (const chart of this.#charts) chart.showCursor(index, chart === owner);
-    this.listener.cursor(index);
+    this.listener.cursor(index, this.#cursor);
   }
 
   /** Arrow keys step over the view in hundredths; the view follows the cursor. */

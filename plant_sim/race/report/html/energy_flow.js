@@ -29,6 +29,8 @@ voltlap.EnergyFlow = class {
         "rolling drag": ["rolling"],
         "air drag": ["aero"],
         "tyre slip": ["tyre_slip"],
+        cornering: ["cornering"],
+        climbing: ["climb"],
         "left in motion": ["kinetic"],
       },
     },

@@ -115,7 +115,9 @@ def test_light_and_dark_follow_the_system(browser, endurance):
 def test_numbers_read_back_from_the_charts_are_those_of_the_json(page, endurance):
     result = endurance[0]
     assert max(ask(page, "values('chart-current', 0)")) == pytest.approx(result["max_battery_current_a"], abs=1e-9)
-    assert max(ask(page, "values('chart-speed', 0)")) == pytest.approx(result["max_speed_mps"], abs=1e-9)
+    speeds = ask(page, "values('chart-speed', 0)")  # samples are rounded to 0.01 m/s, the extreme among them is not
+    assert max(speeds) == pytest.approx(result["max_speed_mps"], abs=0.005)
+    assert min(abs(speed - result["max_speed_mps"]) for speed in speeds) < 1e-9
     assert min(ask(page, "values('chart-pack-voltage', 0)")) == pytest.approx(result["min_pack_voltage_v"], abs=1e-9)
     assert min(ask(page, "values('chart-cell-voltage', 0)")) == pytest.approx(result["min_cell_voltage_v"], abs=1e-9)
     assert max(ask(page, "values('chart-temperature', 0)")) == pytest.approx(result["max_battery_temp_c"], abs=0.02)
@@ -134,7 +136,7 @@ def test_samples_beside_the_peaks_agree_with_the_time_series(browser, tmp_path):
                               ("front_rotor_c", "chart-rotors", 0.1), ("brake", "chart-pedals", 0.1)):
         scale, series = (100.0, 1) if name == "brake" else (1.0, 0)
         data = f"series('{chart}', {series}).getRawData()"
-        points = ask(page, f"['time_s', 'value'].map(axis => {data}.mapArray(axis, v => v))")
+        points = ask(page, f"['x', 'value'].map(axis => {data}.mapArray(axis, v => v))")
         charted = {round(time, 1): value for time, value in zip(*points) if abs(time - round(time, 1)) < 1e-6}
         assert len(charted) >= len(rows) - 1
         for row in rows[1:]:
@@ -227,8 +229,8 @@ def test_cursor_shows_values_with_units_in_every_chart_and_the_car_on_the_course
     page.mouse("mouseMoved", x + 0.5 * width, y + height / 2)
     page.settle()
     values = page.run("[...document.querySelectorAll('.legend output')].map(output => output.textContent)")
-    units = (" m/s", " %", " A", " V", " °C")
-    assert len(values) == 14 and all(any(unit in value for unit in units) for value in values), values
+    units = (" m/s", " %", " A", " V", " °C", " kW")
+    assert len(values) == 18 and all(any(unit in value for unit in units) for value in values), values
     assert page.run("getComputedStyle(document.querySelector('.car')).display") == "block"
     shown = "[...document.querySelectorAll('.tip')].filter(tip => tip.offsetWidth > 0)"
     tips = page.run(shown + ".map(tip => tip.textContent)")
@@ -243,7 +245,8 @@ def test_energy_flow_starts_with_the_cells_chemical_energy_and_loses_none(page, 
     for stage in stages:
         inward = sum(link["value"] for link in links if link["target"] == stage) or ledger["battery_chemical"]
         assert sum(link["value"] for link in links if link["source"] == stage) == pytest.approx(inward, rel=1e-9)
-    leaves = sum(link["value"] for link in links if link["target"] not in stages)
+    leaves = sum(link["value"] * (1 if link["source"] in stages else -1)  # motion may give a little back
+                 for link in links if link["target"] not in stages or link["source"] not in stages)
     assert leaves == pytest.approx(ledger["battery_chemical"], rel=1e-9)
     front = ask(page, "flows().find(link => link.target === 'front brakes').value")
     assert front == pytest.approx(ledger["brake_front"], rel=1e-12)

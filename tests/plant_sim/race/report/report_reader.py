@@ -8,8 +8,8 @@ import subprocess
 import pytest
 
 BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
-TIME_CHARTS = ["chart-speed", "chart-pedals", "chart-current", "chart-pack-voltage", "chart-cell-voltage", "chart-soc",
-               "chart-temperature", "chart-rotors"]
+TIME_CHARTS = ["chart-speed", "chart-pedals", "chart-power", "chart-current", "chart-acceleration",
+               "chart-pack-voltage", "chart-cell-voltage", "chart-soc", "chart-temperature", "chart-rotors"]
 # What a test asks the charts, and not the page's own data.
 CHART = """
 const chart = id => echarts.getInstanceByDom(document.getElementById(id));
