@@ -42,7 +42,7 @@ nlohmann::ordered_json json_of(const ImportedCourse& course, const CourseSummary
   out["laps_found"] = course.laps;
   out["laps_used"] = course.laps_used;
   out["noise_m"] = course.noise_m ? nlohmann::ordered_json(*course.noise_m) : nlohmann::ordered_json(nullptr);
-  out["noise_measured"] = course.noise_m.has_value() && course.noise_measured;
+  out["noise_origin"] = course.noise_origin;
   out["notes"] = course.notes;
   return out;
 }
@@ -78,8 +78,7 @@ std::string origin_text(const ImportedCourse& course) {
     text += "  closed            taken as it stands, the gap is not shared out\n";
   }
   if (points) {
-    text += fmt::format("  noise      {:8.3f} m across the course, {}; corners that it could make are left out\n",
-                        *course.noise_m, course.noise_measured ? "measured from the points" : "as given");
+    text += fmt::format("  noise      {:8.3f} m across the course, {}\n", *course.noise_m, course.noise_origin);
   }
   for (const std::string& note : course.notes) text += fmt::format("  note              {}\n", note);
   return text;

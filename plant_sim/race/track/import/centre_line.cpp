@@ -5,88 +5,31 @@
 #include <cmath>
 
 #include "core/demand.hpp"
-#include "race/track/import/banded_system.hpp"
 #include "race/track/import/golden_section.hpp"
 #include "race/track/import/node_chain.hpp"
+#include "race/track/import/node_moves.hpp"
 
 namespace voltlap::plant {
 namespace {
 
-constexpr int kEvenRounds = 6;
+constexpr int kEvenRounds = 8;
 constexpr int kOwnRounds = 30;
 constexpr int kArcRounds = 100;
 constexpr int kPlaceRounds = 6;
 constexpr double kLeastNoise_m = 1e-3;
 constexpr double kNoChange2 = 1e-12;    // 1/m^2: the variance of a change where there is none
 constexpr double kAnyChange2 = 0.05;    // of one that may be as large as it likes: a corner of 4 m next to a straight
-constexpr double kSupport = 20.0;       // change^2 / variance that a change needs, about 2 ln(points)
-constexpr double kRidge = 1e-9;
-constexpr double kMostWeight = 1e9;     // of a change against a point: what double precision carries
+constexpr double kSupport = 25.0;       // change^2 / variance that a change needs, about 2 ln(points)
+constexpr double kShortestArc_m = 1.5;
+constexpr double kExact_m = 0.02;        // noise below which the even line already keeps hairpins
+constexpr double kForArcs = 0.1;         // information per point by which arcs are believed in beforehand
+constexpr double kSameCurvature = 1e-3;  // 1/m, within which nodes of the even line are one arc
+constexpr double kSameTurn_rad = 0.3;
+constexpr double kLeastChange = 1e-5;   // of the largest, below which a change is none
+constexpr double kNoFit = 1e300;
+constexpr double kMostWeight = 1e8;     // of a change against a point: what double precision carries
 
 double square(double v) { return v * v; }
-
-/// The weighted least squares of one round: unknown are the moves of the nodes.
-class Moves {
- public:
-  explicit Moves(const NodeChain& chain)
-      : chain_(chain), system_(chain.size(), chain.closed() ? 6 : 3), right_(chain.size(), 0.0) {}
-
-  /// `weights` of the curvature changes against the points' 1; solves.
-  void solve(const std::vector<double>& weights) {
-    system_.clear();
-    std::fill(right_.begin(), right_.end(), 0.0);
-    for (const PointOffset& offset : chain_.offsets()) add(offset, offset.weight);
-    for (std::size_t k = 0; k < weights.size(); ++k) add(chain_.changes()[k], weights[k]);
-    for (std::size_t j = 0; j < chain_.size(); ++j) system_.add(j, j, kRidge);
-    VOLTLAP_DEMAND(system_.factorise());
-    const std::vector<double> by_row = system_.solved(right_);
-    moves_.resize(by_row.size());
-    for (std::size_t j = 0; j < moves_.size(); ++j) moves_[j] = by_row[row(j)];
-  }
-  [[nodiscard]] const std::vector<double>& moves() const { return moves_; }
-  [[nodiscard]] double log_determinant() const { return system_.log_determinant(); }
-
-  /// Makes `variance` available.
-  void find_variances() { system_.invert_band(); }
-  /// Of a function of the moves, for points of noise 1.
-  template <std::size_t N>
-  [[nodiscard]] double variance(const NodeFunction<N>& f) const {
-    double sum = 0.0;
-    for (std::size_t a = 0; a < N; ++a) {
-      for (std::size_t b = 0; b < N; ++b) {
-        sum += f.slope[a] * f.slope[b] * system_.inverse(row(f.node[a]), row(f.node[b]));
-      }
-    }
-    return sum;
-  }
-  /// Sum of squares of what is left between points and line.
-  [[nodiscard]] double squares_left() const {
-    double sum = 0.0;
-    for (const PointOffset& offset : chain_.offsets()) sum += offset.weight * square(offset.at(moves_));
-    return sum;
-  }
-
- private:
-  /// A closed chain is folded flat, 0, n - 1, 1, n - 2 ..., so that neighbours stay within the band.
-  [[nodiscard]] std::size_t row(std::size_t node) const {
-    const std::size_t n = chain_.size();
-    if (!chain_.closed()) return node;
-    return node < (n + 1) / 2 ? 2 * node : 2 * (n - 1 - node) + 1;
-  }
-  template <std::size_t N>
-  void add(const NodeFunction<N>& f, double weight) {
-    for (std::size_t a = 0; a < N; ++a) {
-      right_[row(f.node[a])] -= weight * f.slope[a] * f.value;
-      for (std::size_t b = 0; b <= a; ++b) {
-        system_.add(row(f.node[a]), row(f.node[b]), weight * f.slope[a] * f.slope[b]);
-      }
-    }
-  }
-
-  const NodeChain& chain_;
-  BandedSystem system_;
-  std::vector<double> right_, moves_;
-};
 
 class CentreLineFit {
  public:
@@ -101,10 +44,17 @@ class CentreLineFit {
       even_round();
       report(0.4 * (round + 1) / kEvenRounds);
     }
+    const CentreLine even = result();
+    const double even_noise_m = noise_m_, even_cost = information_of_even();
+    if (!options_.arcs || even_noise_m < kExact_m) return even;
     for (int round = 0; round < kOwnRounds; ++round) own_round();
     report(0.6);
     find_arcs();
-    return result();
+    const double points = static_cast<double>(chain_.offsets().size());
+    const double arcs_cost = information(squares_, 2.0 * static_cast<double>(places_.size()));
+    const CentreLine arcs = result();
+    const bool same_course = std::abs(turned(arcs) - turned(even)) < kSameTurn_rad;
+    return same_course && arcs_cost < even_cost + kForArcs * points ? arcs : even;
   }
 
  private:
@@ -113,11 +63,39 @@ class CentreLineFit {
     if (options_.progress) options_.progress(share);
   }
 
+  /// What is minimised, where the nodes are: squares of the points against 1 and of the changes against `weights`.
+  [[nodiscard]] static double cost(const NodeChain& chain, const std::vector<double>& weights) {
+    double sum = 0.0;
+    for (const PointOffset& offset : chain.offsets()) sum += offset.weight * square(offset.value);
+    for (std::size_t k = 0; k < weights.size(); ++k) sum += weights[k] * square(chain.changes()[k].value);
+    return sum;
+  }
+
+  /// Moves the nodes by what `moves` found, damped until it is an improvement (Levenberg, 1944); stays where none is.
+  void step(NodeMoves& moves, const std::vector<double>& weights) {
+    const double before = cost(chain_, weights);
+    for (const double damping : {0.0, 1e-2, 1.0, 1e2, 1e4}) {
+      if (damping > 0.0) moves.solve(weights, damping);
+      NodeChain moved = chain_;
+      moved.move(moves.moves());
+      moved.linearise();
+      if (cost(moved, weights) > before) continue;
+      chain_ = std::move(moved);
+      return;
+    }
+  }
+
+  [[nodiscard]] static double turned(const CentreLine& line) {
+    double sum = 0.0;
+    for (const Arc& arc : line.arcs) sum += arc.length_m * arc.curvature_per_m;
+    return sum;
+  }
+
   // 1 even ------------------------------------------------------------------------------------------------------------
   /// -2 log of the restricted likelihood at lambda = sigma^2 / q^2; sets the noise.
-  double misfit(Moves& moves, double log10_lambda) {
+  double misfit(NodeMoves& moves, double log10_lambda) {
     const double lambda = std::pow(10.0, log10_lambda);
-    moves.solve(std::vector<double>(chain_.changes().size(), lambda));
+    if (!moves.try_solve(std::vector<double>(chain_.changes().size(), lambda))) return kNoFit;
     double squares = moves.squares_left();
     for (const CurvatureChange& change : chain_.changes()) squares += lambda * square(change.at(moves.moves()));
     const double points = std::max(1.0, static_cast<double>(chain_.offsets().size()) - 3.0);
@@ -130,11 +108,30 @@ class CentreLineFit {
 
   void even_round() {
     chain_.linearise();
-    Moves moves(chain_);
+    NodeMoves moves(chain_);
     const double lambda = golden_section(-4.0, std::log10(kMostWeight), 0.1, [&](double at) { return misfit(moves, at); });
     misfit(moves, lambda);
-    chain_.move(moves.moves());
+    step(moves, std::vector<double>(chain_.changes().size(), std::pow(10.0, lambda)));
     change2_.assign(chain_.changes().size(), square(noise_m_) / std::pow(10.0, lambda));
+  }
+
+  /// Bayesian information (Schwarz, 1978) of points that lie about a line with so many free figures.
+  [[nodiscard]] double information(double squares, double figures) const {
+    const double points = static_cast<double>(chain_.offsets().size());
+    const double per_point = std::max(square(kLeastNoise_m), squares / points);
+    const double misfit = noise_is_measured() ? points * std::log(per_point) : squares / square(noise_m_);
+    return misfit + figures * std::log(points);
+  }
+
+  /// Free figures of the even line: the trace of what turns points into the line.
+  double information_of_even() {
+    chain_.linearise();
+    NodeMoves moves(chain_);
+    moves.solve(weights());
+    moves.find_variances();
+    double figures = 0.0;
+    for (const PointOffset& offset : chain_.offsets()) figures += offset.weight * moves.variance(offset);
+    return information(moves.squares_left(), figures);
   }
 
   // 2 own -------------------------------------------------------------------------------------------------------------
@@ -146,8 +143,9 @@ class CentreLineFit {
 
   void own_round() {
     chain_.linearise();
-    Moves moves(chain_);
-    moves.solve(weights());
+    NodeMoves moves(chain_);
+    const std::vector<double> weights_now = weights();
+    moves.solve(weights_now);
     moves.find_variances();
     double squares = moves.squares_left();
     for (const PointOffset& offset : chain_.offsets()) {
@@ -159,7 +157,7 @@ class CentreLineFit {
       change2_[k] = std::max(1e-2 * kNoChange2, expected);
     }
     set_noise(squares, static_cast<double>(chain_.offsets().size()));
-    chain_.move(moves.moves());
+    step(moves, weights_now);
   }
 
   void set_noise(double squares, double freedom) {
@@ -167,23 +165,29 @@ class CentreLineFit {
   }
 
   // 3 arcs ------------------------------------------------------------------------------------------------------------
+  // About the line of stage 2 as it is: what is sought is a linear function of the moves, and none is made.
   [[nodiscard]] std::size_t neighbour(std::size_t k, long offset) const {
     const auto n = static_cast<long>(change2_.size()), at = static_cast<long>(k) + offset;
     if (chain_.closed()) return static_cast<std::size_t>((at + n) % n);
     return static_cast<std::size_t>(std::clamp(at, 0L, n - 1));
   }
+  [[nodiscard]] double change(std::size_t k) const { return chain_.changes()[k].at(moves_); }
+  /// At a place and on both sides of it.
+  [[nodiscard]] double whole_change(std::size_t k) const {
+    return change(neighbour(k, -1)) + change(k) + change(neighbour(k, 1));
+  }
 
   /// A place wherever a change is larger than its neighbours.
   void choose_places() {
     chain_.linearise();
+    moves_.assign(chain_.size(), 0.0);
     places_.clear();
-    const auto size = [&](std::size_t k) { return std::abs(chain_.changes()[k].value); };
     double largest = 0.0;
-    for (std::size_t k = 0; k < change2_.size(); ++k) largest = std::max(largest, size(k));
+    for (std::size_t k = 0; k < change2_.size(); ++k) largest = std::max(largest, std::abs(change(k)));
     for (std::size_t k = 0; k < change2_.size(); ++k) {
-      const double here = size(k);
-      const bool peak = here >= size(neighbour(k, -1)) && here > size(neighbour(k, 1));
-      if (peak && here > 1e-5 * largest) places_.push_back(k);
+      const double here = std::abs(change(k)), before = std::abs(change(neighbour(k, -1)));
+      const bool peak = here >= before && here > std::abs(change(neighbour(k, 1)));
+      if (peak && here > kLeastChange * largest) places_.push_back(k);
     }
   }
 
@@ -191,38 +195,45 @@ class CentreLineFit {
   void allow_changes(bool places_move) {
     change2_.assign(chain_.changes().size(), kNoChange2);
     for (const std::size_t k : places_) {
-      if (!places_move) continue;
-      const std::size_t a = neighbour(k, -1), b = neighbour(k, 1);
-      const double whole = chain_.changes()[a].value + chain_.changes()[k].value + chain_.changes()[b].value;
-      for (const std::size_t beside : {a, b}) change2_[beside] = std::max(change2_[beside], square(whole));
+      if (!places_move) break;
+      for (const long side : {-1L, 1L}) {
+        double& beside = change2_[neighbour(k, side)];
+        beside = std::max(beside, square(whole_change(k)));
+      }
     }
     for (const std::size_t k : places_) change2_[k] = kAnyChange2;
   }
 
-  void arcs_round(bool places_move) {
-    chain_.linearise();
+  void solve_arcs(bool places_move) {
     allow_changes(places_move);
-    Moves moves(chain_);
+    NodeMoves moves(chain_);
     moves.solve(weights());
     moves.find_variances();
+    moves_ = moves.moves();
     const double points = static_cast<double>(chain_.offsets().size());
-    set_noise(moves.squares_left(), points - 2.0 * static_cast<double>(places_.size()));
+    squares_ = moves.squares_left();
+    set_noise(squares_, points - 2.0 * static_cast<double>(places_.size()));
     support_.clear();
+    for (const std::size_t k : places_) {
+      const double variance = square(noise_m_) * std::max(1e-300, moves.variance(chain_.changes()[k]));
+      support_.push_back(square(change(k)) / variance);
+    }
+  }
+
+  /// A change that wants to be more before a place than behind it moves the place.
+  void move_places() {
+    solve_arcs(true);
     std::vector<std::size_t> moved;
     for (const std::size_t k : places_) {
-      const CurvatureChange& change = chain_.changes()[k];
-      const auto size = [&](std::size_t at) { return chain_.changes()[at].at(moves.moves()); };
-      support_.push_back(square(size(k)) / (square(noise_m_) * std::max(1e-300, moves.variance(change))));
-      const double whole = size(neighbour(k, -1)) + size(k) + size(neighbour(k, 1));
-      const double by = whole == 0.0 ? 0.0 : (size(neighbour(k, 1)) - size(neighbour(k, -1))) / whole;
-      moved.push_back(neighbour(k, std::lround(std::clamp(by, -2.0, 2.0))));
+      const double whole = whole_change(k), difference = change(neighbour(k, 1)) - change(neighbour(k, -1));
+      const double by = whole == 0.0 ? 0.0 : std::clamp(difference / whole, -2.0, 2.0);
+      moved.push_back(neighbour(k, std::lround(by)));
     }
-    if (places_move) {
-      std::sort(moved.begin(), moved.end());
-      moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
-      places_ = std::move(moved);
+    std::sort(moved.begin(), moved.end());
+    places_.clear();
+    for (const std::size_t k : moved) {
+      if (places_.empty() || step_m_ * static_cast<double>(k - places_.back()) >= kShortestArc_m) places_.push_back(k);
     }
-    chain_.move(moves.moves());
   }
 
   /// Takes out the least supported places, no two neighbours at once; false when all are supported.
@@ -242,27 +253,37 @@ class CentreLineFit {
   void find_arcs() {
     choose_places();
     for (int round = 0; round < kArcRounds; ++round) {
-      arcs_round(false);
+      solve_arcs(false);
       if (take_out_places()) {
-        arcs_round(true);
+        move_places();
         continue;
       }
-      for (int k = 0; k < kPlaceRounds; ++k) arcs_round(true);
-      arcs_round(false);
+      for (int k = 0; k < kPlaceRounds; ++k) move_places();
+      solve_arcs(false);
       if (!take_out_places()) break;
       report(0.6 + 0.4 * round / kArcRounds);
     }
-    for (int k = 0; k < 3; ++k) arcs_round(false);
+    solve_arcs(false);
   }
 
+  /// An arc from place to place; before stage 3 one from where the curvature has changed to where it has again.
   CentreLine result() {
-    chain_.linearise();
+    if (moves_.empty()) chain_.linearise();
+    const bool even = moves_.empty();
+    const std::vector<double> moves = even ? std::vector<double>(chain_.size(), 0.0) : moves_;
     CentreLine line{{}, chain_.nodes(), noise_m_, chain_.offsets().size()};
     const std::vector<double> between = chain_.arc_lengths();
     const std::size_t n = chain_.size();
     std::vector<bool> ends(n, false);  // an arc ends behind the node
     for (const std::size_t k : places_) ends[(k + chain_.first_change()) % n] = true;
+    std::vector<double> curvature;
+    for (const NodeCurvature& at : chain_.curvatures()) curvature.push_back(at.at(moves));
+    if (!chain_.closed()) {
+      curvature.front() = curvature[1];
+      curvature.back() = curvature[n - 2];
+    }
     Arc arc{0.0, 0.0};
+    std::size_t first = 0;  // node of the arc
     const auto finish = [&] {
       if (arc.length_m > 0.0) line.arcs.push_back({arc.length_m, arc.curvature_per_m / arc.length_m});
       arc = {0.0, 0.0};
@@ -271,8 +292,12 @@ class CentreLineFit {
       const bool open_start = !chain_.closed() && j == 0, open_end = !chain_.closed() && j + 1 == n;
       const double cell = 0.5 * ((open_start ? 0.0 : between[chain_.before(j)]) + (open_end ? 0.0 : between[j]));
       arc.length_m += cell;
-      arc.curvature_per_m += cell * chain_.curvatures()[j].value;
-      if (ends[j]) finish();
+      arc.curvature_per_m += cell * curvature[j];
+      const double more = std::abs(curvature[chain_.next(j)] - curvature[first]);
+      if (even ? more > kSameCurvature : ends[j]) {
+        finish();
+        first = j + 1;
+      }
     }
     finish();
     VOLTLAP_DEMAND(!line.arcs.empty());
@@ -285,7 +310,9 @@ class CentreLineFit {
   double noise_m_ = kLeastNoise_m;
   std::vector<double> change2_;       ///< q_j^2
   std::vector<std::size_t> places_;   ///< indices of the changes that are there
-  std::vector<double> support_;       ///< of the places
+  std::vector<double> support_;       ///< of the places: change^2 / variance
+  std::vector<double> moves_;         ///< from the nodes to the line, in stage 3
+  double squares_ = 0.0;              ///< left between points and line
 };
 
 }  // namespace

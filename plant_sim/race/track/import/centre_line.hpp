@@ -27,6 +27,7 @@ namespace voltlap::plant {
 struct CentreLineOptions {
   bool closed = true;
   double noise_m = -1.0;  ///< below 0: measured
+  bool arcs = true;       ///< stages 2 and 3 as well
   std::function<void(double)> progress{};  ///< share done, 0 to 1
 };
 

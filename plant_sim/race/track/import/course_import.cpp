@@ -21,9 +21,12 @@ constexpr std::size_t kFewestPoints = 8;
 constexpr double kStep_m = 0.25;            // between the nodes of the line
 constexpr double kMostNodes = 20000.0;
 constexpr double kShortest_m = 10.0, kLongest_m = 100e3;
+constexpr double kSparse_m = 5.0;            // between points, beyond which their noise cannot be told from corners
+constexpr double kSparseNoise_m = 0.3;      // then taken: how far a cone stands from where it was meant
 constexpr double kLapReach_m = 6.0;         // a course's width and the drift of a GPS
 constexpr double kGapBridged_m = 10.0;
 constexpr double kStraightRadius_m = 2000.0;  // beyond it a bend is called straight
+constexpr double kTightest_m = 1.5;
 constexpr double kBackwards = -0.2;         // cosine of the angle beyond which a step goes back
 
 /// Points in order without repetitions of the one before.
@@ -86,7 +89,9 @@ class PointsImport {
 
   void run(const std::string& path) {
     check(path);
-    smooth_ = smooth_path(points_);
+    sparse_ = course_.kind == SourceKind::kGates || median_step() > kSparse_m;
+    if (sparse_) smooth_.points = points_;
+    else smooth_ = smooth_path(points_);
     scatter_m_ = smooth_.scatter_m;
     choose_laps();
     if (course_.laps == 0) judge_closure();
@@ -99,6 +104,12 @@ class PointsImport {
       throw InputError(path, fmt::format("{} points", points_.size()),
                        fmt::format("{} or more that differ", kFewestPoints), "Record the course with more points");
     }
+  }
+
+  [[nodiscard]] double median_step() const {
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < points_.size(); ++i) steps.push_back(length(points_[i] - points_[i - 1]));
+    return median(steps);
   }
 
   void choose_laps() {
@@ -130,20 +141,18 @@ class PointsImport {
   }
 
   void judge_closure() {
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < points_.size(); ++i) steps.push_back(length(points_[i] - points_[i - 1]));
     const double gap = length(points_.back() - points_.front());
     course_.source_gap_m = gap;
     if (options_.closure == Closure::kRecognised) {
-      course_.closed = gap <= std::max({kGapBridged_m, 2.0 * median(steps), 4.0 * scatter_m_});
+      course_.closed = gap <= std::max({kGapBridged_m, 2.0 * median_step(), 4.0 * scatter_m_});
     } else {
       course_.closed = options_.closure == Closure::kClosed;
     }
-    start_ = course_.closed ? smooth_ring(points_) : smooth_.points;
+    start_ = course_.closed && !sparse_ ? smooth_ring(points_) : smooth_.points;
   }
 
   void fit() {
-    const double apart = std::clamp(3.0 * scatter_m_, 1.0, 3.0);
+    const double apart = std::clamp(3.0 * std::max(scatter_m_, options_.noise_m), 1.0, 3.0);
     const PointList forward = forward_only(start_, apart, course_.closed);
     const double length_m = forward.size() < 4 ? 0.0 : distances_along(forward, course_.closed).back();
     if (!(length_m >= kShortest_m && length_m <= kLongest_m)) {
@@ -154,6 +163,8 @@ class PointsImport {
     CentreLineOptions how;
     how.closed = course_.closed;
     how.noise_m = options_.noise_m;
+    how.arcs = !sparse_;
+    if (sparse_ && options_.noise_m < 0.0) how.noise_m = kSparseNoise_m;
     how.progress = [&](double share) {
       if (options_.progress) options_.progress("finding the corners", share);
     };
@@ -163,7 +174,9 @@ class PointsImport {
       course_.track.segments.push_back({arc.length_m, straight ? 0.0 : -arc.curvature_per_m});
     }
     course_.noise_m = line.noise_m;
-    course_.noise_measured = options_.noise_m < 0.0;
+    course_.noise_origin = options_.noise_m >= 0.0 ? "as given"
+                           : sparse_               ? "taken, as so few points do not tell"
+                                                   : "measured from the points";
     course_.points_used = line.points_used;
     course_.line = line.nodes;
     course_.source_points = points_;
@@ -174,6 +187,7 @@ class PointsImport {
   PointList points_, use_, start_;
   SmoothPath smooth_;
   double scatter_m_ = 0.0;
+  bool sparse_ = false;  ///< too far apart to tell noise from corners
 };
 
 void refuse_flags_of_points(const ImportOptions& options, SourceKind kind) {
@@ -197,6 +211,15 @@ void turn_round(ImportedCourse& course, const ImportOptions& options) {
       for (PlanePoint& point : *points) point.y_m = -point.y_m;
     }
   }
+}
+
+/// A corner that no car drives comes from points with a kink or a loop.
+void note_kink(ImportedCourse& course) {
+  const CourseSummary sum = summarise(course.track);
+  if (sum.tightest_radius_m == 0.0 || sum.tightest_radius_m >= kTightest_m) return;
+  course.notes.push_back(fmt::format(
+      "a corner of {:.2f} m radius {:.0f} m behind the start is tighter than courses are: look at the source there{}",
+      sum.tightest_radius_m, sum.tightest_at_m, course.noise_m ? ", or smooth with --noise" : ""));
 }
 
 void check_length(const Track& track, const std::string& path) {
@@ -231,6 +254,7 @@ ImportedCourse import_course(const std::string& path, const ImportOptions& optio
   }
   turn_round(course, options);
   check_length(course.track, path);
+  note_kink(course);
   VOLTLAP_DEMAND(!course.track.segments.empty());
   return course;
 }

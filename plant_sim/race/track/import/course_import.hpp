@@ -32,7 +32,7 @@ struct ImportedCourse {
   std::size_t laps = 0;                 ///< whole laps found in the source; 0: driven once
   std::size_t laps_used = 1;
   std::optional<double> noise_m{};      ///< of the points across the course; none without points
-  bool noise_measured = true;
+  std::string noise_origin{};           ///< "measured from the points", "as given", ...
   PointList source_points, line;        ///< for the picture, in the same plane; empty without points
   std::vector<std::string> notes;
 };

@@ -23,7 +23,7 @@ PlanePoint along(PlanePoint across) { return {across.y_m, -across.x_m}; }
 }  // namespace
 
 NodeChain::NodeChain(PointList nodes, const PointList& points, bool closed)
-    : nodes_(std::move(nodes)), points_(points), closed_(closed), edge_of_point_(points.size(), kNowhere) {
+    : nodes_(std::move(nodes)), points_(&points), closed_(closed), edge_of_point_(points.size(), kNowhere) {
   VOLTLAP_DEMAND(nodes_.size() >= 8 && points.size() >= 3);
 }
 
@@ -86,7 +86,7 @@ std::size_t NodeChain::nearest_edge(std::size_t point, std::size_t about, std::s
   const std::size_t last = closed_ ? first + std::min(2 * window, edges - 1) : std::min(edges - 1, about + window);
   for (std::size_t k = first; k <= last; ++k) {
     const std::size_t j = k % edges;
-    const PlanePoint from = points_[point] - nodes_[j], t = along(across_[j]);
+    const PlanePoint from = (*points_)[point] - nodes_[j], t = along(across_[j]);
     const double way = std::clamp(dot(from, t), 0.0, edge_length_m_[j]);
     const double distance = length(from - way * t);
     if (distance < away) away = distance, best = j;
@@ -99,7 +99,7 @@ std::size_t NodeChain::edge_of(std::size_t point, std::size_t edge_before) const
   const std::size_t known = edge_of_point_[point];
   if (known != kNowhere) return nearest_edge(point, known, kWindow, away);
   if (point > 0) {
-    const double search = std::max(kSearchFirst_m, 2.0 * length(points_[point] - points_[point - 1]));
+    const double search = std::max(kSearchFirst_m, 2.0 * length((*points_)[point] - (*points_)[point - 1]));
     const auto window = static_cast<std::size_t>(search / edge_length_m_[edge_before]);
     const std::size_t near = nearest_edge(point, edge_before, window, away);
     if (away < kSearchFirst_m) return near;
@@ -110,10 +110,10 @@ std::size_t NodeChain::edge_of(std::size_t point, std::size_t edge_before) const
 void NodeChain::find_offsets() {
   offsets_.clear();
   std::size_t edge = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (std::size_t i = 0; i < points_->size(); ++i) {
     edge_of_point_[i] = edge = edge_of(i, edge);
     const double edge_length = edge_length_m_[edge];
-    const PlanePoint from = points_[i] - nodes_[edge];
+    const PlanePoint from = (*points_)[i] - nodes_[edge];
     const double raw_share = dot(from, along(across_[edge])) / edge_length;
     if (!closed_ && (raw_share < 0.0 || raw_share > 1.0)) continue;  // before the start or beyond the end
     const double share = std::clamp(raw_share, 0.0, 1.0);
@@ -147,7 +147,7 @@ void NodeChain::move(const std::vector<double>& moves) {
 
 void NodeChain::respace(double step_m) {
   nodes_ = evenly_spaced(nodes_, step_m, closed_);
-  edge_of_point_.assign(points_.size(), kNowhere);
+  edge_of_point_.assign(points_->size(), kNowhere);
   VOLTLAP_DEMAND(nodes_.size() >= 8);
 }
 

@@ -34,6 +34,7 @@ struct PointOffset : NodeFunction<2> {
 
 class NodeChain {
  public:
+  /// `points` must outlive it and its copies.
   NodeChain(PointList nodes, const PointList& points, bool closed);
 
   /// Curvatures, changes and offsets about the nodes where they are now.
@@ -67,7 +68,7 @@ class NodeChain {
   void weigh_far_points();
 
   PointList nodes_;
-  const PointList& points_;
+  const PointList* points_;
   bool closed_;
   std::vector<double> edge_length_m_;  ///< edge j goes from node j to the next
   PointList across_, normal_;          ///< unit vectors to the left: of edges, at nodes
