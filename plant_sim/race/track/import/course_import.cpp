@@ -11,6 +11,7 @@
 #include "core/errors.hpp"
 #include "core/signal.hpp"
 #include "race/track/import/centre_line.hpp"
+#include "race/track/import/course_closing.hpp"
 #include "race/track/import/laps.hpp"
 #include "race/track/import/smooth_path.hpp"
 
@@ -173,6 +174,7 @@ class PointsImport {
       const bool straight = std::abs(arc.curvature_per_m) < 1.0 / kStraightRadius_m;
       course_.track.segments.push_back({arc.length_m, straight ? 0.0 : -arc.curvature_per_m});
     }
+    if (course_.closed) course_.track.segments = closed_segments(course_.track.segments);
     course_.noise_m = line.noise_m;
     course_.noise_origin = options_.noise_m >= 0.0 ? "as given"
                            : sparse_               ? "taken, as so few points do not tell"
