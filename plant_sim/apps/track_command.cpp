@@ -29,7 +29,7 @@ nlohmann::ordered_json json_of(const Track& track, const CourseSummary& sum) {
           {"tightest_radius_m", sum.tightest_radius_m},
           {"tightest_at_m", sum.tightest_at_m},
           {"turned_deg", sum.turned_deg},
-          {"gap_m", sum.gap_m}};
+          {"closing_gap_m", sum.gap_m}};
 }
 
 nlohmann::ordered_json json_of(const ImportedCourse& course, const CourseSummary& sum) {
@@ -48,8 +48,9 @@ nlohmann::ordered_json json_of(const ImportedCourse& course, const CourseSummary
 }
 
 std::string summary_text(const CourseSummary& sum, std::size_t segments) {
-  std::string text = fmt::format("  length     {:8.1f} m in {} segments, {:.1f} m of it straight (radius above 100 m)\n",
-                                 sum.length_m, segments, sum.straights_m);
+  std::string text =
+      fmt::format("  length     {:8.1f} m in {} segments, {:.1f} m of it straight (radius above 100 m)\n", sum.length_m,
+                  segments, sum.straights_m);
   text += fmt::format("  corners    {:8} (one way round, radius below 100 m, 10 degrees or more)\n", sum.corners);
   if (sum.tightest_radius_m > 0.0) {
     text += fmt::format("  tightest   {:8.2f} m radius, {:.1f} m behind the start\n", sum.tightest_radius_m,
@@ -70,8 +71,9 @@ std::string origin_text(const ImportedCourse& course) {
                                                                            : "used");
   }
   if (!course.closed) {
-    text += fmt::format("  open              the source ends {:.1f} m from its start; drive it with --lap-start standing\n",
-                        course.source_gap_m);
+    text += fmt::format(
+        "  open              the source ends {:.1f} m from its start; drive it with --lap-start standing\n",
+        course.source_gap_m);
   } else if (points) {
     text += fmt::format("  closed            the source's gap of {:.2f} m was bridged\n", course.source_gap_m);
   } else {
@@ -82,6 +84,10 @@ std::string origin_text(const ImportedCourse& course) {
   }
   for (const std::string& note : course.notes) text += fmt::format("  note              {}\n", note);
   return text;
+}
+
+std::string caption(const Track& track, const CourseSummary& sum) {
+  return fmt::format("{}: {:.0f} m, {} corners", track.name, sum.length_m, sum.corners);
 }
 
 void commit_all(std::initializer_list<std::optional<AtomicFile>*> files) {
@@ -180,8 +186,7 @@ int TrackCommand::import() const {
   const CourseSummary sum = summarise(course.track);
   out->write(course_file_text(course.track, file_head(course)));
   if (plot) {
-    plot->write(course_picture(course.track, course.line, course.source_points,
-                               fmt::format("{}: {:.0f} m, {} corners", course.track.name, sum.length_m, sum.corners)));
+    plot->write(course_picture(course.track, course.line, course.source_points, caption(course.track, sum)));
   }
   if (json) json->write(json_of(course, sum).dump(2) + '\n');
   commit_all({&out, &plot, &json});
@@ -196,7 +201,7 @@ int TrackCommand::show(const DataFolder& data) const {
   std::optional<AtomicFile> plot = output(plot_), json = output(json_);
   const CourseSummary sum = summarise(track);
   if (plot) {
-    plot->write(course_picture(track, {}, {}, fmt::format("{}: {:.0f} m, {} corners", track.name, sum.length_m, sum.corners)));
+    plot->write(course_picture(track, {}, {}, caption(track, sum)));
   }
   if (json) json->write(json_of(track, sum).dump(2) + '\n');
   commit_all({&plot, &json});

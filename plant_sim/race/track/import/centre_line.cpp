@@ -25,6 +25,9 @@ constexpr double kExact_m = 0.02;        // noise below which the even line alre
 constexpr double kForArcs = 0.1;         // information per point by which arcs are believed in beforehand
 constexpr double kSameCurvature = 1e-3;  // 1/m, within which nodes of the even line are one arc
 constexpr double kSameTurn_rad = 0.3;
+// Of an even change against a point. Less lets exact points ring where a corner begins, as Gibbs has it; more widens
+// hairpins: tightest radii come out 5 % small, lap times within 0.3 % (root mean square).
+constexpr double kLeastWeight_log10 = -1.8;
 constexpr double kLeastChange = 1e-5;   // of the largest, below which a change is none
 constexpr double kNoFit = 1e300;
 constexpr double kMostWeight = 1e8;     // of a change against a point: what double precision carries
@@ -109,7 +112,8 @@ class CentreLineFit {
   void even_round() {
     chain_.linearise();
     NodeMoves moves(chain_);
-    const double lambda = golden_section(-4.0, std::log10(kMostWeight), 0.1, [&](double at) { return misfit(moves, at); });
+    const double lambda = golden_section(kLeastWeight_log10, std::log10(kMostWeight), 0.1,
+                                         [&](double at) { return misfit(moves, at); });
     misfit(moves, lambda);
     step(moves, std::vector<double>(chain_.changes().size(), std::pow(10.0, lambda)));
     change2_.assign(chain_.changes().size(), square(noise_m_) / std::pow(10.0, lambda));

@@ -50,7 +50,8 @@ Misses misses_of(const std::vector<Segment>& segments) {
     const PlanePoint rest = left_of(last.at - ends[k + 1].at);
     // At a fixed length: by differences, exact to second order.
     const double step = 1e-5;
-    const PlanePoint bend = (0.5 / step) * (after(ends[k], length_m, turn + step).at - after(ends[k], length_m, turn - step).at);
+    const PlanePoint more = after(ends[k], length_m, turn + step).at, less = after(ends[k], length_m, turn - step).at;
+    const PlanePoint bend = (0.5 / step) * (more - less);
     const PlanePoint chord = (1.0 / length_m) * (ends[k + 1].at - ends[k].at);
     out.by_angle.push_back({bend.x_m + rest.x_m, bend.y_m + rest.y_m, 1.0});
     out.by_length.push_back({chord.x_m, chord.y_m, 0.0});

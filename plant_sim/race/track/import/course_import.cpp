@@ -23,7 +23,7 @@ constexpr double kStep_m = 0.25;            // between the nodes of the line
 constexpr double kMostNodes = 20000.0;
 constexpr double kShortest_m = 10.0, kLongest_m = 100e3;
 constexpr double kSparse_m = 5.0;            // between points, beyond which their noise cannot be told from corners
-constexpr double kSparseNoise_m = 0.3;      // then taken: how far a cone stands from where it was meant
+constexpr double kSparseNoise_m = 0.1;      // then taken: how far a cone stands from where it was meant
 constexpr double kLapReach_m = 6.0;         // a course's width and the drift of a GPS
 constexpr double kGapBridged_m = 10.0;
 constexpr double kStraightRadius_m = 2000.0;  // beyond it a bend is called straight
@@ -37,7 +37,9 @@ PointList without_repetitions(const PointList& points, std::vector<std::string>&
     if (kept.empty() || length(point - kept.back()) > 1e-6) kept.push_back(point);
   }
   if (kept.size() > 1 && length(kept.back() - kept.front()) <= 1e-6) kept.pop_back();
-  if (kept.size() < points.size()) notes.push_back(fmt::format("{} repeated points left out", points.size() - kept.size()));
+  if (kept.size() < points.size()) {
+    notes.push_back(fmt::format("{} repeated points left out", points.size() - kept.size()));
+  }
   return kept;
 }
 
@@ -133,12 +135,14 @@ class PointsImport {
     const std::size_t end = options_.lap ? *options_.lap : laps.size();
     for (std::size_t k = first; k < end; ++k) {
       const std::size_t last = std::min(laps[k].end, points_.size());
-      use_.insert(use_.end(), points_.begin() + static_cast<long>(laps[k].first), points_.begin() + static_cast<long>(last));
+      const auto of_lap = [&](std::size_t i) { return points_.begin() + static_cast<long>(i); };
+      use_.insert(use_.end(), of_lap(laps[k].first), of_lap(last));
     }
     course_.laps_used = end - first;
     start_ = joined(smooth_.points, laps[first]);
     course_.closed = true;
-    course_.source_gap_m = length(smooth_.points[std::min(laps[first].end, points_.size() - 1)] - smooth_.points[laps[first].first]);
+    const std::size_t again = std::min(laps[first].end, points_.size() - 1);
+    course_.source_gap_m = length(smooth_.points[again] - smooth_.points[laps[first].first]);
   }
 
   void judge_closure() {
@@ -203,9 +207,14 @@ void refuse_flags_of_points(const ImportOptions& options, SourceKind kind) {
 
 void turn_round(ImportedCourse& course, const ImportOptions& options) {
   auto& segments = course.track.segments;
-  if (options.reversed) std::reverse(segments.begin(), segments.end());
+  if (options.reversed) {
+    std::reverse(segments.begin(), segments.end());
+    for (Segment& segment : segments) segment.grade = segment.grade == 0.0 ? 0.0 : -segment.grade;
+  }
   if (options.reversed != options.mirrored) {  // driven the other way a left corner is a right one
-    for (Segment& segment : segments) segment.curvature_per_m = segment.curvature_per_m == 0.0 ? 0.0 : -segment.curvature_per_m;
+    for (Segment& segment : segments) {
+      if (segment.curvature_per_m != 0.0) segment.curvature_per_m = -segment.curvature_per_m;
+    }
   }
   if (options.reversed) std::reverse(course.line.begin(), course.line.end());
   if (options.mirrored) {

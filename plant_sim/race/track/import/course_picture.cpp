@@ -72,17 +72,19 @@ std::string legend(const Frame& frame, const std::string& caption) {
   std::string text = fmt::format("<text x='{}' y='{:.0f}'>{}</text>\n", kMargin_px, base, escaped(caption));
   double at = kMargin_px;
   for (const RadiusColour& c : kColours) {
-    text += fmt::format("<rect x='{0:.0f}' y='{1:.0f}' width='18' height='6' fill='{2}'/><text x='{3:.0f}' y='{4:.0f}'>{5}</text>\n",
-                        at, base + 18.0, c.colour, at + 24.0, base + 26.0, c.words);
+    text += fmt::format("<rect x='{0:.0f}' y='{1:.0f}' width='18' height='6' fill='{2}'/>", at, base + 18.0, c.colour);
+    text += fmt::format("<text x='{:.0f}' y='{:.0f}'>{}</text>\n", at + 24.0, base + 26.0, c.words);
     at += 150.0;
   }
   double bar_m = 1.0;
   for (const double size : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 5000.0}) {
     if (size * frame.scale() < 200.0) bar_m = size;
   }
-  return text + fmt::format("<path d='M{:.1f} {:.1f}h{:.1f}' stroke='black' stroke-width='2'/><text x='{:.1f}' y='{:.1f}'>{:g} m</text>\n",
-                            kMargin_px, base + 46.0, bar_m * frame.scale(), kMargin_px + bar_m * frame.scale() + 8.0,
-                            base + 50.0, bar_m);
+  const double bar_px = bar_m * frame.scale();
+  text += fmt::format("<path d='M{:.1f} {:.1f}h{:.1f}' stroke='black' stroke-width='2'/>", kMargin_px, base + 46.0,
+                      bar_px);
+  return text + fmt::format("<text x='{:.1f}' y='{:.1f}'>{:g} m</text>\n", kMargin_px + bar_px + 8.0, base + 50.0,
+                            bar_m);
 }
 
 /// Curvature at each of `n` points that lie evenly along the course.

@@ -27,7 +27,8 @@ bool is_gpx(const std::string& path) {
   return name.ends_with(".gpx") || name.ends_with(".gpx.gz");
 }
 
-void read_points(const SourceTable& table, const SourceColumns& columns, std::optional<double> unit, CourseSource& out) {
+void read_points(const SourceTable& table, const SourceColumns& columns, std::optional<double> unit,
+                 CourseSource& out) {
   const bool named = !table.names().empty();
   if (!named && table.columns() != 2) {
     throw InputError(table.path(), fmt::format("{} columns without names", table.columns()), "two, x and y",
@@ -64,7 +65,8 @@ void read_gps(const SourceTable& table, const SourceColumns& columns, CourseSour
   out.points = in_the_plane(places);
 }
 
-void read_gates(const SourceTable& table, const SourceColumns& columns, std::optional<double> unit, CourseSource& out) {
+void read_gates(const SourceTable& table, const SourceColumns& columns, std::optional<double> unit,
+                CourseSource& out) {
   const std::array<std::size_t, 4> at = {columns.at(Quantity::kLeftX), columns.at(Quantity::kLeftY),
                                          columns.at(Quantity::kRightX), columns.at(Quantity::kRightY)};
   const double metres = columns.metres_per_unit(Quantity::kLeftX, unit);
@@ -107,7 +109,8 @@ void read_curvature(const SourceTable& table, const SourceColumns& columns, std:
       throw InputError(fmt::format("{}, {}", table.place(row), table.names()[s]), fmt::format("{:g}", here),
                        fmt::format("more than {:g}, the one before", before), "Sort the rows by distance");
     }
-    out.segments.push_back({0.5 * metres * (behind - before), sign * per_metre * table.number(row, k), table.place(row)});
+    const double curvature = sign * per_metre * table.number(row, k);
+    out.segments.push_back({0.5 * metres * (behind - before), curvature, table.place(row)});
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a race team has of its course, read from a file: points, a GPS recording, cone gates, curvature over distance, or
-// segments.
+// What a race team has of its course, read from a file: points, a GPS recording, cone gates, curvature over distance,
+// or segments.
 #pragma once
 #include <optional>
 #include <string>

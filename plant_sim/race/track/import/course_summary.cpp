@@ -15,19 +15,27 @@ namespace {
 
 constexpr double kCornerRadius_m = 100.0;
 constexpr double kCornerTurn_rad = 10.0 * M_PI / 180.0;
-constexpr double kOutlineStep_m = 1.0;
 
-/// The radius r with 1 / r == |curvature| to the last bit, as reading it computes; none is further than a few steps off.
-double radius_of(double curvature) {
-  const double size = std::abs(curvature), near = 1.0 / size;
-  double below = near, above = near;
+/// The number near `about` that `read` makes exactly `wanted` of; `about` where there is none.
+template <class Read>
+double written(double about, double wanted, const Read& read) {
+  double below = about, above = about;
   for (int step = 0; step < 4; ++step) {
-    if (1.0 / below == size) return below;
-    if (1.0 / above == size) return above;
-    below = std::nextafter(below, 0.0);
+    if (read(below) == wanted) return below;
+    if (read(above) == wanted) return above;
+    below = std::nextafter(below, -std::numeric_limits<double>::infinity());
     above = std::nextafter(above, std::numeric_limits<double>::infinity());
   }
-  return near;
+  return about;
+}
+
+double radius_of(double curvature) {
+  const double size = std::abs(curvature);
+  return written(1.0 / size, size, [](double radius) { return 1.0 / radius; });
+}
+
+double percent_of(double grade) {
+  return written(100.0 * grade, grade, [](double percent) { return 0.01 * percent; });
 }
 
 }  // namespace
@@ -56,18 +64,20 @@ CourseSummary summarise(const Track& track) {
   }
   end_corner();
   sum.tightest_radius_m = sharpest > 0.0 ? 1.0 / sharpest : 0.0;
-  const OutlinePoint end = outline(track, kOutlineStep_m).back();
-  sum.gap_m = std::hypot(end.x_m, end.y_m);
+  sum.gap_m = closing_gap_m(track);
   VOLTLAP_DEMAND(std::isfinite(sum.gap_m) && sum.length_m > 0.0);
   return sum;
 }
 
 std::string course_file_text(const Track& track, const std::string& head) {
-  std::string text = head + "type,section_length_m,corner_radius_m\n";
+  const bool graded = std::any_of(track.segments.begin(), track.segments.end(),
+                                  [](const Segment& segment) { return segment.grade != 0.0; });
+  std::string text = head + "type,section_length_m,corner_radius_m" + (graded ? ",grade_pct\n" : "\n");
   for (const Segment& segment : track.segments) {
     const double curvature = segment.curvature_per_m;
-    if (curvature == 0.0) text += fmt::format("Straight,{},0\n", segment.length_m);
-    else text += fmt::format("{},{},{}\n", curvature < 0.0 ? "Left" : "Right", segment.length_m, radius_of(curvature));
+    const char* type = curvature == 0.0 ? "Straight" : curvature < 0.0 ? "Left" : "Right";
+    text += fmt::format("{},{},{}", type, segment.length_m, curvature == 0.0 ? 0.0 : radius_of(curvature));
+    text += graded ? fmt::format(",{}\n", percent_of(segment.grade)) : "\n";
   }
   return text;
 }

@@ -42,7 +42,8 @@ class LapFinder {
   [[nodiscard]] PlanePoint direction(std::size_t at) const {
     std::size_t to = at + 1, from = at;
     while (to + 1 < path_.size() && along_[to] - along_[at] < 0.5 * reach_m_) ++to;
-    while (to >= path_.size() || (from > 0 && along_[to] - along_[from] < 0.5 * reach_m_)) to = std::min(to, path_.size() - 1), --from;
+    to = std::min(to, path_.size() - 1);
+    while (from > 0 && along_[to] - along_[from] < 0.5 * reach_m_) --from;
     const PlanePoint way = path_[to] - path_[from];
     return (1.0 / std::max(1e-9, length(way))) * way;
   }

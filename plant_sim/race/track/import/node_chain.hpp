@@ -46,7 +46,9 @@ class NodeChain {
 
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
   [[nodiscard]] bool closed() const { return closed_; }
-  [[nodiscard]] std::size_t next(std::size_t node) const { return node + 1 == size() ? (closed_ ? 0 : node) : node + 1; }
+  [[nodiscard]] std::size_t next(std::size_t node) const {
+    return node + 1 < size() ? node + 1 : closed_ ? 0 : node;
+  }
   [[nodiscard]] std::size_t before(std::size_t node) const { return node == 0 ? (closed_ ? size() - 1 : 0) : node - 1; }
   [[nodiscard]] const PointList& nodes() const { return nodes_; }
   [[nodiscard]] const std::vector<NodeCurvature>& curvatures() const { return curvatures_; }

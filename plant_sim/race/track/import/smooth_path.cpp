@@ -25,7 +25,9 @@ class Whittaker {
     for (std::size_t i = 0; i < n; ++i) system_.add(i, i, 1.0);
     for (std::size_t i = 0; i + 3 < n; ++i) {
       for (std::size_t a = 0; a < 4; ++a) {
-        for (std::size_t b = 0; b <= a; ++b) system_.add(i + a, i + b, weight * kThirdDifference[a] * kThirdDifference[b]);
+        for (std::size_t b = 0; b <= a; ++b) {
+          system_.add(i + a, i + b, weight * kThirdDifference[a] * kThirdDifference[b]);
+        }
       }
     }
     VOLTLAP_DEMAND(system_.factorise());

@@ -42,10 +42,11 @@ const std::vector<KnownNames>& known_names() {
   return names;
 }
 
-/// Units at the end of a name, the longest first.
-constexpr const char* kUnits[] = {"degrees", "degree", "metres", "meters", "radians", "metre", "meter", "feet",
-                                  "1pm",     "perm",   "deg",    "rad",    "inch",    "1/m",   "1/ft",  "ft",
-                                  "m",       "in",     "m-1",    "1pft",   "perft"};
+/// Units at the end of a name.
+constexpr const char* kUnits[] = {"m",     "metre",  "metres",  "meter", "meters", "cm",      "mm",  "km",
+                                  "ft",    "foot",   "feet",    "in",    "inch",   "inches",  "deg", "degree",
+                                  "degrees", "rad",  "radians", "1/m",   "m-1",    "1pm",     "perm", "1/ft",
+                                  "1pft",  "perft"};
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -54,7 +55,8 @@ std::string lower(std::string text) {
 
 std::string letters_of(const std::string& text) {
   std::string out;
-  std::copy_if(text.begin(), text.end(), std::back_inserter(out), [](unsigned char c) { return std::isalnum(c) != 0; });
+  const auto kept = [](unsigned char c) { return std::isalnum(c) != 0; };
+  std::copy_if(text.begin(), text.end(), std::back_inserter(out), kept);
   return out;
 }
 
@@ -83,16 +85,20 @@ std::pair<std::string, std::string> name_and_unit(const std::string& column) {
   return {letters_of(text), ""};
 }
 
+struct KnownUnit {
+  const char* name;
+  double metres;  ///< of a length; of a curvature: metres that the length of its denominator has
+};
+constexpr KnownUnit kLengths[] = {
+    {"m", 1.0},       {"metre", 1.0},  {"metres", 1.0}, {"meter", 1.0},   {"meters", 1.0},  {"cm", 0.01},
+    {"mm", 0.001},    {"km", 1000.0},  {"ft", 0.3048},  {"foot", 0.3048}, {"feet", 0.3048}, {"in", 0.0254},
+    {"inch", 0.0254}, {"inches", 0.0254}, {"1pm", 1.0}, {"1/m", 1.0},     {"perm", 1.0},    {"m-1", 1.0},
+    {"m^-1", 1.0},    {"rad/m", 1.0},  {"1pft", 0.3048}, {"1/ft", 0.3048}, {"perft", 0.3048}, {"rad/ft", 0.3048}};
+
 std::optional<double> metres_in(const std::string& unit) {
-  if (unit == "m" || unit.starts_with("metre") || unit.starts_with("meter")) return 1.0;
-  if (unit == "ft" || unit == "feet" || unit == "foot") return 0.3048;
-  if (unit == "in" || unit == "inch" || unit == "inches") return 0.0254;
-  if (unit == "cm") return 0.01;
-  if (unit == "mm") return 0.001;
-  if (unit == "km") return 1000.0;
-  if (unit == "1pm" || unit == "1/m" || unit == "perm" || unit == "m-1" || unit == "m^-1" || unit == "rad/m") return 1.0;
-  if (unit == "1pft" || unit == "1/ft" || unit == "perft" || unit == "rad/ft") return 0.3048;
-  return std::nullopt;
+  const auto* found = std::find_if(std::begin(kLengths), std::end(kLengths),
+                                   [&](const KnownUnit& known) { return unit == known.name; });
+  return found == std::end(kLengths) ? std::nullopt : std::optional(found->metres);
 }
 
 }  // namespace

@@ -40,7 +40,8 @@ SourceTable::SourceTable(const std::string& path) : path_(path) {
   find_separator(lines);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     std::vector<std::string> fields = split(lines[i]);
-    if (!has_number(fields) && rows_.empty() && (names_.empty() || units_.empty())) {
+    const bool words = std::any_of(fields.begin(), fields.end(), [](const std::string& f) { return !f.empty(); });
+    if (words && !has_number(fields) && rows_.empty() && (names_.empty() || units_.empty())) {
       (names_.empty() ? names_ : units_) = std::move(fields);
       continue;
     }

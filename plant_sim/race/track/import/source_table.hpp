@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table as loggers, spreadsheets and people write it: separated by commas, semicolons, tabs or blanks, a decimal comma
-// where the separator is another, a header line or none, a line of units below it or none. Plain or gzipped.
+// A table as loggers, spreadsheets and people write it: separated by commas, semicolons, tabs or blanks, a decimal
+// comma where the separator is another, a header line or none, a line of units below it or none. Plain or gzipped.
 #pragma once
 #include <cstddef>
 #include <optional>

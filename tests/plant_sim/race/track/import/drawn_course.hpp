@@ -19,7 +19,7 @@ namespace voltlap::plant::test {
 [[nodiscard]] PointList surveyed(const Track& track, double spacing_m, double noise_m, std::mt19937_64& draw,
                                  int rounds = 1);
 
-/// Points of `laps` laps of a car at its lap time's speed, `rate_hz` a second, with noise. Begins and ends within a lap.
+/// Points of `laps` laps of a car at the speed of its fastest, `rate_hz` a second, with noise. Begins within a lap.
 [[nodiscard]] PointList recorded(const VehicleParameters& car, const Track& track, double rate_hz, double noise_m,
                                  double laps, std::mt19937_64& draw);
 
