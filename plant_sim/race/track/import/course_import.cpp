@@ -56,6 +56,10 @@ PointList forward_only(const PointList& path, double apart_m, bool closed) {
     heading = (1.0 / way) * step;
     kept.push_back(point);
   }
+  const double left = length(path.back() - kept.back());
+  if (!closed && left > 0.0 && left < apart_m && dot(path.back() - kept.back(), heading) > 0.0) {
+    kept.back() = path.back();  // an open course goes to its end
+  }
   while (closed && kept.size() > 3 &&
          (length(kept.back() - kept.front()) < apart_m ||
           (length(kept.back() - kept.front()) < 5.0 * apart_m && dot(kept.front() - kept.back(), heading) < 0.0))) {

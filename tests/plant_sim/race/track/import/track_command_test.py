@@ -107,6 +107,16 @@ def test_a_bad_source_is_refused_and_nothing_is_written(tmp_path, text, flags, m
     assert not out.exists() and len(list(tmp_path.iterdir())) == 1
 
 
+@pytest.mark.parametrize("arguments, message", [
+    ((), "track: found no command; expected one of import, show"),
+    (("imprt",), "Did you mean import? See `voltlap track --help`"),
+    (("import", "--out", "c.csv"), "`voltlap track import --help` shows what it may be"),
+    (("import", "x.csv", "--out", "c.csv", "--nois", "1"), "track import: found the unknown flag --nois"),
+])
+def test_a_command_line_that_is_wrong_is_told_with_the_command(arguments, message):
+    assert message in voltlap("track", *arguments, ends_with=2).stderr
+
+
 COURSES = [  # file, flags, length in m, closed
     ("autocross_michigan_2019_gates_ft.csv", ("--unit", "ft"), 890, False),
     ("endurance_michigan_2019_gates_ft.csv", ("--unit", "ft"), 2040, True),
