@@ -39,6 +39,7 @@ nlohmann::ordered_json json_of(const ImportedCourse& course, const CourseSummary
   out["source_gap_m"] = course.source_gap_m;
   out["points"] = course.points;
   out["points_used"] = course.points_used;
+  out["start_point"] = course.start_point;
   out["laps_found"] = course.laps;
   out["laps_used"] = course.laps_used;
   out["noise_m"] = course.noise_m ? nlohmann::ordered_json(*course.noise_m) : nlohmann::ordered_json(nullptr);
@@ -70,6 +71,7 @@ std::string origin_text(const ImportedCourse& course) {
                         : course.laps > 1                                  ? "one used"
                                                                            : "used");
   }
+  if (points) text += fmt::format("  start             at point {} of the source\n", course.start_point);
   if (!course.closed) {
     text += fmt::format(
         "  open              the source ends {:.1f} m from its start; drive it with --lap-start standing\n",
@@ -168,9 +170,9 @@ ImportOptions TrackCommand::import_options() const {
 }
 
 std::string TrackCommand::file_head(const ImportedCourse& course) const {
-  std::string head = fmt::format("# {}: made by voltlap track import from {}, {} {}.\n", course.track.name,
-                                 std::filesystem::path(source_).filename().string(), course.points,
-                                 course.noise_m ? name_of(course.kind) : "segments");
+  std::string head = fmt::format("# {}: made by voltlap track import from {} ({}, {} rows).\n", course.track.name,
+                                 std::filesystem::path(source_).filename().string(), name_of(course.kind),
+                                 course.points);
   if (course.noise_m) head += fmt::format("# Noise of the points across the course: {:.3f} m.\n", *course.noise_m);
   return head + "# Lengths and radii in metres.\n";
 }

@@ -10,7 +10,10 @@
 //    (automatic relevance determination: MacKay, 1992; Tipping, 2001). Changes gather where corners begin and end.
 // 3. Arcs: the curvature changes at those places only. Places move to where the points want them, and one whose
 //    change the points do not support, change^2 / variance below a bound, is taken out until all are supported: noise
-//    makes no hairpins, and a hairpin keeps its radius, which an even smoothing widens.
+//    is not taken for corners, and hairpins keep the radius that an even smoothing widens.
+//
+// The even line is the result where the points' noise is below 2 cm, where the arcs explain them clearly worse (Schwarz'
+// information), and where the arcs turn otherwise than the even line does.
 //
 // Only the distance across the line counts: neither speed nor spacing matter, and points of several laps give their
 // mean.

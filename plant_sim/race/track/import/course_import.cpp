@@ -27,6 +27,7 @@ constexpr double kSparseNoise_m = 0.1;      // then taken: how far a cone stands
 constexpr double kLapReach_m = 6.0;         // a course's width and the drift of a GPS
 constexpr double kGapBridged_m = 10.0;
 constexpr double kStraightRadius_m = 2000.0;  // beyond it a bend is called straight
+constexpr double kSamePlace_m = 1e-6;
 constexpr double kTightest_m = 1.5;
 constexpr double kBackwards = -0.2;         // cosine of the angle beyond which a step goes back
 
@@ -34,9 +35,9 @@ constexpr double kBackwards = -0.2;         // cosine of the angle beyond which 
 PointList without_repetitions(const PointList& points, std::vector<std::string>& notes) {
   PointList kept;
   for (const PlanePoint& point : points) {
-    if (kept.empty() || length(point - kept.back()) > 1e-6) kept.push_back(point);
+    if (kept.empty() || length(point - kept.back()) > kSamePlace_m) kept.push_back(point);
   }
-  if (kept.size() > 1 && length(kept.back() - kept.front()) <= 1e-6) kept.pop_back();
+  if (kept.size() > 1 && length(kept.back() - kept.front()) <= kSamePlace_m) kept.pop_back();
   if (kept.size() < points.size()) {
     notes.push_back(fmt::format("{} repeated points left out", points.size() - kept.size()));
   }
@@ -92,7 +93,8 @@ PointList joined(const PointList& path, const Lap& lap) {
 class PointsImport {
  public:
   PointsImport(CourseSource source, const ImportOptions& options, ImportedCourse& course)
-      : options_(options), course_(course), points_(without_repetitions(source.points, course.notes)) {}
+      : options_(options), course_(course), recorded_(std::move(source.points)),
+        points_(without_repetitions(recorded_, course.notes)) {}
 
   void run(const std::string& path) {
     check(path);
@@ -144,9 +146,23 @@ class PointsImport {
     }
     course_.laps_used = end - first;
     start_ = joined(smooth_.points, laps[first]);
+    note_start(laps[first].first);
     course_.closed = true;
     const std::size_t again = std::min(laps[first].end, points_.size() - 1);
     course_.source_gap_m = length(smooth_.points[again] - smooth_.points[laps[first].first]);
+  }
+
+  /// Repeated points are counted again.
+  void note_start(std::size_t kept) {
+    std::size_t before = 0;
+    PlanePoint last{};
+    for (std::size_t i = 0; i < recorded_.size(); ++i) {
+      if (i > 0 && length(recorded_[i] - last) <= kSamePlace_m) continue;
+      last = recorded_[i];
+      if (before++ != kept) continue;
+      course_.start_point = i + 1;
+      return;
+    }
   }
 
   void judge_closure() {
@@ -194,7 +210,7 @@ class PointsImport {
 
   const ImportOptions& options_;
   ImportedCourse& course_;
-  PointList points_, use_, start_;
+  PointList recorded_, points_, use_, start_;
   SmoothPath smooth_;
   double scatter_m_ = 0.0;
   bool sparse_ = false;  ///< too far apart to tell noise from corners

@@ -29,6 +29,7 @@ struct ImportedCourse {
   bool closed = true;
   double source_gap_m = 0.0;            ///< from the last point of the source to its first; bridged when `closed`
   std::size_t points = 0, points_used = 0;
+  std::size_t start_point = 1;          ///< point of the source, from 1, where the course begins
   std::size_t laps = 0;                 ///< whole laps found in the source; 0: driven once
   std::size_t laps_used = 1;
   std::optional<double> noise_m{};      ///< of the points across the course; none without points
