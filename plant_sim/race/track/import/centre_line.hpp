@@ -12,8 +12,8 @@
 //    change the points do not support, change^2 / variance below a bound, is taken out until all are supported: noise
 //    is not taken for corners, and hairpins keep the radius that an even smoothing widens.
 //
-// The even line is the result where the points' noise is below 2 cm, where the arcs explain them clearly worse (Schwarz'
-// information), and where the arcs turn otherwise than the even line does.
+// The even line is the result where the points' noise is below 2 cm, where the arcs explain them clearly worse
+// (Schwarz' information), and where the arcs turn otherwise than the even line does.
 //
 // Only the distance across the line counts: neither speed nor spacing matter, and points of several laps give their
 // mean.
