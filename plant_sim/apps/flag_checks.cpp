@@ -34,19 +34,32 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   return nearest.empty() ? "" : fmt::format(" Did you mean {}?", nearest);
 }
 
-/// The command that was parsed, else the whole program.
+/// The command that was parsed, the innermost where they nest, else the whole program.
 const CLI::App& active(const CLI::App& app) {
   const auto commands = app.get_subcommands();
-  return commands.empty() ? app : *commands.front();
+  return commands.empty() ? app : active(*commands.front());
 }
 
-std::string unknown_command(const CLI::App& app) {
+/// "voltlap", "voltlap lap", "voltlap track import".
+std::string words_to(const CLI::App& command) {
+  const CLI::App* outer = command.get_parent();
+  return outer == nullptr ? "voltlap" : words_to(*outer) + ' ' + command.get_name();
+}
+
+/// The same without the program.
+std::string title_of(const CLI::App& command) {
+  const std::string words = words_to(command);
+  return words.substr(std::min(words.size(), words.find(' ') + 1));
+}
+
+/// For a command that asks for one of its own: none was given, or one that it does not have.
+std::string unknown_command(const CLI::App& command, const std::string& where, const std::string& help) {
   std::vector<std::string> known;
-  for (const CLI::App* command : app.get_subcommands(nullptr)) known.push_back(command->get_name());
-  const auto words = app.remaining();
+  for (const CLI::App* inner : command.get_subcommands(nullptr)) known.push_back(inner->get_name());
+  const auto words = command.remaining();
   const std::string found = words.empty() ? "no command" : fmt::format("\"{}\", which is no command", words.front());
-  return fmt::format("command line: found {}; expected one of {}.{} See `voltlap --help`.", found,
-                     fmt::join(known, ", "), words.empty() ? "" : did_you_mean(words.front(), known));
+  return fmt::format("{}: found {}; expected one of {}.{} See {}.", where, found, fmt::join(known, ", "),
+                     words.empty() ? "" : did_you_mean(words.front(), known), help);
 }
 
 std::string unknown_argument(const CLI::App& command, const std::string& help) {
@@ -56,7 +69,7 @@ std::string unknown_argument(const CLI::App& command, const std::string& help) {
   if (flag == words.end()) {
     return fmt::format(
         "{}: found \"{}\", which belongs to no flag; expected flags and their values. Leave it out, or see {}.",
-        command.get_name(), words.empty() ? "" : words.front(), help);
+        title_of(command), words.empty() ? "" : words.front(), help);
   }
   std::vector<std::string> known;
   for (const CLI::Option* option : command.get_options()) {
@@ -64,7 +77,7 @@ std::string unknown_argument(const CLI::App& command, const std::string& help) {
   }
   const std::string name = flag->substr(0, flag->find('='));
   return fmt::format("{}: found the unknown flag {}; expected a flag that {} shows.{} Correct the flag.",
-                     command.get_name(), name, help, did_you_mean(name, known));
+                     title_of(command), name, help, did_you_mean(name, known));
 }
 
 /// "--vehicle: 1 required TEXT missing", "what is required".
@@ -153,12 +166,11 @@ std::FILE* summary_stream(std::initializer_list<std::string> result_files) {
 std::string usage_message(const CLI::App* app, const CLI::Error& error) {
   const CLI::App& command = active(*app);
   const std::string said = error.what();
-  const std::string help =
-      &command == app ? "`voltlap --help`" : fmt::format("`voltlap {} --help`", command.get_name());
-  const bool none_chosen = app->get_subcommands().empty() && !app->get_subcommands(nullptr).empty();
+  const std::string help = fmt::format("`{} --help`", words_to(command));
+  const bool none_chosen = !command.get_subcommands(nullptr).empty();
   std::string text;
   if (none_chosen) {
-    text = unknown_command(*app);
+    text = unknown_command(command, &command == app ? "command line" : title_of(command), help);
   } else if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
     text = unknown_argument(command, help);
   } else if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
@@ -173,7 +185,7 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error) {
     text = missing_value(said, help);
   } else {
     text = fmt::format("{}: found a command line that cannot be used ({}); expected what {} shows. Correct the flag.",
-                       command.get_name(), said, help);
+                       title_of(command), said, help);
   }
   return fmt::format("voltlap: {}\n", text);
 }

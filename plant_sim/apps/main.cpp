@@ -13,6 +13,7 @@
 #include "apps/other_programs.hpp"
 #include "apps/plant_command.hpp"
 #include "apps/program.hpp"
+#include "apps/track_command.hpp"
 #include "core/errors.hpp"
 #include "port/host/bus_error.hpp"
 
@@ -25,7 +26,7 @@ int run(int argc, char** argv) {
   hand_over(argc, argv);
   try {
     return run_commands<EnduranceCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand, PlantCommand,
-                        EcuCommand, LogCommand>(argc, argv, add_other_commands);
+                        EcuCommand, LogCommand, TrackCommand>(argc, argv, add_other_commands);
   } catch (const voltlap::port::BusSetupError& error) {
     throw InputError(error.what());
   } catch (const voltlap::port::BusDownError& error) {

@@ -68,12 +68,20 @@ def unknown_commands(text):
     return [words[1] for words in named if re.fullmatch("[a-z-]+", words[1]) and words[1] not in known]
 
 
+def help_of(words):
+    return subprocess.run([PROJECT / "voltlap", *words], capture_output=True, text=True, check=True,
+                          env={**os.environ, "CI": "true"}).stdout
+
+
 @pytest.fixture(scope="module")
 def all_help():
-    script = PROJECT / "voltlap"
-    asked = [[], *([command, "--help"] for command in sorted(start_script_commands()))]
-    return "".join(subprocess.run([script, *words], capture_output=True, text=True, env={**os.environ, "CI": "true"},
-                                  check=True).stdout for words in asked)
+    texts = [help_of([])]
+    for command in sorted(start_script_commands()):
+        texts.append(help_of([command, "--help"]))
+        inner = re.search(r"^Subcommands:\n((?:  .*\n)+)", texts[-1], re.MULTILINE)  # of a command that has its own
+        names = re.findall(r"^  (\S+)", inner[1], re.MULTILINE) if inner else []
+        texts += [help_of([command, name, "--help"]) for name in names]
+    return "".join(texts)
 
 
 @pytest.mark.parametrize("name", documents())

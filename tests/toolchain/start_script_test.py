@@ -40,6 +40,11 @@ def test_every_command_has_a_help_that_names_it_and_the_exit_codes(command):
     assert f"voltlap {command}" in run.stdout and "--yes" in run.stdout and "Exit codes: 0 done" in run.stdout
 
 
+def test_help_of_a_command_within_a_command_is_its_own():
+    run = subprocess.run([SCRIPT, "track", "import", "--help"], capture_output=True, text=True)
+    assert run.returncode == 0 and "--unit" in run.stdout and "--yes" in run.stdout
+
+
 @pytest.mark.parametrize("command", [name for name in COMMANDS if not COMMANDS[name].startswith(("cli", "program"))])
 def test_help_of_what_is_not_built_builds_nothing(machine, command):
     assert machine.start(command, "--help").returncode == 0

@@ -78,13 +78,14 @@ help_of_build() {
 
 # Help comes without building, except for a program that has never been built: it prints its own flags.
 show_help() {
-  local program=${row_runs#* }
+  local program=${row_runs#* } inner=()
+  [[ "${arguments[0]:--}" == -* ]] || inner=("${arguments[0]}")  # `track import` has a help of its own
   case "$row_runs" in
     nothing) help_of_build ;;
     python\ *) help_of_python "$project/$program" ;;
     bash\ *) bash "$project/$program" --help ;;
     wrap\ *) "$(base_python)" "$project/$program" --help ;;
-    cli\ *) help_of_program "$program" "$row_name" ;;
+    cli\ *) help_of_program "$program" "$row_name" "${inner[@]}" ;;
     program\ *) help_of_program "$program" ;;
   esac || exit
   help_footer
