@@ -45,11 +45,11 @@ void print_keys(const VehicleParameters& car) {
 
 ListCommand::ListCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "list", "Names of vehicles, tracks, cells and bench plans; keys of --set with unit, range, value; causes of "
-                  "explain")) {
-  command_->add_option("what", what_, "vehicles, tracks, cells, bench, keys or causes")
+          "list", "Names of vehicles, tracks, cells, motors and bench plans; keys of --set with unit, range, value; "
+                  "causes of explain")) {
+  command_->add_option("what", what_, "vehicles, tracks, cells, motors, bench, keys or causes")
       ->required()
-      ->check(one_of({"vehicles", "tracks", "cells", "bench", "keys", "causes"}));
+      ->check(one_of({"vehicles", "tracks", "cells", "motors", "bench", "keys", "causes"}));
   car_.add_vehicle(*command_);
   command_->footer("--vehicle and --set choose the car whose values `list keys` shows.");
 }

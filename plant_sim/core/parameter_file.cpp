@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class Rank { kCellFile, kVehicle, kSetting };
+enum class Rank { kPartFile, kVehicle, kSetting };  // a part: a cell or a motor
 
 /// One `key = value`, from wherever it came.
 struct Assignment {
@@ -31,6 +31,7 @@ struct Assignment {
 using Assignments = std::map<std::string, Assignment>;
 
 constexpr const char* kPackBase = "vtm16e";  // the car around a pack file
+constexpr std::string_view kMotorPrefix = "motor.", kMotorModel = "motor.model";
 
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
 
@@ -83,6 +84,15 @@ void drop_alternative(Assignments& into, const std::string& key, const Assignmen
   }
 }
 
+/// Who names a motor means all of it: what the car's base says of another motor does not hold any more.
+void drop_motor(Assignments& into, const Assignment& model) {
+  std::erase_if(into, [&](const auto& entry) {
+    const Assignment& other = entry.second;
+    return entry.first.starts_with(kMotorPrefix) &&
+           (other.rank != model.rank || (model.rank == Rank::kVehicle && file_of(other) != file_of(model)));
+  });
+}
+
 void put(Assignments& into, const std::string& key, Assignment assignment) {
   for (const auto& [retired, advice] : kRetired) {
     if (key == retired) throw InputError(assignment.place, fmt::format("the key \"{}\"", key), "a key of today",
@@ -94,6 +104,7 @@ void put(Assignments& into, const std::string& key, Assignment assignment) {
         assignment.place, key, nearest_key(key)));
   }
   drop_alternative(into, key, assignment);
+  if (key == kMotorModel) drop_motor(into, assignment);
   into.insert_or_assign(key, std::move(assignment));
 }
 
@@ -144,10 +155,21 @@ void read_setting(const std::string& text, Assignments& into) {
   put(into, setting.key, {std::move(setting.value), "--set " + setting.key, Rank::kSetting});
 }
 
-void read_cell_file(const std::string& path, Assignments& into) {
-  Assignments cell;
-  flatten(parse_toml_file(path), "cell.", shown_path(path), Rank::kCellFile, cell);
-  into.merge(cell);  // keeps what a vehicle file or --set gave already
+/// The file of a part, `prefix` its section.
+void read_part_file(const std::string& path, const std::string& prefix, Assignments& into) {
+  Assignments part;
+  flatten(parse_toml_file(path), prefix, shown_path(path), Rank::kPartFile, part);
+  into.merge(part);  // keeps what a vehicle file or --set gave already
+}
+
+/// The file of the part that `key` names; empty when none is named.
+std::string find_part(const DataFolder& data, const char* kind, const std::string& key, const Assignments& given,
+                      const std::string& vehicle_path) {
+  const auto named = given.find(key);
+  if (named == given.end() || !named->second.value->is_string()) return {};
+  const std::string name = *named->second.value->value<std::string>();
+  if (name.empty() && key == kMotorModel) return {};
+  return data.find(kind, name, place_of(named->second, key), folder_of(vehicle_path));
 }
 
 class Store {
@@ -266,7 +288,7 @@ void require_all(const Assignments& given, const std::string& vehicle, const std
 CellParameters load_cell(const DataFolder& data, const std::string& name_or_path, const std::string& place) {
   Assignments given;
   const std::string path = data.find("cells", name_or_path, place);
-  read_cell_file(path, given);
+  read_part_file(path, "cell.", given);
   LoadedVehicle holder;
   for (const ParameterRow& row : parameter_rows()) {
     if (!row.key.starts_with("cell.")) continue;
@@ -295,12 +317,14 @@ LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_pa
   read_vehicle(data, path, {}, given, out.parameters.name);
   for (const std::string& setting : settings) read_setting(setting, given);
 
-  std::string cell_path = "the cell file";
-  if (const auto named = given.find("battery.cell"); named != given.end() && named->second.value->is_string()) {
-    cell_path = data.find("cells", *named->second.value->value<std::string>(), place_of(named->second, "battery.cell"),
-                          folder_of(path));
-    read_cell_file(cell_path, given);
+  std::string cell_path = find_part(data, "cells", "battery.cell", given, path);
+  if (cell_path.empty()) {
+    cell_path = "the cell file";
+  } else {
+    read_part_file(cell_path, "cell.", given);
   }
+  const std::string motor_path = find_part(data, "motors", std::string(kMotorModel), given, path);
+  if (!motor_path.empty()) read_part_file(motor_path, std::string(kMotorPrefix), given);
   require_all(given, shown_path(path), shown_path(cell_path));
   for (const ParameterRow& row : parameter_rows()) {
     const auto assignment = given.find(std::string(row.key));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vehicle and cell files (TOML) and `--set key=value` become VehicleParameters.
-// Precedence: --set, then the vehicle file, then the vehicle that it names as `base`, then the cell file.
+// Vehicle, cell and motor files (TOML) and `--set key=value` become VehicleParameters.
+// Precedence: --set, then the vehicle file, then the vehicle that it names as `base`, then the cell
+// and motor files. Naming a motor (motor.model) drops what a base says of another.
 #pragma once
 #include <map>
 #include <string>
@@ -15,9 +16,9 @@ class DataFolder {
  public:
   explicit DataFolder(std::string root) : root_(std::move(root)) {}
 
-  /// `kind` is vehicles, cells, tracks, bench or maps. `name` is a name of that folder or a path; a relative path is
-  /// looked up beside `beside` first when that is given. Throws InputError that begins with `place`, the flag or line
-  /// that gave the name, and lists the names there are.
+  /// `kind` is vehicles, cells, motors, tracks, bench or maps. `name` is a name of that folder or a path; a relative
+  /// path is looked up beside `beside` first when that is given. Throws InputError that begins with `place`, the flag
+  /// or line that gave the name, and lists the names there are.
   [[nodiscard]] std::string find(const std::string& kind, const std::string& name, const std::string& place,
                                  const std::string& beside = {}) const;
   /// Names of a kind, sorted.

@@ -145,6 +145,7 @@ struct InverterSection {
 };
 
 struct MotorSection {
+  std::string model;                     ///< name of a motor file, or its path; empty: the car says every number itself
   double constant_nm_per_a = 0;          ///< [Nm/A, V s/rad] 0.001..10
   double efficiency = 0;                 ///< [1] 0.3..1
   double winding_resistance_ohm = 0;     ///< [ohm] 0..1
@@ -238,7 +239,7 @@ struct VehicleParameters {
   DriverSection driver;
   PowertrainSection powertrain;
   InverterSection inverter;
-  MotorSection motor;
+  MotorSection motor;  ///< the file that motor.model names, if any, overrides of [motor] applied
   BatterySection battery;
   CellParameters cell;  ///< the file that battery.cell names, overrides of [battery] applied
   ContactorSection contactors;

@@ -8,7 +8,7 @@ import pytest
 DATA = pathlib.Path(__file__).resolve().parents[3] / "plant_sim" / "data"
 NUMBER = re.compile(r"^(\w+)\s*=\s*(-?[\d.]|\[)")
 SOURCE = re.compile(r"reference study|calibrated|assumed|data sheet|rules|reading of|as printed|LEM|Orion|car\.dbc|"
-                    r"is the 2p pair|follows|FreedomCAR")
+                    r"is the 2p pair|follows|FreedomCAR|estimated")
 
 
 def unexplained(text):
@@ -24,7 +24,7 @@ def unexplained(text):
     return wrong
 
 
-PATHS = sorted(path for kind in ("vehicles", "cells", "bench") for path in DATA.glob(f"{kind}/*.toml"))
+PATHS = sorted(path for kind in ("vehicles", "cells", "motors", "bench") for path in DATA.glob(f"{kind}/*.toml"))
 
 
 @pytest.mark.parametrize("path", PATHS, ids=lambda p: p.stem)

@@ -41,6 +41,35 @@ TEST(ParameterFile, SettingBeatsVehicleAndVehicleBeatsCellFile) {
   DOUBLES_EQUAL(20.0, with({"cell.capacity_ah=20"}, car).battery.capacity_ah, 0.0);
 }
 
+TEST(ParameterFile, EveryMotorAndEveryCellOfTheProjectLoads) {
+  for (const std::string& name : data.names("motors")) {
+    STRCMP_EQUAL(name.c_str(), with({"motor.model=" + name}).motor.model.c_str());
+  }
+  for (const std::string& name : data.names("cells")) {
+    STRCMP_EQUAL(name.c_str(), load_cell(data, name, "test").name.c_str());
+  }
+}
+
+TEST(ParameterFile, NamedMotorReplacesTheMotorOfTheBaseAndTheCarsOwnNumbersOverrideIt) {
+  const VehicleParameters base = with({});
+  const std::string car = car_with("[motor]\nmodel = \"emrax_228_hv\"\nefficiency = 0.9\n");
+  const MotorSection motor = with({}, car).motor;
+  DOUBLES_EQUAL(1.1, motor.constant_nm_per_a, 0.0);
+  DOUBLES_EQUAL(600.0, motor.curve_voltage_v, 0.0);
+  DOUBLES_EQUAL(0.9, motor.efficiency, 0.0);
+  CHECK(base.motor.curve_torque_nm != motor.curve_torque_nm);
+}
+
+TEST(ParameterFile, SettingOfAMotorReplacesAllOfTheCarsMotorButOtherSettings) {
+  for (const bool model_first : {false, true}) {
+    std::vector<std::string> settings = {"motor.efficiency=0.8", "motor.model=emrax_228_lv"};
+    if (model_first) std::swap(settings[0], settings[1]);
+    const MotorSection motor = with(settings, car_with("[motor]\nconstant_nm_per_a = 0.5\n")).motor;
+    DOUBLES_EQUAL(0.27, motor.constant_nm_per_a, 0.0);
+    DOUBLES_EQUAL(0.8, motor.efficiency, 0.0);
+  }
+}
+
 TEST(ParameterFile, LastOfTwoSettingsOfAKeyHolds) {
   DOUBLES_EQUAL(250.0, with({"vehicle.mass_kg=240", "vehicle.mass_kg=250"}).vehicle.mass_kg, 0.0);
 }
