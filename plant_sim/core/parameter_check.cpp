@@ -168,7 +168,8 @@ void check_consistency(const LoadedVehicle& vehicle) {
   for (std::size_t i = 0; i < p.battery.cells.size(); ++i) {
     const double soc = p.battery.initial_soc + p.battery.cells[i].initial_soc_offset;
     check.that(within(soc, 0.0, 1.0), fmt::format("battery.cells.{}.initial_soc_offset", i + 1),
-               fmt::format("a cell that starts at {:.1f} % charge", 100.0 * soc), "0 to 100 %, with battery.initial_soc",
+               fmt::format("a cell that starts at {:.1f} % charge", 100.0 * soc),
+               "0 to 100 %, with battery.initial_soc",
                "Change the offset or battery.initial_soc: no table says what a cell does beyond");
   }
   check.increasing("motor.curve_speed_rpm", p.motor.curve_speed_rpm);

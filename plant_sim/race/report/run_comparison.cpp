@@ -61,8 +61,8 @@ std::string unit_of(const std::string& key) {
   const auto shown = [](std::string_view unit) { return unit == "-" || unit == "1" ? "" : std::string(unit); };
   if (const ParameterRow* row = find_parameter(key)) return shown(row->unit);
   const std::string field = key.substr(key.rfind('.') + 1);
-  for (const CellVariationRow& row : cell_variation_rows()) {
-    if (row.field == field) return shown(row.unit);
+  for (const IndexedRow& row : indexed_rows()) {
+    if (key.starts_with(row.prefix) && row.field == field) return shown(row.unit);
   }
   return {};
 }
