@@ -13,7 +13,6 @@ namespace voltlap::plant {
 namespace {
 
 constexpr std::size_t kPoints = 512;
-constexpr double kPowerMax_w = 80e3;  // Formula SAE rules, EV.3.3
 
 /// The pack as a source: what is left of its voltage under a load.
 struct Source {
@@ -61,7 +60,9 @@ FullTorque::FullTorque(const VehicleParameters& car) {
   const TorqueCurve curve(motor);
   const Source source = pack_at_start(car);
   const double by_current = motor.constant_nm_per_a * car.inverter.current_max_a * motor.efficiency;
-  const double power = std::min(kPowerMax_w, source.power_max_w());
+  const double power = std::min(1e3 * car.master.power_max_kw, source.power_max_w());
+  // The master controller turns its power limit into a current by its own guess of the drive's efficiency.
+  const double by_master_w = 1e3 * car.master.power_max_kw * car.master.drive_efficiency * motor.efficiency;
   double top = motor.curve_speed_rpm.back() * M_PI / 30.0;
   if (motor.curve_voltage_v > 0.0) top *= std::max(1.0, source.open_v / motor.curve_voltage_v);
   VOLTLAP_DEMAND(top > 0.0 && source.open_v > 0.0);
@@ -71,7 +72,8 @@ FullTorque::FullTorque(const VehicleParameters& car) {
     const double omega = static_cast<double>(i) / points_per_speed_;
     double torque = 0.0, voltage = source.open_v;
     for (int round = 0; round < 20; ++round) {
-      const double wanted = std::min(by_current, curve.torque_nm(omega, voltage));
+      double wanted = std::min(by_current, curve.torque_nm(omega, voltage));
+      if (wanted * omega > by_master_w) wanted = by_master_w / omega;
       torque = within_power(car, wanted, omega, power);
       // Less voltage, less torque, more voltage: half a step at a time settles.
       voltage = 0.5 * (voltage + source.voltage(bus_power(car, torque, omega)));
