@@ -19,6 +19,7 @@
 #include "can_dbc/tables.hpp"
 #include "core/errors.hpp"
 #include "io/bus/bus_load_table.hpp"
+#include "race/report/run_notes.hpp"
 #include "race/report/summary_table.hpp"
 #include "race/track/outline.hpp"
 
@@ -146,6 +147,7 @@ std::string EnduranceRun::summary_of(const DataFolder& data, const EnduranceOpti
   if (run.closing_gap_m) {
     out += fmt::format("  course: {}\n", course_text(*run.course_length_m, *run.closing_gap_m));
   }
+  for (const std::string& note : run_notes(run, chosen.vehicle, result)) out += fmt::format("  note: {}\n", note);
   RunDescription standing = run;
   standing.lap_start = "standing";
   if (run.lap_start == "flying" && find_reference(reference_file, standing)) {

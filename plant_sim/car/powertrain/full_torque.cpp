@@ -63,8 +63,7 @@ FullTorque::FullTorque(const VehicleParameters& car) {
   const double power = std::min(1e3 * car.master.power_max_kw, source.power_max_w());
   // The master controller turns its power limit into a current by its own guess of the drive's efficiency.
   const double by_master_w = 1e3 * car.master.power_max_kw * car.master.drive_efficiency * motor.efficiency;
-  double top = motor.curve_speed_rpm.back() * M_PI / 30.0;
-  if (motor.curve_voltage_v > 0.0) top *= std::max(1.0, source.open_v / motor.curve_voltage_v);
+  const double top = motor.curve_speed_rpm.back() * M_PI / 30.0;
   VOLTLAP_DEMAND(top > 0.0 && source.open_v > 0.0);
 
   points_per_speed_ = kPoints / top;

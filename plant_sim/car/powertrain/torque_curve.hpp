@@ -2,6 +2,7 @@
 // The greatest torque of the motor over its speed. A lower bus voltage moves the curve towards lower speeds:
 //
 //   tau_max(w, V) = curve(w V_curve / V)        flux and voltage of a lossless machine depend on w / V alone
+// A higher one moves it up, but the curve's last speed is the motor's.
 // Source: motor data sheets, reference study, 2016, Table A.4; scaling: any text on field weakening.
 #pragma once
 #include <algorithm>
@@ -31,6 +32,7 @@ class TorqueCurve {
   /// Greatest shaft torque [Nm] at a speed [rad/s, any sign] and a bus voltage [V]; none beyond the curve's end.
   [[nodiscard]] double torque_nm(double omega_rad_s, double dc_voltage_v) const {
     double place = std::abs(omega_rad_s) * points_per_speed_;
+    if (place >= kPoints) return 0.0;
     if (motor_.curve_voltage_v > 0.0) place *= motor_.curve_voltage_v / std::max(dc_voltage_v, 1e-3);
     if (place >= kPoints) return 0.0;
     const auto i = static_cast<std::size_t>(place);

@@ -51,8 +51,9 @@ std::string data(const RunComparison& comparison) {
   // Laps from rest are counted by the clock: they have no place on the course.
   const bool flying = std::all_of(comparison.runs.begin(), comparison.runs.end(),
                                   [](const ComparedRun& run) { return run.lap_start == "flying"; });
-  const auto length = flying ? comparison.runs[0].course_length_m : std::nullopt;
-  const Json json = {{"runs", runs}, {"lap_m", length ? Json(*length) : Json()}, {"laps", length ? laps : 0}};
+  const std::optional<double>& course = comparison.runs[0].course_length_m;
+  const Json length = flying && course ? Json(*course) : Json();
+  const Json json = {{"runs", runs}, {"lap_m", length}, {"laps", length.is_null() ? 0 : laps}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

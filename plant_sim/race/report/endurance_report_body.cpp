@@ -10,6 +10,7 @@
 #include "core/parameter_source.hpp"
 #include "io/page/html_page.hpp"
 #include "io/page/html_parts.hpp"
+#include "race/report/run_notes.hpp"
 #include "race/report/run_text.hpp"
 
 namespace voltlap::plant {
@@ -116,6 +117,14 @@ std::string parameter_table_rows(const LoadedVehicle& car) {
   return out;
 }
 
+std::string notes(const ReportedRun& reported) {
+  std::string out;
+  for (const std::string& note : run_notes(reported.run, reported.car.parameters, reported.result)) {
+    out += fmt::format("<p class=\"note\">Note: {}.</p>\n", html_text(note));
+  }
+  return out;
+}
+
 /// A section of its own, and nothing where no limit bound.
 std::string limit_costs_section(const std::vector<LimitCost>& costs) {
   if (costs.empty()) return {};
@@ -169,6 +178,7 @@ std::string html_report_body(const ReportedRun& reported) {
                         {"status", finished ? "✓ Finished" : "✕ Failed"},
                         {"headline", html_text(headline(run, reported.car.parameters, reported.result))},
                         {"facts", html_text(facts)},
+                        {"notes", notes(reported)},
                         {"tiles", tiles(reported)},
                         {"limit_costs", limit_costs_section(reported.limit_costs)},
                         {"lap_rows", lap_rows(reported.result)},

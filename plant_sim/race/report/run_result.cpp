@@ -8,6 +8,7 @@
 #include "core/demand.hpp"
 #include "core/parameter_table.hpp"
 #include "io/bus/bus_load_table.hpp"
+#include "race/report/run_notes.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -126,6 +127,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"lap_start", run.lap_start},
       {"cells", run.cells},
       {"settings", run.settings},
+      {"notes", run_notes(run, car, result)},
       {"laps_asked", run.laps},
       {"end_soc_pct", result.end_soc_pct},
       {"max_battery_temp_c", result.max_battery_temp_c},

@@ -36,6 +36,8 @@ TEST(FullTorque, ALowerBusVoltageMovesTheCurveToLowerSpeeds) {
   DOUBLES_EQUAL(curve.torque_nm(6000.0 * kRpm, 100.0), curve.torque_nm(3000.0 * kRpm, 50.0), 1e-9);
   CHECK(curve.torque_nm(5000.0 * kRpm, 70.0) < curve.torque_nm(5000.0 * kRpm, 100.0) - 5.0);
   DOUBLES_EQUAL(0.0, curve.torque_nm(100.0, 0.0), 0.0);
+  CHECK(curve.torque_nm(8000.0 * kRpm, 200.0) > curve.torque_nm(8000.0 * kRpm, 100.0) + 5.0);
+  DOUBLES_EQUAL(0.0, curve.torque_nm(9020.0 * kRpm, 200.0), 0.0);  // the last speed is the motor's
   double before = 1e9;
   for (const double soc : {1.0, 0.6, 0.2}) {
     car.battery.initial_soc = soc;

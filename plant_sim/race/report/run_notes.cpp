@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "race/report/run_notes.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "core/demand.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+bool is_set(const RunDescription& run, std::string_view key) {
+  return std::any_of(run.settings.begin(), run.settings.end(), [key](const std::string& setting) {
+    return setting.starts_with(key) && setting.substr(key.size()).starts_with('=');
+  });
+}
+
+void note_pack(const RunDescription& run, const VehicleParameters& car, std::vector<std::string>& notes) {
+  const bool other_pack =
+      is_set(run, "battery.cell") || is_set(run, "battery.cells_in_series") || is_set(run, "battery.cells_in_parallel");
+  if (other_pack && car.vehicle.mass_kg > 0.0) {
+    notes.push_back(fmt::format("the car weighs {:g} kg with any pack (vehicle.mass_kg, as weighed); "
+                                "vehicle.mass_without_pack_kg lets it follow the cells",
+                                car.vehicle.mass_kg));
+  }
+  if (is_set(run, "battery.capacity_ah")) {
+    notes.push_back("battery.capacity_ah changes the charge alone: the cells weigh, resist and warm as before");
+  }
+}
+
+/// Cells between kinetic laws are known somewhat beyond their tables (car/battery/cell_tables.hpp).
+void note_tables(const VehicleParameters& car, const EnduranceResult& r, std::vector<std::string>& notes) {
+  const CellParameters& cell = car.cell;
+  if (cell.temperature_breakpoints_c.empty() || cell.current_breakpoints_a.empty()) return;  // a car without a cell
+  const double more_k = cell.kinetic_law ? 10.0 : 0.0, more_a = cell.kinetic_law ? 1.5 : 1.0;
+  const double warmest = cell.temperature_breakpoints_c.back() + more_k;
+  const double coldest = cell.temperature_breakpoints_c.front() - more_k;
+  const double current = r.max_battery_current_a / car.battery.cells_in_parallel;
+  const double most = cell.current_breakpoints_a.back() * more_a;
+  VOLTLAP_DEMAND(warmest >= coldest);
+  const auto held = [&](const std::string& reached, double end, const char* unit) {
+    notes.push_back(fmt::format("{}, the tables of {} end at {:g} {}: their last values were taken", reached, cell.name,
+                                end, unit));
+  };
+  if (r.max_battery_temp_c > warmest) {
+    held(fmt::format("cells reached {:.1f} degC", r.max_battery_temp_c), warmest, "degC");
+  }
+  if (car.battery.initial_temperature_c < coldest) {
+    held(fmt::format("cells began at {:.1f} degC", car.battery.initial_temperature_c), coldest, "degC");
+  }
+  if (current > most) held(fmt::format("a cell gave {:.1f} A", current), most, "A");
+}
+
+}  // namespace
+
+std::vector<std::string> run_notes(const RunDescription& run, const VehicleParameters& car,
+                                   const EnduranceResult& result) {
+  std::vector<std::string> notes;
+  note_pack(run, car, notes);
+  note_tables(car, result, notes);
+  return notes;
+}
+
+}  // namespace voltlap::plant
