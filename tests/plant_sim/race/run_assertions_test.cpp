@@ -79,6 +79,20 @@ TEST(RunAssertions, AnEmptyCellEndsTheRunWithItsNumberAndThePlace) {
                   assertions.broken(empty, car.ecus, {20.0, 20.0, 0.0, 5, 123.4}).value_or("").c_str());
 }
 
+TEST(RunAssertions, ACellChargedBeyondItsCapacityIsNamedWithThePlace) {
+  VehicleParameters over = vtm16e();
+  over.battery.initial_soc = 0.998;
+  over.battery.cells.resize(7);
+  const auto said = [&](double offset) {
+    over.battery.cells[6].initial_soc_offset = offset;
+    const Car charged(over, false, 0.001);
+    RunAssertions assertions(bounds, true);
+    return assertions.broken(charged, car.ecus, {20.0, 20.0, 0.0, 5, 123.4}).value_or("");
+  };
+  STRCMP_EQUAL("", said(0.0025).c_str());
+  STRCMP_CONTAINS("cell 7 is charged to 100.2 %, 123 m into lap 5", said(0.004).c_str());
+}
+
 TEST(RunAssertions, ASeamThatLiesInTheFutureIsADefect) {
   RunAssertions assertions(bounds, true);
   CHECK_THROWS(std::logic_error, broken(assertions, {1.0, -0.1, 0.0}));

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "car/vehicle/longitudinal.hpp"
 #include "car/vehicle/tyre.hpp"
 #include "fixtures.hpp"
 
@@ -49,6 +50,30 @@ TEST(Grip, AtTheLockingPedalOneAxleIsAtItsGripAndNoneBeyond) {
       CHECK(use < 1.0 + 1e-9);
       CHECK(pedal == 1.0 || use > 1.0 - 1e-9);
     }
+  }
+}
+
+TEST(Grip, BothAxlesPushAndBrakeWithWhatCorneringLeaves) {
+  car.brakes.force_scale = 3.0;
+  const double resistance = 82.0, mass = total_mass(car);
+  for (const double share : {1.0, 0.5, 0.1}) {
+    LongitudinalVehicle driven(car), braked(car);
+    for (LongitudinalVehicle* vehicle : {&driven, &braked}) {
+      vehicle->set_speed(15.0);
+      vehicle->set_road({.longitudinal_share = share});
+    }
+    const double most_n = drive_grip(car, 15.0, share, resistance);
+    const double pedal = 1.3 * locking_pedal(car, 15.0, share, resistance, car.tyres.radius_m);
+    double push = 0.0, drag = 0.0;
+    for (int i = 0; i < 1500; ++i) {
+      driven.advance(1.05 * most_n * car.tyres.radius_m, 0.0, 0.001);
+      braked.advance(0.0, pedal, 0.001);
+      push = std::max(push, driven.acceleration_mps2());
+      drag = std::max(drag, -braked.acceleration_mps2());
+    }
+    DOUBLES_EQUAL(most_n, push * mass + resistance, 0.03 * most_n);
+    const double all = share * peak_friction(car.tyres) * 9.81 + resistance / mass;
+    CHECK(drag > 0.8 * all && drag < 1.03 * all);
   }
 }
 
