@@ -21,7 +21,7 @@ def voltlap(*arguments, code=0, folder=None):
 # The drive that these tests were written for. The engine is near its edge: with 670 W it takes the current at rest for a
 # shape in three drives of ten, and from a driver who keeps 2 % of the grip it tells a series resistance of 0.15 mOhm
 # apart in two drives of ten instead of six.
-AS_WRITTEN_FOR = ("low_voltage.power_w=575", "driver.grip_use=1")
+AS_WRITTEN_FOR = ("low_voltage.power_w=575", "driver.grip_use=1", "motor.curve_voltage_v=0")
 
 
 class Drives:

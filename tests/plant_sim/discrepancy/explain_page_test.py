@@ -1,13 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of voltlap explain in headless Chromium: every verdict, charts, choice of channel, dark, narrow, offline."""
-import pathlib
-import sys
-
 import pytest
 from drives import Drives, contact, stuck, voltlap, write
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "toolchain"))
-from chromium import Chromium, find_chromium  # noqa: E402
 
 # By name: what the log is made of, the word of its verdict, whether anything is changed by what was found.
 LOGS = {
@@ -30,14 +24,6 @@ def reports(tmp_path_factory):
         voltlap("explain", write(folder / f"{name}.csv", rows(drive)), "--model", "vtm16e", "--report",
                 folder / f"{name}.html", *more)
     return folder
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not find_chromium():
-        pytest.skip("no Chromium on this machine; `./voltlap test` installs the package chromium where there is one")
-    with Chromium() as chromium:
-        yield chromium
 
 
 def opened(browser, path, **how):

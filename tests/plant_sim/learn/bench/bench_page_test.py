@@ -4,12 +4,8 @@ import json
 import os
 import pathlib
 import subprocess
-import sys
 
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "toolchain"))
-from chromium import Chromium, find_chromium  # noqa: E402
 
 BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
 CHARTS = ["chart-voltage", "chart-current", "chart-temperature"]
@@ -20,14 +16,6 @@ def bench(folder, *arguments, code=0):
                          timeout=300)
     assert run.returncode == code, run.stderr
     return run
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not find_chromium():
-        pytest.skip("no Chromium on this machine; `./voltlap test` installs the package chromium where there is one")
-    with Chromium() as chromium:
-        yield chromium
 
 
 @pytest.fixture(scope="module")

@@ -8,17 +8,8 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
-sys.path[:0] = [str(ROOT / "toolchain"), str(ROOT / "tests" / "plant_sim" / "race" / "report")]
-from chromium import Chromium, find_chromium  # noqa: E402
+sys.path.insert(0, str(ROOT / "tests" / "plant_sim" / "race" / "report"))
 from report_reader import BINARY, ask, opened, requests  # noqa: E402
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not find_chromium():
-        pytest.skip("no Chromium on this machine; `./voltlap test` installs the package chromium where there is one")
-    with Chromium() as started:
-        yield started
 
 
 @pytest.fixture(scope="module")

@@ -7,13 +7,9 @@ import pathlib
 import random
 import shutil
 import subprocess
-import sys
 
 import pytest
 from report_reader import BINARY, opened, requests
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "toolchain"))
-from chromium import Chromium, find_chromium  # noqa: E402
 
 SEED = int(os.environ.get("VOLTLAP_TEST_SEED", "11"))
 
@@ -234,14 +230,6 @@ def test_a_drawn_thing_that_is_wrong_is_refused_and_never_a_defect(runs):
                               capture_output=True, text=True, timeout=60)
         assert done.returncode in (0, 2), (SEED, key, odd, done.stderr)
         assert done.returncode == 0 or "odd.json" in done.stderr, (SEED, key, odd, done.stderr)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not find_chromium():
-        pytest.skip("no Chromium on this machine; `./voltlap test` installs the package chromium where there is one")
-    with Chromium() as started:
-        yield started
 
 
 @pytest.mark.parametrize("width, dark", [(1280, False), (390, True)])

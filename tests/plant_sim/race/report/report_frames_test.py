@@ -1,21 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The endurance report's charts along time and distance, whole, by lap, and laps over each other."""
-import pathlib
-import sys
-
 import pytest
 from report_reader import ask, one_view, opened, run
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "toolchain"))
-from chromium import Chromium, find_chromium  # noqa: E402
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not find_chromium():
-        pytest.skip("no Chromium on this machine; `./voltlap test` installs the package chromium where there is one")
-    with Chromium() as started:
-        yield started
 
 
 @pytest.fixture(scope="module")

@@ -2,14 +2,9 @@
 """The HTML report as a reader meets it: a real browser, real mouse, touch and keys, numbers read from the charts."""
 import json
 import os
-import pathlib
-import sys
 
 import pytest
 from report_reader import TIME_CHARTS, ask, one_view, opened, requests, run, voltlap, wait_until
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "toolchain"))
-from chromium import Chromium, find_chromium  # noqa: E402
 
 SIZE_MAX = 3_000_000
 OPEN_MAX_MS = 2000
@@ -29,14 +24,6 @@ def opening_ms(browser, url, tries=8):
         if best <= OPEN_MAX_MS:
             break
     return best
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not find_chromium():
-        pytest.skip("no Chromium on this machine; `./voltlap test` installs the package chromium where there is one")
-    with Chromium() as started:
-        yield started
 
 
 @pytest.fixture(scope="module")

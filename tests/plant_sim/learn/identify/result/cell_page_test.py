@@ -5,12 +5,8 @@ import math
 import os
 import pathlib
 import subprocess
-import sys
 
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[5] / "toolchain"))
-from chromium import Chromium, find_chromium  # noqa: E402
 
 BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
 CHARTS = ["chart-voltage", "chart-error", "chart-current"]
@@ -20,14 +16,6 @@ def voltlap(folder, *arguments, code=0):
     run = subprocess.run([BINARY, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=300)
     assert run.returncode == code, run.stderr
     return run
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if not find_chromium():
-        pytest.skip("no Chromium on this machine; `./voltlap test` installs the package chromium where there is one")
-    with Chromium() as chromium:
-        yield chromium
 
 
 @pytest.fixture(scope="module")
