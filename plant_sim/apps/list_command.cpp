@@ -5,9 +5,12 @@
 
 #include <cstdio>
 
+#include "apps/car_summary.hpp"
 #include "apps/exit_code.hpp"
+#include "apps/firmware_config.hpp"
 #include "apps/firmware_keys.hpp"
 #include "apps/flag_checks.hpp"
+#include "core/errors.hpp"
 #include "core/parameter_table.hpp"
 
 namespace voltlap::plant {
@@ -41,22 +44,34 @@ void print_keys(const VehicleParameters& car) {
   }
 }
 
+void print_car(const LoadedVehicle& car) {
+  if (car.parameters.powertrain.kind != "electric") {
+    throw InputError("powertrain.kind", '"' + car.parameters.powertrain.kind + '"', "\"electric\"",
+                     "A car without a motor has nothing that follows");
+  }
+  static_cast<void>(bms_config(car.parameters, car.origin));
+  static_cast<void>(master_config(car.parameters, car.origin));
+  fmt::print("{}\n{}", car.parameters.name, car_text(car.parameters, summarise_car(car.parameters)));
+}
+
 }  // namespace
 
 ListCommand::ListCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "list", "Names of vehicles, tracks, cells, motors and bench plans; keys of --set with unit, range, value; "
-                  "causes of explain")) {
-  command_->add_option("what", what_, "vehicles, tracks, cells, motors, bench, keys or causes")
+          "list", "Names of vehicles, tracks, cells, motors and bench plans; keys of --set with unit, range, value; what "
+                  "follows from a car's numbers; causes of explain")) {
+  command_->add_option("what", what_, "vehicles, tracks, cells, motors, bench, keys, car or causes")
       ->required()
-      ->check(one_of({"vehicles", "tracks", "cells", "motors", "bench", "keys", "causes"}));
+      ->check(one_of({"vehicles", "tracks", "cells", "motors", "bench", "keys", "car", "causes"}));
   car_.add_vehicle(*command_);
-  command_->footer("--vehicle and --set choose the car whose values `list keys` shows.");
+  command_->footer("--vehicle and --set choose the car of `list keys` and `list car`.");
 }
 
 int ListCommand::run(const DataFolder& data) {
   if (what_ == "keys") {
     print_keys(car_.load_car(data).parameters);
+  } else if (what_ == "car") {
+    print_car(car_.load_car(data));
   } else {
     for (const std::string& name : data.names(what_)) fmt::print("{}\n", name);
   }

@@ -10,6 +10,7 @@
 #include "apps/lap_command.hpp"
 #include "apps/list_command.hpp"
 #include "apps/log_command.hpp"
+#include "apps/new_command.hpp"
 #include "apps/other_programs.hpp"
 #include "apps/plant_command.hpp"
 #include "apps/program.hpp"
@@ -25,8 +26,8 @@ using namespace voltlap::plant;
 int run(int argc, char** argv) {
   hand_over(argc, argv);
   try {
-    return run_commands<EnduranceCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand, PlantCommand,
-                        EcuCommand, LogCommand, TrackCommand>(argc, argv, add_other_commands);
+    return run_commands<EnduranceCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand, NewCommand,
+                        PlantCommand, EcuCommand, LogCommand, TrackCommand>(argc, argv, add_other_commands);
   } catch (const voltlap::port::BusSetupError& error) {
     throw InputError(error.what());
   } catch (const voltlap::port::BusDownError& error) {

@@ -73,6 +73,11 @@ constexpr std::pair<std::string_view, std::string_view> kAlternatives[] = {
     {"vehicle.mass_kg", "vehicle.mass_without_pack_kg"},
 };
 
+/// What follows another key unless it is given beside it: who changes the first means both.
+constexpr std::pair<std::string_view, std::string_view> kFollowers[] = {
+    {"tyres.radius_m", "tyres.lap_radius_m"},
+};
+
 std::string file_of(const Assignment& assignment) { return assignment.place.substr(0, assignment.place.rfind(':')); }
 
 void drop_alternative(Assignments& into, const std::string& key, const Assignment& assignment) {
@@ -81,6 +86,18 @@ void drop_alternative(Assignments& into, const std::string& key, const Assignmen
     const auto rival = into.find(std::string(key == one ? other : one));
     if (rival == into.end()) continue;
     if (rival->second.rank != assignment.rank || file_of(rival->second) != file_of(assignment)) into.erase(rival);
+  }
+}
+
+void drop_follower(Assignments& into, const std::string& key, const Assignment& assignment) {
+  for (const auto& [leader, follower] : kFollowers) {
+    if (key != leader) continue;
+    const auto given = into.find(std::string(follower));
+    if (given == into.end()) continue;
+    const Assignment& other = given->second;
+    const bool beside = other.rank == assignment.rank &&
+                        (assignment.rank == Rank::kSetting || file_of(other) == file_of(assignment));
+    if (!beside) into.erase(given);
   }
 }
 
@@ -104,6 +121,7 @@ void put(Assignments& into, const std::string& key, Assignment assignment) {
         assignment.place, key, nearest_key(key)));
   }
   drop_alternative(into, key, assignment);
+  drop_follower(into, key, assignment);
   if (key == kMotorModel) drop_motor(into, assignment);
   into.insert_or_assign(key, std::move(assignment));
 }
@@ -335,6 +353,7 @@ LoadedVehicle load_vehicle(const DataFolder& data, const std::string& name_or_pa
   unify(given, "capacity_ah", p.battery.capacity_ah, p.cell.capacity_ah);
   unify(given, "convection_w_per_m2_k", p.battery.convection_w_per_m2_k, p.cell.convection_w_per_m2_k);
   if (p.cell.name.empty()) p.cell.name = fs::path(cell_path).stem().string();
+  if (p.tyres.lap_radius_m == 0.0) p.tyres.lap_radius_m = p.tyres.radius_m;
 
   for (const auto& [key, assignment] : given) out.origin.emplace(key, assignment.place);
   check_consistency(out);

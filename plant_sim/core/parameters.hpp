@@ -84,7 +84,7 @@ struct VehicleSection {
 
 struct TyreSection {
   double radius_m = 0;              ///< [m] 0.05..1, of the slipping tyre in the plant
-  double lap_radius_m = 0;          ///< [m] 0.05..1, rolling radius of the lap solver
+  double lap_radius_m = 0;          ///< [m] 0.05..1, rolling radius of the lap solver; unless given radius_m
   double rolling_resistance = 0;    ///< [1] 0..0.2
   double pacejka_b = 0;             ///< [1] 0.1..50
   double pacejka_c = 0;             ///< [1] 0.5..3

@@ -179,8 +179,7 @@ voltlap_main() {
   shift
   command_table
   if [ $row_found = 0 ]; then
-    say "there is no command \"$row_name\"; these exist:"
-    usage >&2
+    say "there is no command \"$row_name\"; ./voltlap --help lists those that exist"
     exit $exit_usage
   fi
   read_arguments "${first_yes[@]}" "$@"

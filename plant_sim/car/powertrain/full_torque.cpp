@@ -42,43 +42,60 @@ double bus_power(const VehicleParameters& car, double torque_nm, double omega_ra
   return motor_power(car.motor, current, omega_rad_s) / car.inverter.efficiency + car.low_voltage.power_w;
 }
 
-/// The greatest part of a torque whose power the bus may give.
-double within_power(const VehicleParameters& car, double torque_nm, double omega_rad_s, double power_w) {
-  if (bus_power(car, torque_nm, omega_rad_s) <= power_w) return torque_nm;
-  double low = 0.0, high = torque_nm;
-  for (int k = 0; k < 40; ++k) {
-    const double middle = 0.5 * (low + high);
-    (bus_power(car, middle, omega_rad_s) <= power_w ? low : high) = middle;
+/// What a full pedal asks of motor and pack. Each bound that a torque keeps, a smaller one keeps too: the bus voltage
+/// falls with the torque, and the curve with the voltage.
+class Bounds {
+ public:
+  explicit Bounds(const VehicleParameters& car) : car_(car), curve_(car.motor), source_(pack_at_start(car)) {
+    VOLTLAP_DEMAND(source_.open_v > 0.0);
+    power_w_ = std::min(1e3 * car.master.power_max_kw, source_.power_max_w());
+    const double lowest_v = car.battery.cells_in_series * car.bms.cell_voltage_min_v.value_or(car.cell.voltage_min_v);
+    current_a_ = car.bms.discharge_current_max_a;
+    if (source_.ohm > 0.0) current_a_ = std::min(current_a_, std::max(0.0, source_.open_v - lowest_v) / source_.ohm);
   }
-  return low;
-}
+
+  [[nodiscard]] bool keeps(double torque_nm, double omega_rad_s) const {
+    const double power = bus_power(car_, torque_nm, omega_rad_s);
+    if (power > power_w_) return false;
+    const double voltage = source_.voltage(power);
+    return power <= current_a_ * voltage && torque_nm <= curve_.torque_nm(omega_rad_s, voltage);
+  }
+
+  /// The greatest torque up to `wanted_nm` that keeps them.
+  [[nodiscard]] double greatest(double wanted_nm, double omega_rad_s) const {
+    if (keeps(wanted_nm, omega_rad_s)) return wanted_nm;
+    constexpr int kHalvings = 60;
+    double low = 0.0, high = wanted_nm;
+    for (int k = 0; k < kHalvings; ++k) {
+      const double middle = 0.5 * (low + high);
+      (keeps(middle, omega_rad_s) ? low : high) = middle;
+    }
+    return low;
+  }
+
+ private:
+  const VehicleParameters& car_;
+  TorqueCurve curve_;
+  Source source_;
+  double power_w_, current_a_;
+};
 
 }  // namespace
 
 FullTorque::FullTorque(const VehicleParameters& car) {
   const MotorSection& motor = car.motor;
-  const TorqueCurve curve(motor);
-  const Source source = pack_at_start(car);
+  const Bounds bounds(car);
   const double by_current = motor.constant_nm_per_a * car.inverter.current_max_a * motor.efficiency;
-  const double power = std::min(1e3 * car.master.power_max_kw, source.power_max_w());
   // The master controller turns its power limit into a current by its own guess of the drive's efficiency.
   const double by_master_w = 1e3 * car.master.power_max_kw * car.master.drive_efficiency * motor.efficiency;
   const double top = motor.curve_speed_rpm.back() * M_PI / 30.0;
-  VOLTLAP_DEMAND(top > 0.0 && source.open_v > 0.0);
+  VOLTLAP_DEMAND(top > 0.0);
 
   points_per_speed_ = kPoints / top;
   for (std::size_t i = 0; i <= kPoints; ++i) {
     const double omega = static_cast<double>(i) / points_per_speed_;
-    double torque = 0.0, voltage = source.open_v;
-    for (int round = 0; round < 20; ++round) {
-      double wanted = std::min(by_current, curve.torque_nm(omega, voltage));
-      if (wanted * omega > by_master_w) wanted = by_master_w / omega;
-      torque = within_power(car, wanted, omega, power);
-      // Less voltage, less torque, more voltage: half a step at a time settles.
-      voltage = 0.5 * (voltage + source.voltage(bus_power(car, torque, omega)));
-      if (motor.curve_voltage_v <= 0.0) break;
-    }
-    torque_nm_.push_back(torque);
+    const double wanted = by_current * omega > by_master_w ? by_master_w / omega : by_current;
+    torque_nm_.push_back(bounds.greatest(wanted, omega));
   }
   VOLTLAP_DEMAND(all_finite(torque_nm_));
 }

@@ -50,6 +50,15 @@ TEST(ParameterFile, EveryMotorAndEveryCellOfTheProjectLoads) {
   }
 }
 
+TEST(ParameterFile, WhoChangesTheTyresRadiusMeansTheLapSolversToo) {
+  DOUBLES_EQUAL(0.22, with({}).tyres.lap_radius_m, 0.0);
+  DOUBLES_EQUAL(0.25, with({"tyres.radius_m=0.25"}).tyres.lap_radius_m, 0.0);
+  DOUBLES_EQUAL(0.25, with({}, car_with("[tyres]\nradius_m = 0.25\n")).tyres.lap_radius_m, 0.0);
+  // Given beside it, in any order, it stays.
+  DOUBLES_EQUAL(0.24, with({"tyres.lap_radius_m=0.24", "tyres.radius_m=0.25"}).tyres.lap_radius_m, 0.0);
+  DOUBLES_EQUAL(0.24, with({}, car_with("[tyres]\nradius_m = 0.25\nlap_radius_m = 0.24\n")).tyres.lap_radius_m, 0.0);
+}
+
 TEST(ParameterFile, NamedMotorReplacesTheMotorOfTheBaseAndTheCarsOwnNumbersOverrideIt) {
   const VehicleParameters base = with({});
   const std::string car = car_with("[motor]\nmodel = \"emrax_228_hv\"\nefficiency = 0.9\n");

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <random>
+#include <string>
 
 #include "car/powertrain/torque_curve.hpp"
 #include "fixtures.hpp"
@@ -63,6 +66,50 @@ TEST(FullTorque, NoMoreThanTheMastersLimitLeavesThePack) {
     }
     DOUBLES_EQUAL(std::min(79e3, 79e3 * guess / 0.95 + car.low_voltage.power_w), most, 100.0);
   }
+}
+
+TEST(FullTorque, FallsWithSpeedAndRisesWithEverythingThatFeedsItWhateverThePack) {
+  const char* given = std::getenv("VOLTLAP_TEST_SEED");
+  const unsigned seed = given == nullptr ? std::random_device{}() : static_cast<unsigned>(std::stoul(given));
+  std::mt19937 draw(seed);
+  const auto uniform = [&draw](double low, double high) { return std::uniform_real_distribution(low, high)(draw); };
+  for (int k = 0; k < 200; ++k) {
+    car = vtm16e();
+    car.battery.cells_in_series = static_cast<int>(uniform(10.0, 144.0));
+    car.battery.contact_resistance_ohm = uniform(0.0, 1.0);
+    car.battery.initial_soc = uniform(0.05, 1.0);
+    car.motor.constant_nm_per_a = uniform(0.05, 1.5);
+    car.motor.curve_voltage_v = uniform(50.0, 600.0);
+    car.motor.winding_loss = uniform(0.0, 1.0) < 0.5;
+    car.inverter.current_max_a = uniform(50.0, 800.0);
+    car.bms.discharge_current_max_a = uniform(5.0, 600.0);
+    const FullTorque full(car);
+    VehicleParameters more = car;
+    more.battery.contact_resistance_ohm *= 0.5;
+    more.bms.discharge_current_max_a *= 1.2;
+    more.inverter.current_max_a *= 1.1;
+    const FullTorque fed(more);
+    const std::string drawn = StringFromFormat("VOLTLAP_TEST_SEED=%u, draw %d", seed, k).asCharString();
+    double before = 1e9;
+    for (double rpm = 0.0; rpm < 9000.0; rpm += 15.0) {
+      const double torque = full.torque_nm(rpm * kRpm);
+      CHECK_TEXT(torque <= before + 1e-9, drawn.c_str());
+      CHECK_TEXT(torque <= fed.torque_nm(rpm * kRpm) + 1e-9, drawn.c_str());
+      before = torque;
+    }
+  }
+}
+
+TEST(FullTorque, TheBmsCurrentAndItsLowestCellVoltageBoundIt) {
+  const double before = FullTorque(car).torque_nm(4000.0 * kRpm);
+  car.bms.discharge_current_max_a = 100.0;
+  const double limited = FullTorque(car).torque_nm(4000.0 * kRpm);
+  CHECK(limited < 0.6 * before);
+  // 100 A at the bus, less what the low-voltage system takes, is the shaft's power.
+  CHECK(std::abs(limited * 4000.0 * kRpm + car.low_voltage.power_w - 100.0 * 24 * 4.0) < 600.0);
+  car = vtm16e();
+  car.bms.cell_voltage_min_v = 4.12;
+  CHECK(FullTorque(car).torque_nm(4000.0 * kRpm) < limited);
 }
 
 TEST(FullTorque, TheCurrentThatFlowsMakesTheTorqueOfTheCurveInBothDirections) {
