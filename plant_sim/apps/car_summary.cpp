@@ -147,6 +147,14 @@ std::vector<std::string> car_notes(const VehicleParameters& car, const CarSummar
                                 "torque ends at {:.0f} km/h; another winding, or more battery.cells_in_series",
                                 car.motor.curve_voltage_v, s.pack_half_v, 3.6 * s.full_torque_mps));
   }
+  const ContactorSection& link = car.contactors;
+  const double precharged = link.bleed_resistance_ohm / (link.bleed_resistance_ohm + link.precharge_resistance_ohm);
+  if (precharged < car.bms.precharge_ratio) {
+    notes.push_back(fmt::format("beside {:g} ohm of bleed resistor, {:g} ohm precharge the DC link to {:.1f} % of the "
+                                "pack, the BMS waits for {:g} %: a smaller contactors.precharge_resistance_ohm",
+                                link.bleed_resistance_ohm, link.precharge_resistance_ohm, 100.0 * precharged,
+                                100.0 * car.bms.precharge_ratio));
+  }
   return notes;
 }
 

@@ -11,6 +11,16 @@
 namespace voltlap::plant {
 namespace {
 
+/// The names of the bits that are set: "PrechargeTimeout, MasterLost", or "none".
+template <std::size_t N>
+std::string names_of(unsigned bits, const char* const (&names)[N]) {
+  std::string out;
+  for (std::size_t k = 0; k < N; ++k) {
+    if ((bits >> k & 1U) != 0) out += (out.empty() ? "" : ", ") + std::string(names[k]);
+  }
+  return out.empty() ? "none" : out;
+}
+
 constexpr double kRest_s = 10.0;   // after the start and after a seam of the tiled trace the speed may be off
 constexpr double kOvercharged = 1.001;  // a leak or the noise of sums aside
 constexpr double kStall_s = 30.0;  // without a metre of progress
@@ -77,10 +87,11 @@ bool RunAssertions::stalled(double distance_m, double time_s) {
 }
 
 std::string ecu_state_text(const CommandReceiver& ecus) {
-  return fmt::format(
-      "drive state {}, master faults 0x{:04X}, BMS state {}, BMS faults 0x{:04X}; names in can_dbc/car.dbc",
-      static_cast<int>(ecus.master().drive_state), ecus.master().faults, static_cast<int>(ecus.bms().state),
-      ecus.bms().faults);
+  return fmt::format("drive state {}, master faults {}; BMS state {}, BMS faults {}",
+                     can::kDriveStateNames[static_cast<std::size_t>(ecus.master().drive_state)],
+                     names_of(ecus.master().faults, can::kMasterFaultNames),
+                     can::kBmsStateNames[static_cast<std::size_t>(ecus.bms().state)],
+                     names_of(ecus.bms().faults, can::kBmsFaultNames));
 }
 
 }  // namespace voltlap::plant

@@ -133,5 +133,5 @@ def test_drawn_cars_are_written_read_back_and_driven_or_refused_with_the_number(
     drive = voltlap("endurance", "--vehicle", str(file), "--laps", "1", "--json", "-")
     assert drive.returncode in (0, 3), told + drive.stderr
     result = json.loads(drive.stdout)
-    if drive.returncode == 3:
-        assert result["failure"], told
+    if drive.returncode == 3:  # what a car can come to; not: never ready to drive, standing still, off the course
+        assert re.match(r"battery at|motor winding at|cell \d+ is empty", result["failure"]["cause"]), told + drive.stdout
