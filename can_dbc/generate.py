@@ -148,7 +148,7 @@ def enum_lines(messages) -> list[str]:
             note = "" if s.choices else f"  // bit numbers of {m.name}.{s.name}"
             lines += ["", f"enum class {s.enum} : std::uint8_t {{{note}"]
             lines += [f"  k{name} = {value}," for value, name in choices] + ["};"]
-            if [value for value, _ in choices] == list(range(len(choices))):  # for people; an image without it is no larger
+            if [value for value, _ in choices] == list(range(len(choices))):  # for people, on the host
                 lines += [f"inline constexpr const char* k{s.enum}Names[] = {{",
                           *(f'    "{name}",' for _, name in choices), "};"]
             if not s.choices:

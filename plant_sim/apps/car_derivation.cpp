@@ -51,8 +51,8 @@ void derive_drive(const VehicleParameters& car, Derivation& out) {
   out.put("low_voltage.power_w", 250.0, "assumed: pumps, fans, electronics");
 }
 
-/// A link that fits the voltage: less capacitance at more volts, below 60 V in good time, and precharged beside the bleed
-/// resistor to more than the BMS waits for.
+/// A link that fits the voltage: less capacitance at more volts, below 60 V in good time, and precharged beside the
+/// bleed resistor to more than the BMS waits for.
 void derive_dc_link(const VehicleParameters& base, const VehicleParameters& car, Derivation& out) {
   constexpr double kSafe_v = 60.0, kDischarge_s = 4.0, kPrechargeTau_s = 0.04, kSameClass = 0.25;
   const double volts = full_voltage(car), before = full_voltage(base);

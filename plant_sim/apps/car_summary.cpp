@@ -124,7 +124,7 @@ std::vector<std::string> car_notes(const VehicleParameters& car, const CarSummar
                                 cells_a, car.cell.current_breakpoints_a.back()));
   }
   if (s.power_max_kw < 0.98 * car.master.power_max_kw) {
-    notes.push_back(fmt::format("at half charge the pack gives {:.0f} of the {:.0f} kW that master.power_max_kw allows: "
+    notes.push_back(fmt::format("at half charge the pack gives {:.0f} of the {:.0f} kW of master.power_max_kw: "
                                 "more cells, or a higher bms.discharge_current_max_a ({:.0f} A)", s.power_max_kw,
                                 car.master.power_max_kw, s.discharge_max_a));
   }

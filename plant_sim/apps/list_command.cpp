@@ -58,8 +58,8 @@ void print_car(const LoadedVehicle& car) {
 
 ListCommand::ListCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "list", "Names of vehicles, tracks, cells, motors and bench plans; keys of --set with unit, range, value; what "
-                  "follows from a car's numbers; causes of explain")) {
+          "list", "Names of vehicles, tracks, cells, motors and bench plans; keys of --set with unit, range, value; "
+                  "what follows from a car's numbers; causes of explain")) {
   command_->add_option("what", what_, "vehicles, tracks, cells, motors, bench, keys, car or causes")
       ->required()
       ->check(one_of({"vehicles", "tracks", "cells", "motors", "bench", "keys", "car", "causes"}));

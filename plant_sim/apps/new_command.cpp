@@ -42,8 +42,8 @@ std::optional<std::pair<int, int>> cells_of(const std::string& text) {
 CLI::Validator series_by_parallel() {
   return {[](std::string& text) {
             if (cells_of(text)) return std::string();
-            return fmt::format("found {}; expected cells in series x cells in parallel, 1x1 to {}x{}, as in 96x5 or 96s5p",
-                               text, kSeriesMost, kParallelMost);
+            return fmt::format("found {}; expected cells in series x in parallel, 1x1 to {}x{}, as 96x5 or 96s5p", text,
+                               kSeriesMost, kParallelMost);
           },
           "SxP"};
 }

@@ -53,9 +53,9 @@ def test_mass_on_the_scales_holds_with_its_pack_and_follows_another(new_car):
 
 
 def test_what_was_asked_stands_in_the_file_and_nothing_twice(new_car):
-    written, file = new_car("asked", "--gear", "4.5", "--tyre-radius", "0.21", "--driver", "68", "--motor", "emrax_228_mv",
-                            "--cells", "90s4p", "--cell", "samsung_30q", "--set", "aero.drag_coefficient=1.4",
-                            "battery.cells.3.leak_a=0.1")
+    written, file = new_car("asked", "--gear", "4.5", "--tyre-radius", "0.21", "--driver", "68",
+                            "--motor", "emrax_228_mv", "--cells", "90s4p", "--cell", "samsung_30q",
+                            "--set", "aero.drag_coefficient=1.4", "battery.cells.3.leak_a=0.1")
     assert written.returncode == 0, written.stderr
     car = tomllib.loads(file.read_text())  # of a key that stands twice it would complain
     assert car["powertrain"]["final_drive"] == 4.5 and car["tyres"]["radius_m"] == 0.21
@@ -79,7 +79,8 @@ def test_files_are_named_from_where_the_car_stands(tmp_path):
 
 @pytest.mark.parametrize("flags, named", [
     (["--cells", "145x2"], "144x100"), (["--cells", "96"], "96x5"), (["--cells", "0x5"], "96x5"),
-    (["--mass", "45"], "of which the pack"), (["--cell", "molicel_p46"], "molicel_p45b"), (["--motor", "emrax"], "emrax_228_hv"),
+    (["--mass", "45"], "of which the pack"), (["--cell", "molicel_p46"], "molicel_p45b"),
+    (["--motor", "emrax"], "emrax_228_hv"),
     (["--mass", "245", "--set", "vehicle.mass_kg=240"], "Leave one out"), (["--from", "nocar"], "vtm16e"),
     (["--set", "bms.temperature_derating_start_c=70"], "bms.temperature_max_c"), (["--gear", "0"], "--gear")])
 def test_refusals_name_what_to_change_and_write_nothing(new_car, flags, named):
@@ -100,8 +101,9 @@ def test_a_file_that_is_there_is_kept(new_car):
 
 def drawn_flags(draw, motors):
     series, parallel = draw.randint(20, 140), draw.randint(1, 9)
-    flags = ["--cell", draw.choice(CELLS), "--cells", f"{series}{draw.choice('xs')}{parallel}", "--motor", draw.choice(motors),
-             "--gear", f"{draw.uniform(2.0, 14.0):.3g}", "--mass", f"{draw.uniform(170.0, 330.0):.4g}"]
+    flags = ["--cell", draw.choice(CELLS), "--cells", f"{series}{draw.choice('xs')}{parallel}",
+             "--motor", draw.choice(motors), "--gear", f"{draw.uniform(2.0, 14.0):.3g}",
+             "--mass", f"{draw.uniform(170.0, 330.0):.4g}"]
     if draw.random() < 0.5:
         flags += ["--tyre-radius", f"{draw.uniform(0.19, 0.26):.3g}"]
     if draw.random() < 0.5:
@@ -117,7 +119,8 @@ def test_drawn_cars_are_written_read_back_and_driven_or_refused_with_the_number(
     motors = [line.split()[0] for line in voltlap("list", "motors").stdout.splitlines()]
     flags = drawn_flags(draw, [motor for motor in motors if re.fullmatch(r"[a-z0-9_]+", motor) and "_" in motor])
     made, file = new_car("drawn", *flags)
-    told = f"VOLTLAP_TEST_SEED={SEED}, draw {number}: voltlap new car drawn {' '.join(flags)}\n{made.stdout}{made.stderr}"
+    told = f"VOLTLAP_TEST_SEED={SEED}, draw {number}: voltlap new car drawn {' '.join(flags)}\n" + \
+        made.stdout + made.stderr
     if made.returncode == 2:
         assert re.search(r"pack of|motor\.voltage_max_v|bms\.|battery\.|inverter\.", made.stderr), told
         assert not file.exists(), told
@@ -134,4 +137,5 @@ def test_drawn_cars_are_written_read_back_and_driven_or_refused_with_the_number(
     assert drive.returncode in (0, 3), told + drive.stderr
     result = json.loads(drive.stdout)
     if drive.returncode == 3:  # what a car can come to; not: never ready to drive, standing still, off the course
-        assert re.match(r"battery at|motor winding at|cell \d+ is empty", result["failure"]["cause"]), told + drive.stdout
+        cause = result["failure"]["cause"]
+        assert re.match(r"battery at|motor winding at|cell \d+ is empty", cause), told + drive.stdout
