@@ -31,13 +31,17 @@ void Car::step(double brake_pedal) {
   const double omega = motor_omega_rad_s();
   const double current = torque_curve_.current(asked, omega, dc_voltage);
   const bool driving = current * omega >= 0.0;
-  const double shaft_torque = motor_torque(parameters_.motor, current, omega);
-  const double torque = wheel_torque(parameters_.powertrain, shaft_torque, driving);
+  const double drag = electric ? motor_drag(parameters_.motor, omega) : 0.0;
+  const double shaft_torque = motor_torque(parameters_.motor, current, omega) - drag;
+  const bool pushing = shaft_torque * omega >= 0.0;
+  const double torque = wheel_torque(parameters_.powertrain, shaft_torque, pushing);
   const VehicleEnergy v = vehicle_.advance(torque, brake_pedal, step_s_);
 
   const double omega_mean = vehicle_.rear_omega_mean() * parameters_.powertrain.final_drive;
-  const double motor_w = motor_power(parameters_.motor, current, omega_mean);
-  const double inverter_w = inverter.dc_power(motor_w);
+  const double copper_c = motor_thermal_.copper_c();
+  const double motor_w = motor_power(parameters_.motor, current, omega_mean, copper_c);
+  const double stage_w = electric ? inverter.stage_loss(current, dc_voltage) : 0.0;
+  const double inverter_w = inverter.dc_power(motor_w) + stage_w;
   // The DC/DC converter starts behind the main contactors: the precharge resistor could not feed it.
   const bool low_voltage_on = contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
   const double low_voltage_w = low_voltage_on ? parameters_.low_voltage.power_w : 0.0;
@@ -46,7 +50,8 @@ void Car::step(double brake_pedal) {
                                            inverter_w + low_voltage_w, step_s_);
   const PackEnergy pack = pack_.advance(link.pack_current_a);
 
-  const double motor_heat = motor_loss(parameters_.motor, current, omega_mean, driving) * step_s_;
+  const double copper_heat = motor_loss(parameters_.motor, current, omega_mean, driving, copper_c) * step_s_;
+  const double steel_heat = drag * omega_mean * step_s_;
   ledger_.add(EnergyTerm::kBatteryChemical, pack.chemical_j);
   ledger_.add(EnergyTerm::kBatteryR0Heat, pack.r0_heat_j);
   ledger_.add(EnergyTerm::kBatteryRcHeat, pack.rc_heat_j);
@@ -55,10 +60,10 @@ void Car::step(double brake_pedal) {
   ledger_.add(EnergyTerm::kBleedHeat, link.bleed_j);
   ledger_.add(EnergyTerm::kDcLinkStored, link.stored_j);
   ledger_.add(EnergyTerm::kLowVoltage, low_voltage_w * step_s_);
-  ledger_.add(EnergyTerm::kInverterHeat, inverter.loss(motor_w) * step_s_);
-  ledger_.add(EnergyTerm::kMotorHeat, motor_heat);
+  ledger_.add(EnergyTerm::kInverterHeat, (inverter.loss(motor_w) + stage_w) * step_s_);
+  ledger_.add(EnergyTerm::kMotorHeat, copper_heat + steel_heat);
   ledger_.add(EnergyTerm::kDrivelineHeat,
-              driveline_loss(parameters_.powertrain, shaft_torque * omega_mean, driving) * step_s_);
+              driveline_loss(parameters_.powertrain, shaft_torque * omega_mean, pushing) * step_s_);
   ledger_.add(EnergyTerm::kKinetic, v.kinetic_j);
   ledger_.add(EnergyTerm::kClimb, v.climb_j);
   ledger_.add(EnergyTerm::kAero, v.aero_j);
@@ -71,7 +76,8 @@ void Car::step(double brake_pedal) {
   pack_current_ = link.pack_current_a;
   phase_current_ = current;
   energy_out_j_ += pack_.voltage() * link.pack_current_a * step_s_;
-  motor_heat_j_ += motor_heat;
+  copper_heat_j_ += copper_heat;
+  steel_heat_j_ += steel_heat;
   front_brake_j_ += v.front_brake_j;
   rear_brake_j_ += v.rear_brake_j;
   collapsed_ = collapsed_ || link.collapsed;
@@ -83,9 +89,9 @@ void Car::renew(double elapsed_s) {
   contactors.advance(elapsed_s);
   inverter.advance(elapsed_s);
   pack_.renew(elapsed_s, ambient);
-  motor_thermal_.advance(motor_heat_j_, elapsed_s, ambient);
+  motor_thermal_.advance(copper_heat_j_, elapsed_s, ambient, steel_heat_j_);
   rotors_.advance(front_brake_j_, rear_brake_j_, elapsed_s, ambient);
-  motor_heat_j_ = front_brake_j_ = rear_brake_j_ = 0.0;
+  copper_heat_j_ = steel_heat_j_ = front_brake_j_ = rear_brake_j_ = 0.0;
   // Once a control period for all the steps in it: what is no number stays none.
   VOLTLAP_DEMAND(std::isfinite(pack_.voltage()) && std::isfinite(dc_link_.voltage()) && std::isfinite(pack_current_));
   VOLTLAP_DEMAND(std::isfinite(vehicle_.speed_mps()) && std::isfinite(motor_thermal_.copper_c()));

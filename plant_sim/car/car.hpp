@@ -57,7 +57,7 @@ class Car {
   DcLink dc_link_;
   EnergyLedger ledger_;
   double pack_current_ = 0.0, phase_current_ = 0.0, energy_out_j_ = 0.0;
-  double motor_heat_j_ = 0.0, front_brake_j_ = 0.0, rear_brake_j_ = 0.0;
+  double copper_heat_j_ = 0.0, steel_heat_j_ = 0.0, front_brake_j_ = 0.0, rear_brake_j_ = 0.0;
   bool collapsed_ = false;
 };
 

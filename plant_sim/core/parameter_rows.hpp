@@ -13,6 +13,7 @@ template <auto Map, auto Field>
 constexpr auto map = +[](VehicleParameters& car) -> auto& { return car.cell.*Map.*Field; };
 
 [[nodiscard]] std::span<const ParameterRow> car_parameter_rows();       ///< parameter_definitions.cpp
+[[nodiscard]] std::span<const ParameterRow> cell_parameter_rows();      ///< cell_parameter_definitions.cpp
 [[nodiscard]] std::span<const ParameterRow> instrument_parameter_rows();  ///< instrument_parameter_definitions.cpp
 [[nodiscard]] std::span<const IndexedRow> cell_variation_rows();
 [[nodiscard]] std::span<const IndexedRow> instrument_channel_rows();

@@ -47,7 +47,7 @@ std::vector<ParameterRow> joined(std::initializer_list<std::span<const Parameter
 
 std::span<const ParameterRow> parameter_rows() {
   static const std::vector<ParameterRow> all =
-      joined({car_parameter_rows(), instrument_parameter_rows(), firmware_parameter_rows()});
+      joined({car_parameter_rows(), cell_parameter_rows(), instrument_parameter_rows(), firmware_parameter_rows()});
   return all;
 }
 

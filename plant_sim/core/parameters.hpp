@@ -134,7 +134,7 @@ struct PowertrainSection {
   std::string kind = "electric";     ///< electric | none
   double final_drive = 0;            ///< [1] 0.5..30
   double driveline_efficiency = 0;   ///< [1] 0.3..1
-  double driveline_inertia_kg_m2 = 0;  ///< [kg m2] 0.01..20, at the rear wheels, motor included
+  double driveline_inertia_kg_m2 = 0;  ///< [kg m2] 0.01..20, at the rear wheels; with the rotor where motor says none
 };
 
 struct InverterSection {
@@ -142,6 +142,10 @@ struct InverterSection {
   double current_max_a = 0;       ///< [A] 1..5000, phase current
   double command_timeout_s = 0;   ///< [s] 0.01..2, silence after which it stops
   double dc_voltage_min_v = 0;    ///< [V] 0..600, below it the output stage is off
+  double loss_w = 0;              ///< [W] 0..2000, while its output stage is on
+  double loss_w_per_a = 0;        ///< [W/A] 0..20, of the phase current
+  double loss_w_per_a2 = 0;       ///< [W/A2] 0..1, of the phase current squared
+  double loss_w_per_v_a = 0;      ///< [W/V/A] 0..0.1, of DC-link voltage times phase current: switching
 };
 
 struct MotorSection {
@@ -150,9 +154,16 @@ struct MotorSection {
   double efficiency = 0;                 ///< [1] 0.3..1
   double winding_resistance_ohm = 0;     ///< [ohm] 0..1
   bool winding_loss = false;             ///< adds I^2 R of the winding to the power balance
+  double winding_per_kelvin = 0;         ///< [1/K] 0..0.006, rise of the winding's resistance; copper 0.0039
+  double winding_reference_c = 25;       ///< [degC] 0..60, at which its resistance holds
+  double drag_hysteresis_nm = 0;         ///< [Nm] 0..20, at any speed: hysteresis of the iron, bearings
+  double drag_eddy_nm_s = 0;             ///< [Nm s] 0..1, by speed: eddy currents of iron and magnets
+  double drag_windage_nm_s2 = 0;         ///< [Nm s2] 0..0.01, by speed squared: air about the rotor
+  double rotor_inertia_kg_m2 = 0;        ///< [kg m2] 0..5, at the shaft, beside powertrain.driveline_inertia_kg_m2
   std::vector<double> curve_speed_rpm;   ///< [rpm] increasing; greatest shaft torque over speed
   std::vector<double> curve_torque_nm;   ///< [Nm] >= 0
   double curve_voltage_v = 0;            ///< [V] 0..1000, bus voltage of the curve; 0: it holds at any
+  double voltage_max_v = 0;              ///< [V] 0..1000, that a pack may have open and full; 0: not stated
   double convection_w_per_m2_k = 0;      ///< [W/m2/K] 0..1000
   double surface_area_m2 = 0;            ///< [m2] 0..5
   double copper_mass_kg = 0;             ///< [kg] 0.01..200

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "car/battery/cell_tables.hpp"
+#include "car/powertrain/inverter.hpp"
 #include "car/powertrain/motor.hpp"
 #include "car/powertrain/torque_curve.hpp"
 #include "core/demand.hpp"
@@ -36,12 +37,6 @@ Source pack_at_start(const VehicleParameters& car) {
               car.contactors.resistance_ohm};
 }
 
-/// Power at the DC bus [W] for a shaft torque.
-double bus_power(const VehicleParameters& car, double torque_nm, double omega_rad_s) {
-  const double current = torque_nm / (car.motor.constant_nm_per_a * car.motor.efficiency);
-  return motor_power(car.motor, current, omega_rad_s) / car.inverter.efficiency + car.low_voltage.power_w;
-}
-
 /// What a full pedal asks of motor and pack. Each bound that a torque keeps, a smaller one keeps too: the bus voltage
 /// falls with the torque, and the curve with the voltage.
 class Bounds {
@@ -54,26 +49,47 @@ class Bounds {
     if (source_.ohm > 0.0) current_a_ = std::min(current_a_, std::max(0.0, source_.open_v - lowest_v) / source_.ohm);
   }
 
-  [[nodiscard]] bool keeps(double torque_nm, double omega_rad_s) const {
-    const double power = bus_power(car_, torque_nm, omega_rad_s);
-    if (power > power_w_) return false;
-    const double voltage = source_.voltage(power);
-    return power <= current_a_ * voltage && torque_nm <= curve_.torque_nm(omega_rad_s, voltage);
-  }
-
-  /// The greatest torque up to `wanted_nm` that keeps them.
+  /// The greatest torque of the shaft that keeps them, where the current makes `wanted_nm` of which the drag takes its
+  /// part; the drag alone where the motor may have no current.
   [[nodiscard]] double greatest(double wanted_nm, double omega_rad_s) const {
-    if (keeps(wanted_nm, omega_rad_s)) return wanted_nm;
+    const double drag = motor_drag(car_.motor, omega_rad_s);
+    if (keeps(wanted_nm - drag, drag, omega_rad_s)) return wanted_nm - drag;
     constexpr int kHalvings = 60;
-    double low = 0.0, high = wanted_nm;
+    double low = 0.0 - drag, high = wanted_nm - drag;
     for (int k = 0; k < kHalvings; ++k) {
       const double middle = 0.5 * (low + high);
-      (keeps(middle, omega_rad_s) ? low : high) = middle;
+      (keeps(middle, drag, omega_rad_s) ? low : high) = middle;
     }
     return low;
   }
 
  private:
+  [[nodiscard]] bool keeps(double shaft_nm, double drag_nm, double omega_rad_s) const {
+    const Load load = load_of(shaft_nm + drag_nm, omega_rad_s);
+    if (load.power_w > power_w_ || load.power_w > current_a_ * load.voltage_v) return false;
+    const double most = curve_.torque_nm(omega_rad_s, load.voltage_v);
+    return most > 0.0 && shaft_nm <= most;
+  }
+
+  struct Load {
+    double power_w, voltage_v;  ///< at the DC bus
+  };
+
+  /// For a torque before the drag, the winding as warm as the air, as it is at the start. Switching loses by the voltage
+  /// that the power leaves: a few rounds settle both.
+  [[nodiscard]] Load load_of(double torque_nm, double omega_rad_s) const {
+    const double current = motor_current(car_.motor, torque_nm, omega_rad_s);
+    const double motor_w = motor_power(car_.motor, current, omega_rad_s, car_.environment.ambient_c);
+    const double without_stage = inverter_dc_power(car_.inverter, motor_w) + car_.low_voltage.power_w;
+    const int rounds = car_.inverter.loss_w_per_v_a > 0.0 ? 4 : 1;
+    Load load{0.0, source_.open_v};
+    for (int round = 0; round < rounds; ++round) {
+      load.power_w = without_stage + inverter_stage_loss(car_.inverter, current, load.voltage_v);
+      load.voltage_v = source_.voltage(load.power_w);
+    }
+    return load;
+  }
+
   const VehicleParameters& car_;
   TorqueCurve curve_;
   Source source_;
@@ -97,7 +113,8 @@ FullTorque::FullTorque(const VehicleParameters& car) {
     const double wanted = by_current * omega > by_master_w ? by_master_w / omega : by_current;
     torque_nm_.push_back(bounds.greatest(wanted, omega));
   }
-  VOLTLAP_DEMAND(all_finite(torque_nm_));
+  beyond_nm_ = 0.0 - motor_drag(motor, top);
+  VOLTLAP_DEMAND(all_finite(torque_nm_) && std::isfinite(beyond_nm_));
 }
 
 }  // namespace voltlap::plant

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "car/powertrain/motor.hpp"
 #include "core/demand.hpp"
 #include "core/parameters.hpp"
 
@@ -39,11 +40,15 @@ class TorqueCurve {
     return torque_nm_[i] + (torque_nm_[i + 1] - torque_nm_[i]) * (place - static_cast<double>(i));
   }
 
-  /// The phase current [A] that flows when `asked_a` is commanded: no more than makes the greatest torque.
+  /// The phase current [A] that flows when `asked_a` is commanded: no more than makes the greatest torque at the shaft,
+  /// where the drag takes from a driving current and helps a braking one.
   [[nodiscard]] double current(double asked_a, double omega_rad_s, double dc_voltage_v) const {
+    const double shaft = torque_nm(omega_rad_s, dc_voltage_v);
+    if (shaft == 0.0) return 0.0;
     const bool driving = asked_a * omega_rad_s >= 0.0;
     const double per_ampere = motor_.constant_nm_per_a * (driving ? motor_.efficiency : 1.0 / motor_.efficiency);
-    const double most = torque_nm(omega_rad_s, dc_voltage_v) / per_ampere;
+    const double drag = std::abs(motor_drag(motor_, omega_rad_s));
+    const double most = std::max(0.0, driving ? shaft + drag : shaft - drag) / per_ampere;
     return std::clamp(asked_a, -most, most);
   }
 

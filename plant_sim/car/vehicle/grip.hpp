@@ -60,18 +60,20 @@ namespace voltlap::plant {
   return std::max(0.0, still / (1.0 - lever));
 }
 
-/// The brake pedal, 0..1, at which the first axle would lock, with `share` of the tyres' grip: p F_i = s mu N_i(p).
+/// The brake pedal, 0..1, at which the first axle would lock, with `share` of the tyres' grip: p F_i = s mu N_i(p). The
+/// rear tyres hold back `rear_drag_n` beside their brakes.
 [[nodiscard]] inline double locking_pedal(const VehicleParameters& car, double airspeed_mps, double share,
-                                          double resistance_n, double radius_m) {
+                                          double resistance_n, double radius_m, double rear_drag_n = 0.0) {
   const BrakeTorques full = brake_torques(car.brakes, 1.0);
   const double front = full.front_nm / radius_m, rear = full.rear_nm / radius_m;
   const AxleLoads still = axle_loads(car, 0.0, airspeed_mps);
   const double friction = share * peak_friction(car.tyres);
   const double lever = friction * car.vehicle.cg_height_m / car.vehicle.wheelbase_m;  // load moved forward per force
+  const double slowing = resistance_n + rear_drag_n;
   const double front_slope = front - lever * (front + rear), rear_slope = rear + lever * (front + rear);
   double pedal = 1.0;
-  if (front_slope > 0.0) pedal = std::min(pedal, (friction * still.front_n + lever * resistance_n) / front_slope);
-  if (rear > 0.0) pedal = std::min(pedal, (friction * still.rear_n - lever * resistance_n) / rear_slope);
+  if (front_slope > 0.0) pedal = std::min(pedal, (friction * still.front_n + lever * slowing) / front_slope);
+  if (rear > 0.0) pedal = std::min(pedal, (friction * still.rear_n - lever * slowing - rear_drag_n) / rear_slope);
   return std::max(0.0, pedal);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "car/powertrain/driveline.hpp"
 #include "car/vehicle/aero.hpp"
 #include "car/vehicle/cornering.hpp"
 #include "car/vehicle/rolling_resistance.hpp"
@@ -15,7 +16,7 @@ VehicleEnergy LongitudinalVehicle::advance(double drive_torque_nm, double brake_
   const AxleLoads loads = axle_loads(car_, acceleration_, airspeed);
   const BrakeTorques brakes = brake_torques(car_.brakes, brake_pedal);
   const double front_inertia = car_.vehicle.front_axle_inertia_kg_m2;
-  const double rear_inertia = car_.powertrain.driveline_inertia_kg_m2;
+  const double rear_inertia = driveline_inertia(car_);
   const double front_n = loads.front_n * road_.longitudinal_share, rear_n = loads.rear_n * road_.longitudinal_share;
   const AxleStep front =
       axle_step(car_.tyres, {speed_, front_n, 0.0, brakes.front_nm, front_inertia}, front_omega_, step_s);

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "car/powertrain/driveline.hpp"
 #include "car/powertrain/full_torque.hpp"
 #include "car/vehicle/aero.hpp"
 #include "car/vehicle/brakes.hpp"
@@ -34,8 +35,7 @@ class Particle {
       : car_(car),
         motor_(car),
         mass_(total_mass(car)),
-        effective_mass_(mass_ +
-                        car.powertrain.driveline_inertia_kg_m2 / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
+        effective_mass_(mass_ + driveline_inertia(car) / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
         wheel_per_motor_(car.powertrain.final_drive / car.tyres.lap_radius_m),
         rolling_(car.tyres.rolling_resistance * mass_ * car.environment.gravity_mps2) {
     const BrakeTorques full = brake_torques(car.brakes, 1.0);
@@ -45,17 +45,17 @@ class Particle {
   /// Greatest acceleration, full pedal.
   [[nodiscard]] double max_acceleration(double v, const RoadPiece& road) const {
     const double resistance = this->resistance(v, road);
-    const double motor =
-        motor_.torque_nm(v * wheel_per_motor_) * wheel_per_motor_ * car_.powertrain.driveline_efficiency;
+    const double torque = motor_.torque_nm(v * wheel_per_motor_), efficiency = car_.powertrain.driveline_efficiency;
+    const double motor = torque * wheel_per_motor_ * (torque >= 0.0 ? efficiency : 1.0 / efficiency);
     const double grip = drive_grip(car_, v + road.head_wind_mps, share(v, road), resistance);
     return (std::min(motor, grip) - resistance) / effective_mass_;
   }
   /// Greatest deceleration, as a positive number: full pedal, or the pedal at which the first axle would lock.
   [[nodiscard]] double max_deceleration(double v, const RoadPiece& road) const {
-    const double resistance = this->resistance(v, road);
-    const double pedal =
-        locking_pedal(car_, v + road.head_wind_mps, share(v, road), resistance, car_.tyres.lap_radius_m);
-    return (pedal * brake_force_ + resistance) / effective_mass_;
+    const double resistance = this->resistance(v, road), radius = car_.tyres.lap_radius_m;
+    const double drag = coasting_drag(car_, v, radius);
+    const double pedal = locking_pedal(car_, v + road.head_wind_mps, share(v, road), resistance, radius, drag);
+    return (pedal * brake_force_ + (drag + resistance)) / effective_mass_;
   }
 
  private:
