@@ -64,6 +64,18 @@ std::vector<Variant> all_variants() {
       {"driveline of efficiency 0.9", changed([](auto& c) { c.powertrain.driveline_efficiency = 0.9; }), true},
       {"inverter of efficiency 0.95", changed([](auto& c) { c.inverter.efficiency = 0.95; }), true},
       {"all losses", lossy_vtm16e(), false},
+      {"a drive of loss terms", changed([](auto& c) {
+         c.motor.winding_loss = true;
+         c.motor.winding_per_kelvin = 0.0039;
+         c.motor.drag_hysteresis_nm = 0.8;
+         c.motor.drag_eddy_nm_s = 0.002;
+         c.motor.drag_windage_nm_s2 = 1e-6;
+         c.motor.rotor_inertia_kg_m2 = 0.02;
+         c.inverter.loss_w = 60.0;
+         c.inverter.loss_w_per_a = 0.8;
+         c.inverter.loss_w_per_a2 = 1e-3;
+         c.inverter.loss_w_per_v_a = 5e-3;
+       }), true},
       {"no powertrain", changed([](auto& c) { c.powertrain.kind = "none"; }), true},
   };
 }

@@ -75,8 +75,8 @@ class Bounds {
     double power_w, voltage_v;  ///< at the DC bus
   };
 
-  /// For a torque before the drag, the winding as warm as the air, as it is at the start. Switching loses by the voltage
-  /// that the power leaves: a few rounds settle both.
+  /// For a torque before the drag; the winding is as warm as the air, as it is at the start. Switching loses by the
+  /// voltage that the power leaves: a few rounds settle both.
   [[nodiscard]] Load load_of(double torque_nm, double omega_rad_s) const {
     const double current = motor_current(car_.motor, torque_nm, omega_rad_s);
     const double motor_w = motor_power(car_.motor, current, omega_rad_s, car_.environment.ambient_c);

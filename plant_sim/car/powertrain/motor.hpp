@@ -30,6 +30,12 @@ namespace voltlap::plant {
   return ideal * omega_rad_s >= 0.0 ? ideal * m.efficiency : ideal / m.efficiency;
 }
 
+/// The phase current [A] that makes `torque_nm`, before the drag: the inverse of `motor_torque`.
+[[nodiscard]] inline double motor_current(const MotorSection& m, double torque_nm, double omega_rad_s) {
+  const bool driving = torque_nm * omega_rad_s >= 0.0;
+  return torque_nm / (m.constant_nm_per_a * (driving ? m.efficiency : 1.0 / m.efficiency));
+}
+
 /// Torque [Nm] against the rotation, signed with it. Below 1 rad/s hysteresis falls linearly to zero, so that it does
 /// not turn a standing motor.
 [[nodiscard]] inline double motor_drag(const MotorSection& m, double omega_rad_s) {

@@ -46,9 +46,9 @@ class TorqueCurve {
     const double shaft = torque_nm(omega_rad_s, dc_voltage_v);
     if (shaft == 0.0) return 0.0;
     const bool driving = asked_a * omega_rad_s >= 0.0;
-    const double per_ampere = motor_.constant_nm_per_a * (driving ? motor_.efficiency : 1.0 / motor_.efficiency);
     const double drag = std::abs(motor_drag(motor_, omega_rad_s));
-    const double most = std::max(0.0, driving ? shaft + drag : shaft - drag) / per_ampere;
+    const double before_drag = std::max(0.0, driving ? shaft + drag : shaft - drag);
+    const double most = std::abs(motor_current(motor_, before_drag, driving ? 1.0 : -1.0));
     return std::clamp(asked_a, -most, most);
   }
 
