@@ -2,6 +2,7 @@
 #include "apps/car_options.hpp"
 
 #include "apps/flag_checks.hpp"
+#include "car/powertrain/motor_voltage.hpp"
 
 namespace voltlap::plant {
 
@@ -30,7 +31,11 @@ CLI::Option* CarOptions::add_lap_start(CLI::App& command) {
       ->capture_default_str();
 }
 
-LoadedVehicle CarOptions::load_car(const DataFolder& data) const { return load_vehicle(data, vehicle, settings); }
+LoadedVehicle CarOptions::load_car(const DataFolder& data) const {
+  LoadedVehicle car = load_vehicle(data, vehicle, settings);
+  check_motor_voltage(car);
+  return car;
+}
 
 Track CarOptions::load_course(const DataFolder& data) const {
   return load_track(data.find("tracks", track, "--track"));

@@ -20,7 +20,6 @@ using namespace voltlap::plant::test;
 
 namespace {
 
-constexpr double kRadPerS = M_PI / 30.0;
 constexpr unsigned kDraws = 60;
 constexpr double kPeriod_s = 0.01;
 
@@ -135,7 +134,8 @@ TEST(DriveLosses, NeverGiveMoreWhenBrakingThanTheShaftBrings) {
       const MotorPoint point = motor_point(car.motor, torque, omega, 25.0);
       CHECK_TRUE_TEXT(point.electrical_w >= torque * omega - 1e-9, words.c_str());
       CHECK_TRUE_TEXT(within(point.efficiency, 0.0, 1.0 + 1e-12), words.c_str());
-      const double dc = inverter.dc_power(point.electrical_w) + inverter_stage_loss(car.inverter, point.current_a, 96.0);
+      const double stage = inverter_stage_loss(car.inverter, point.current_a, 96.0);
+      const double dc = inverter.dc_power(point.electrical_w) + stage;
       CHECK_TRUE_TEXT(dc >= point.electrical_w - 1e-9, words.c_str());
     }
   });
