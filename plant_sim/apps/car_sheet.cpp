@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "car/powertrain/motor_voltage.hpp"
 #include "core/demand.hpp"
 #include "core/parameter_table.hpp"
 #include "core/toml_text.hpp"
@@ -175,6 +176,7 @@ CarSheet make_car_sheet(const DataFolder& data, const CarRequest& request, const
     }
     sheet.car = load_vehicle(data, request.from, settings);
   };
+  check_motor_voltage(asked);
   apply(derive_mass(base.parameters, asked.parameters, given, request.mass_on_scales_kg));
   apply(derive_fittings(base.parameters, sheet.car.parameters, given));
 

@@ -10,6 +10,7 @@
 #include "apps/firmware_config.hpp"
 #include "apps/firmware_keys.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/part_lists.hpp"
 #include "core/errors.hpp"
 #include "core/parameter_table.hpp"
 
@@ -58,8 +59,8 @@ void print_car(const LoadedVehicle& car) {
 
 ListCommand::ListCommand(CLI::App& app)
     : command_(app.add_subcommand(
-          "list", "Names of vehicles, tracks, cells, motors and bench plans; keys of --set with unit, range, value; "
-                  "what follows from a car's numbers; causes of explain")) {
+          "list", "Names of vehicles, tracks and bench plans; cells and motors with their numbers; keys of --set with "
+                  "unit, range, value; what follows from a car's numbers; causes of explain")) {
   command_->add_option("what", what_, "vehicles, tracks, cells, motors, bench, keys, car or causes")
       ->required()
       ->check(one_of({"vehicles", "tracks", "cells", "motors", "bench", "keys", "car", "causes"}));
@@ -72,6 +73,10 @@ int ListCommand::run(const DataFolder& data) {
     print_keys(car_.load_car(data).parameters);
   } else if (what_ == "car") {
     print_car(car_.load_car(data));
+  } else if (what_ == "motors") {
+    fmt::print("{}", motor_list(data));
+  } else if (what_ == "cells") {
+    fmt::print("{}", cell_list(data));
   } else {
     for (const std::string& name : data.names(what_)) fmt::print("{}\n", name);
   }

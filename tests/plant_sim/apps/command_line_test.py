@@ -13,6 +13,7 @@ import time
 import pytest
 
 BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
+DATA = pathlib.Path(__file__).resolve().parents[3] / "plant_sim" / "data"
 
 
 def voltlap(*arguments, folder=None):
@@ -41,10 +42,29 @@ def test_help_ends_well_and_names_the_flags(command):
 def test_lists_hold_what_the_project_ships():
     assert voltlap("list", "vehicles").stdout.split() == ["vtm16e", "vtm17e"]
     assert {"michigan_2014", "michigan_2015"} <= set(voltlap("list", "tracks").stdout.split())
-    assert voltlap("list", "cells").stdout.split()
     keys = voltlap("list", "keys").stdout
     assert re.search(r"^vehicle\.mass_kg +kg +20 \.\. 3000 +243 ", keys, re.MULTILINE)
     assert "battery.cells.<n>.capacity_scale" in keys
+
+
+@pytest.mark.parametrize(("what", "numbers"), [("motors", 8), ("cells", 5)])
+def test_parts_are_listed_by_name_and_then_by_number(what, numbers):
+    title, *rows = voltlap("list", what).stdout.splitlines()
+    shipped = sorted(path.stem for path in DATA.glob(f"{what}/*.toml"))
+    assert [row.split()[0] for row in rows] == shipped
+    assert all(len(row.split()) == len(title.split()) == 1 + numbers for row in rows)
+
+
+def test_a_motor_and_a_cell_are_listed_with_what_their_files_say():
+    def row(what, name):
+        title, *rows = (line.split() for line in voltlap("list", what).stdout.splitlines())
+        return dict(zip(title, next(values for values in rows if values[0] == name), strict=True))
+
+    motor, cell = row("motors", "emrax_228_hv"), row("cells", "molicel_p42a")
+    assert [motor[k] for k in ("torque_nm", "at_v", "nm_per_a", "max_v")] == ["230.0", "600", "1.1", "670"]
+    assert 96 < float(motor["efficiency_%"]) < 98 and 95 < float(motor["power_kw"]) < 120
+    assert [cell[k] for k in ("capacity_ah", "nominal_v", "mass_g")] == ["4.2", "3.69", "70"]
+    assert float(cell["wh_per_kg"]) == pytest.approx(4.2 * 3.7 / 0.07, rel=0.03)
 
 
 def test_lap_writes_time_speed_and_length(tmp_path):
