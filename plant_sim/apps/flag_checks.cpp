@@ -124,14 +124,22 @@ CLI::Validator positive_number() {
           "", "positive_number"};
 }
 
-CLI::Validator number_between(double low, double high) {
-  return {[low, high](const std::string& text) {
+CLI::Validator number_between(double low, double high, std::string what_to_do) {
+  return {[low, high, what_to_do](const std::string& text) {
             const auto value = parsed<double>(text);
             if (value && *value >= low && *value <= high) return std::string();
-            return refusal(text, fmt::format("a number from {:g} to {:g}", low, high),
-                           "Correct the number, or leave the flag out");
+            return refusal(text, fmt::format("a number from {:g} to {:g}", low, high), what_to_do);
           },
           "", "number_between"};
+}
+
+CLI::Validator number_from_zero() {
+  return {[](const std::string& text) {
+            const auto value = parsed<double>(text);
+            if (value && std::isfinite(*value) && *value >= 0.0) return std::string();
+            return refusal(text, "a number of 0 or more", "Correct the number, or leave the flag out");
+          },
+          "", "number_from_zero"};
 }
 
 CLI::Validator some_name(std::string expected) {

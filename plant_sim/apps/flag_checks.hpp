@@ -15,7 +15,10 @@ namespace voltlap::plant {
 /// A number above 0.
 [[nodiscard]] CLI::Validator positive_number();
 /// Any number, both ends included.
-[[nodiscard]] CLI::Validator number_between(double low, double high);
+[[nodiscard]] CLI::Validator number_between(double low, double high,
+                                            std::string what_to_do = "Correct the number, or leave the flag out");
+/// A finite number of 0 or more.
+[[nodiscard]] CLI::Validator number_from_zero();
 
 /// A name that is not empty; `expected` in words.
 [[nodiscard]] CLI::Validator some_name(std::string expected);

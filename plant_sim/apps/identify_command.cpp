@@ -28,7 +28,6 @@ namespace voltlap::plant {
 namespace {
 
 constexpr double kRoom = 25.0;  // degC, where nothing says otherwise
-constexpr const char* kThermalFrom = "aesc_e5_2p";
 constexpr const char* kAllMethods = "all";
 
 std::pair<double, double> window_of(const std::string& text) {
@@ -62,6 +61,7 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
                      "currents; the OCV stays free");
   command_->add_option("--ocv", ocv_, "OCV from a slow test (a table) or a cell file; default: from the rests");
   command_->add_option("--temperature", temperatures_, "degC of the files after it that have no temperature column")
+      ->check(number_between(-40.0, 80.0, "In degC; correct the number, or leave the flag out"))
       ->allow_extra_args(false);
   command_
       ->add_option(
@@ -72,6 +72,13 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--window", windows_, "T0:T1, seconds: only these rows of the files after it")
       ->allow_extra_args(false);
   command_->add_option("--blocks", blocks_, "SECONDS:even|odd: fit every other block, print the RMS on the rest");
+  command_->add_option("--mass", mass_kg_, "Mass of one cell, kg (a 21700: 0.07); default: assumed of its form")
+      ->check(number_between(0.001, 15.0, "In kg, not g: a cell of 70 g has 0.07"));
+  command_->add_option("--size", size_,
+                       "Size of one cell: 18650, 21700, 26650, DIAMETERxLENGTH of another cylinder, or "
+                       "LENGTHxWIDTHxTHICKNESS of a pouch or can, mm; default: assumed of mass or capacity");
+  command_->add_option("--heat-capacity", heat_capacity_j_per_kg_k_, "Of the cell, J/kg/K; default: assumed, 750 to 1000")
+      ->check(number_between(300.0, 3000.0, "In J/kg/K, about 1000; that of the whole cell is this times its mass"));
   const std::map<std::string, CurrentHold> holds{{"previous", CurrentHold::kPrevious},
                                                  {"next", CurrentHold::kNext},
                                                  {"linear", CurrentHold::kLinear}};
@@ -80,7 +87,7 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
                        "(linear); default: found in each file")
       ->transform(CLI::Transformer(holds));
   const auto add_limit = [&](const char* flag, double& value, const char* what) {
-    command_->add_option(flag, value, std::string("Intervals allow for ") + what)->check(CLI::NonNegativeNumber);
+    command_->add_option(flag, value, std::string("Intervals allow for ") + what)->check(number_from_zero());
   };
   add_limit("--voltage-error", instruments_.voltage_v, "an offset of the voltage up to this, V");
   add_limit("--voltage-gain-error", instruments_.voltage_gain, "a gain error of the voltage up to this, 1");
@@ -179,7 +186,7 @@ void IdentifyCommand::take_blocks(IdentifyOptions& options) const {
   char* end = nullptr;
   options.block_s = std::strtod(blocks_.c_str(), &end);
   options.fit_even_blocks = which == "even";
-  if (!(options.block_s > 0.0) || end != blocks_.c_str() + colon || (which != "even" && which != "odd")) {
+  if (!(options.block_s > 0.0) || !std::isfinite(options.block_s) || end != blocks_.c_str() + colon || (which != "even" && which != "odd")) {
     throw InputError("--blocks", "\"" + blocks_ + "\"", "SECONDS:even or SECONDS:odd, such as 60:even",
                      "Correct it");
   }
@@ -227,6 +234,12 @@ std::vector<MethodScore> IdentifyCommand::compare(const std::vector<CellData>& c
   return scores;
 }
 
+ToldBody IdentifyCommand::told_body() const {
+  ToldBody told{.mass_kg = mass_kg_, .form = {}, .heat_capacity_j_per_kg_k = heat_capacity_j_per_kg_k_};
+  if (!size_.empty()) told.form = cell_form(size_);
+  return told;
+}
+
 std::vector<std::pair<std::string, std::string>> IdentifyCommand::flags() const {
   std::vector<std::pair<std::string, std::string>> out;
   for (const CLI::Option* option : command_->get_options()) {
@@ -234,6 +247,12 @@ std::vector<std::pair<std::string, std::string>> IdentifyCommand::flags() const 
     out.emplace_back(option->get_name(), fmt::format("{}", fmt::join(option->results(), " ")));
   }
   return out;
+}
+
+std::string IdentifyCommand::cell_name() const {
+  const bool named = !out_.empty() && out_ != AtomicFile::kStandardOutput;
+  const std::string file = std::filesystem::path(named ? out_ : recordings_.files.front()).filename().string();
+  return file.substr(0, file.find('.'));
 }
 
 int IdentifyCommand::run(const DataFolder& data) {
@@ -244,6 +263,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   take_method(options);
   take_blocks(options);
   take_ocv(data, options);
+  const ToldBody told = told_body();
   std::optional<AtomicFile> out, json, report;
   refuse_shared_files({{"--out", out_}, {"--json", json_}, {"--report", report_}});
   if (!out_.empty()) out.emplace(out_);
@@ -254,44 +274,41 @@ int IdentifyCommand::run(const DataFolder& data) {
   }
   const std::vector<CellData> cells = read(data);
   take_constant(cells, options);
-  const bool named = !out_.empty() && out_ != AtomicFile::kStandardOutput;
-  std::string name = std::filesystem::path(named ? out_ : recordings_.files.front()).filename().string();
-  name = name.substr(0, name.find('.'));
 
   const std::vector<CellIdentification> each = identify_cells(cells, options);
-  const CellParameters like = load_cell(data, kThermalFrom, "identify");
   std::optional<MeanCell> mean;
-  std::vector<std::string> names, texts;
+  std::vector<std::string> names;
   for (const CellData& cell : cells) names.push_back(cell.name);
   if (cells.size() > 1) mean = mean_cell(each, names);
   CellIdentification identified = mean ? mean->identified : each.front();
-  const CellParameters cell = cell_parameters(identified, like, name, identified.reference_point().result.notes);
+  const auto shipped = [&](const std::string& cell) { return load_cell(data, cell, "identify"); };
+  const CellBody body = cell_body(told, identified.reference_point().result.model.capacity_ah, shipped);
+  const CellParameters cell = cell_parameters(identified, body, cell_name(), identified.reference_point().result.notes);
   std::FILE* to = summary_stream({out_, json_, report_});
-  fmt::print(to, "{}", identification_text(cell, identified, recordings_.cells_in_series));
+  fmt::print(to, "{}", identification_text(cell, body, identified, recordings_.cells_in_series));
   if (mean) fmt::print(to, "{}", spread_text(*mean));
   std::vector<MethodScore> scores;
   if (method_ == kAllMethods) scores = compare(cells, each, options);
   if (!scores.empty()) fmt::print(to, "\n{}", comparison_text(scores));
   if (out) {
-    out->write(cell_toml(cell, identified, kThermalFrom) + (mean ? spread_comment(*mean) : ""));
+    out->write(cell_toml(cell, body, identified) + (mean ? spread_comment(*mean) : ""));
     out->commit();
   }
-  std::string text = identification_json(cell, identified, VOLTLAP_VERSION);
+  const std::string text = identification_json(cell, body, identified, VOLTLAP_VERSION);
   if (report) {
-    report->write(identification_report({cell, identified, text, mean ? &*mean : nullptr, scores, flags()},
+    report->write(identification_report({cell, body, identified, text, mean ? &*mean : nullptr, scores, flags()},
                                         VOLTLAP_VERSION));
     report->commit();
   }
   if (json) {
-    if (mean) {
-      for (std::size_t c = 0; c < each.size(); ++c) {
-        std::vector<std::string> notes;
-        texts.push_back(
-            identification_json(cell_parameters(each[c], like, names[c], notes), each[c], VOLTLAP_VERSION));
-      }
-      text = with_spread(text, *mean, texts);
+    std::vector<std::string> texts;
+    for (std::size_t c = 0; mean && c < each.size(); ++c) {
+      std::vector<std::string> notes;
+      texts.push_back(
+          identification_json(cell_parameters(each[c], body, names[c], notes), body, each[c], VOLTLAP_VERSION));
     }
-    json->write(scores.empty() ? text : with_methods(text, scores));
+    const std::string all = mean ? with_spread(text, *mean, texts) : text;
+    json->write(scores.empty() ? all : with_methods(all, scores));
     json->commit();
   }
   return kExitOk;

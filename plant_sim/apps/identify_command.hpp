@@ -9,6 +9,7 @@
 #include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
 #include "learn/identify/mean_cell.hpp"
+#include "learn/identify/result/cell_body.hpp"
 #include "learn/methods/method_comparison.hpp"
 
 namespace voltlap::plant {
@@ -40,6 +41,9 @@ class IdentifyCommand {
   [[nodiscard]] std::vector<MethodScore> compare(const std::vector<CellData>& cells,
                                                  const std::vector<CellIdentification>& full,
                                                  IdentifyOptions options) const;
+  [[nodiscard]] ToldBody told_body() const;
+  /// Of the cell file, else of the first recording.
+  [[nodiscard]] std::string cell_name() const;
   void take_constant(const std::vector<CellData>& cells, IdentifyOptions& options) const;
   void take_method(IdentifyOptions& options) const;
   /// What was given on the command line, to repeat it.
@@ -57,6 +61,8 @@ class IdentifyCommand {
   bool constant_ = false;
   std::optional<CurrentHold> hold_;
   InstrumentLimits instruments_;
+  std::optional<double> mass_kg_, heat_capacity_j_per_kg_k_;
+  std::string size_;
 };
 
 }  // namespace voltlap::plant

@@ -14,6 +14,15 @@
 namespace voltlap::plant {
 namespace {
 
+constexpr const char* kTogether = "all";
+
+/// What sets how far a key may go, where it is a rule.
+std::string_view rule_of(std::string_view key) {
+  if (key == "master.power_max_kw") return " (EV.3.3 allows no more)";
+  if (key == "bms.temperature_max_c") return " (EV.7.5 allows no more)";
+  return "";
+}
+
 /// All that could lift a limit. What the firmware or the rules hold stays: 60 degC (EV.7.5), 80 kW (EV.3.3).
 std::vector<LiftedKey> lifts(std::string_view reason, const VehicleParameters& car) {
   constexpr double kAboveBrokenWire_v = 0.1;
@@ -56,11 +65,13 @@ LimitCost cost_of(const std::string& reason, std::vector<LiftedKey> lifted, cons
 
 std::vector<LiftedKey> lifted_keys(std::size_t reason, const VehicleParameters& car) {
   std::vector<LiftedKey> out = lifts(limit_reason_name(reason), car);
-  std::erase_if(out, [&](const LiftedKey& lifted) {
+  for (LiftedKey& lifted : out) {
     const ParameterRow* row = find_parameter(lifted.key);
     VOLTLAP_DEMAND(row != nullptr && within(lifted.value, row->low, row->high));
-    return number_value(*row, car) == lifted.value;
-  });
+    lifted.from = number_value(*row, car);
+    lifted.unit = row->unit;
+  }
+  std::erase_if(out, [](const LiftedKey& lifted) { return lifted.from == lifted.value; });
   return out;
 }
 
@@ -86,23 +97,37 @@ std::vector<LimitCost> limit_costs(const EnduranceResult& result, const VehicleP
     all.insert(all.end(), lifted.begin(), lifted.end());
   }
   if (out.size() < 2) return out;
-  const EnduranceResult without = rerun("all", settings_of(all));
+  const EnduranceResult without = rerun(kTogether, settings_of(all));
   if (without.stopped) return out;
-  LimitCost together = cost_of("all", all, result, without);
+  LimitCost together = cost_of(kTogether, all, result, without);
   for (const LimitCost& one : out) together.active_s += one.active_s;
   out.push_back(std::move(together));
   return out;
 }
 
+std::string cost_text(const LimitCost& cost) {
+  if (!cost.failure.empty()) return fmt::format("without it the run fails: {}", cost.failure);
+  return fmt::format("lifted, the race is {:.2f} s {} and ends with {:.2f} points of SOC {}", std::abs(cost.time_s),
+                     cost.time_s < 0.0 ? "slower" : "faster", std::abs(cost.soc_points),
+                     cost.soc_points < 0.0 ? "more" : "less");
+}
+
+std::string lifted_text(const LimitCost& cost) {
+  std::vector<std::string> parts;
+  for (const LiftedKey& l : cost.lifted) {
+    parts.push_back(fmt::format("{} {:.4g} -> {:.4g}{}{}", l.key, l.from, l.value, l.unit == "1" ? "" : " " + l.unit,
+                                rule_of(l.key)));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 std::string limit_costs_text(const std::vector<LimitCost>& costs) {
   if (costs.empty()) return {};
-  std::string out = "  what the limits cost, this run minus the same without:\n";
+  std::string out =
+      "  what the limits cost: the race again with one limit lifted as far as firmware and rules allow\n";
   for (const LimitCost& cost : costs) {
-    const std::string what = cost.failure.empty()
-                                 ? fmt::format("{:+.2f} s, {:+.2f} points of end SOC", cost.time_s, cost.soc_points)
-                                 : fmt::format("without it the run fails: {}", cost.failure);
-    out += fmt::format("    {:<18}{:>8.1f} s active   {}\n    {:<18}lifted: {}\n", cost.reason, cost.active_s, what, "",
-                       fmt::join(settings_of(cost.lifted), " "));
+    out += fmt::format("    {:<18}held back for {:.1f} s; {}\n    {:<18}{}\n", cost.reason, cost.active_s,
+                       cost_text(cost), "", cost.reason == kTogether ? "all of the above at once" : lifted_text(cost));
   }
   return out;
 }

@@ -142,6 +142,7 @@ CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<do
   const OperatingGrid grid = operating_grid(logs, temperatures_c);
   CellIdentification cell = at_operating_points(std::move(logs), grid);
   cell.reference = nearest_to_usual_temperature(cell.points);
+  cell.temperature_told = options.temperature_told;
   OperatingPoint& reference = cell.reference_point();
   reference.result = identify(reference.logs, at_temperature(options, reference.temperature_c));
   if (cell.points.size() == 1) return cell;

@@ -20,6 +20,7 @@ struct CellIdentification {
   std::vector<OperatingPoint> points;  ///< by temperature, then current
   std::vector<double> temperatures_c, currents_a;
   std::size_t reference = 0;  ///< point that gives OCV and capacity: nearest to 25 degC
+  bool temperature_told = true;  ///< else that of the points is an assumption
   [[nodiscard]] const OperatingPoint& reference_point() const { return points[reference]; }
   [[nodiscard]] OperatingPoint& reference_point() { return points[reference]; }
   /// The point nearest to a place of the grid.

@@ -23,9 +23,10 @@ using Json = nlohmann::ordered_json;
 constexpr double kOutlineStep_m = 2.0;
 
 /// Of html/, in the order in which they need each other.
-constexpr std::array<std::string_view, 9> kScripts = {
-    "series.js",      "time_charts.js", "time_chart.js",       "chart_gestures.js", "track_map.js",
-    "energy_flow.js", "run_frames.js",  "endurance_charts.js", "endurance.js"};
+constexpr std::array<std::string_view, 11> kScripts = {
+    "series.js",    "time_charts.js", "time_chart.js", "chart_gestures.js",   "curve_family.js",
+    "track_map.js", "energy_flow.js", "run_frames.js", "endurance_charts.js", "cell_temperatures.js",
+    "endurance.js"};
 
 /// A signal of the charts, kept in steps of what its sensor or CAN signal resolves.
 struct Column {
@@ -144,7 +145,9 @@ HtmlReport::HtmlReport(const std::string& path) : file_(path) {
 
 void HtmlReport::add(const TimeSample& sample) {
   VOLTLAP_DEMAND(sample.cell_voltage_v != nullptr && !sample.cell_voltage_v->empty());
+  VOLTLAP_DEMAND(sample.cell_temperature_c != nullptr);
   VOLTLAP_DEMAND(columns_.size() == std::size(kColumns));
+  cells_.add(sample.time_s, *sample.cell_temperature_c);
   if (count_ == 0) first_s_ = sample.time_s;
   if (count_++ % every_ != 0) return;
   for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].add(kColumns[i].value(sample));
@@ -165,6 +168,7 @@ std::string HtmlReport::data(const ReportedRun& reported) const {
       {"first_s", first_s_},
       {"period_s", static_cast<double>(every_) / TimeSeriesFile::kSamplesPerSecond},
       {"columns", columns_json(columns_)},
+      {"cells", cells_.json()},
       {"extremes", extremes(result)},
       {"limits", limits(result)},
       {"laps", laps(result)},

@@ -9,6 +9,7 @@
 #include "core/parameter_file.hpp"
 #include "io/atomic_file.hpp"
 #include "io/page/html_series.hpp"
+#include "race/report/cell_temperature_curves.hpp"
 #include "race/report/run_result.hpp"
 
 namespace voltlap::plant {
@@ -42,6 +43,7 @@ class HtmlReport {
 
   AtomicFile file_;
   std::vector<HtmlSeries> columns_;
+  CellTemperatureCurves cells_;
   double first_s_ = 0.0;
   std::size_t every_ = 1, count_ = 0;  ///< one sample of so many is kept; samples handed over
 };

@@ -131,22 +131,17 @@ std::string limit_costs_section(const std::vector<LimitCost>& costs) {
   std::string out =
       "<section aria-labelledby=\"limit-costs-title\">\n<h2 id=\"limit-costs-title\">What the limits cost</h2>\n"
       "<div class=\"card\">\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"What the limits "
-      "cost\">\n<table>\n<thead><tr><th scope=\"col\">limit</th><th scope=\"col\">active, s</th>"
-      "<th scope=\"col\">time, s</th><th scope=\"col\">end SOC, points</th><th scope=\"col\">lifted</th></tr></thead>\n"
+      "cost\">\n<table class=\"words\">\n<thead><tr><th scope=\"col\">limit</th><th scope=\"col\">held back, s</th>"
+      "<th scope=\"col\">without it</th><th scope=\"col\">what was lifted</th></tr></thead>\n"
       "<tbody>\n";
   for (const LimitCost& cost : costs) {
-    std::string lifted;
-    for (const std::string& setting : settings_of(cost.lifted)) lifted += html_text(setting) + " ";
-    const std::string what =
-        cost.failure.empty()
-            ? fmt::format("<td>{:+.2f}</td><td>{:+.2f}</td>", cost.time_s, cost.soc_points)
-            : fmt::format("<td colspan=\"2\">without it the run fails: {}</td>", html_text(cost.failure));
-    fmt::format_to(std::back_inserter(out), "<tr><th scope=\"row\">{}</th><td>{:.1f}</td>{}<td>{}</td></tr>\n",
-                   html_text(cost.reason), cost.active_s, what, lifted);
+    fmt::format_to(std::back_inserter(out),
+                   "<tr><th scope=\"row\">{}</th><td>{:.1f}</td><td>{}</td><td>{}</td></tr>\n",
+                   html_text(cost.reason), cost.active_s, html_text(cost_text(cost)), html_text(lifted_text(cost)));
   }
   return out +
-         "</tbody>\n</table>\n</div>\n<p class=\"note\">The same race again with each limit lifted as far as the "
-         "firmware and the rules allow; the numbers are this run minus that one.</p>\n</div>\n</section>\n";
+         "</tbody>\n</table>\n</div>\n<p class=\"note\">The same race again with one limit lifted as far as the "
+         "firmware and the rules allow; all: every one of them at once.</p>\n</div>\n</section>\n";
 }
 
 std::string run_facts(const ReportedRun& reported) {

@@ -45,7 +45,20 @@ def test_every_limit_that_bound_has_a_row_and_all_together_one_more(tmp_path):
     assert {row["reason"] for row in run["limit_costs"]} == bound | {"all"}
     for row in run["limit_costs"]:
         assert f"    {row['reason']} " in done.stdout
-        assert " ".join(lifted["key"] for lifted in row["lifted"][:1]) in done.stdout
+        said = done.stdout.split(f"    {row['reason']} ")[1].split("\n")
+        faster = f"{abs(row['time_s']):.2f} s {'slower' if row['time_s'] < 0 else 'faster'}"
+        charge = f"{abs(row['soc_points']):.2f} points of SOC {'more' if row['soc_points'] < 0 else 'less'}"
+        assert f"lifted, the race is {faster} and ends with {charge}" in said[0]
+        for lifted in row["lifted"] if row["reason"] != "all" else []:
+            assert f"{lifted['key']} {lifted['from']:.4g} -> {lifted['value']:.4g}" in said[1]
+
+
+def test_the_ceiling_of_the_rules_says_from_what_to_what_it_is_raised(tmp_path):
+    done, run = endurance(tmp_path, ["master.power_max_kw=8.6"], "--limit-costs")
+    (row,) = run["limit_costs"]
+    assert "master.power_max_kw 8.6 -> 80 kW (EV.3.3 allows no more)" in done.stdout
+    # Lifting a limit wins time and costs charge: this is what the sentence says.
+    assert row["time_s"] > 0 and "s faster" in done.stdout
 
 
 def test_run_that_fails_without_the_limit_says_of_what(tmp_path):
@@ -70,7 +83,7 @@ def test_report_has_the_table_and_the_run_itself_is_the_same(tmp_path):
     _, plain = endurance(tmp_path, TIGHT)
     _, reported = endurance(tmp_path, TIGHT, "--report", "run.html")
     page = (tmp_path / "run.html").read_text()
-    assert "What the limits cost" in page and "master.power_max_kw=80" in page
+    assert "What the limits cost" in page and "master.power_max_kw 8.6 -&gt; 80 kW" in page
     assert plain["trace_hash"] == reported["trace_hash"]
 
 

@@ -86,6 +86,7 @@ voltlap.strokes = {
 
 /** What is drawn, bottom to top: {name, data(), color, stroke, z, samples or means of which series}. */
 voltlap.chartLines = (spec, { layers, window, at }) => {
+  if (spec.family?.fits({ layers })) return spec.family.lines({ layers, at });
   const signals = spec.series.filter(({ role }) => !role);
   if (at === null) {
     const curves = layers.flatMap((layer) =>
@@ -185,7 +186,7 @@ voltlap.markPoint = (extreme, borderColor, end, text) => {
       formatter: extreme.text,
       distance: 6,
       position: part > 0.94 ? "left" : part < 0.06 || extreme.below ? "right" : "top",
-      offset: part > 0.94 && !extreme.below ? [4, -9] : [0, 0],
+      offset: extreme.offset ?? (part > 0.94 && !extreme.below ? [4, -9] : [0, 0]),
       textBorderColor: color("surface"),
       textBorderWidth: 3,
     },
@@ -197,6 +198,19 @@ voltlap.levelArea = ({ low, high, color }) => {
   const itemStyle = { color: voltlap.color(color), opacity: 0.22 };
   return { silent: true, animation: false, z: 0, itemStyle, data: [[{ yAxis: low }, { yAxis: high }]] };
 };
+
+/** One curve of a family drawn broad, on top of the others; empty at first. */
+voltlap.emphasisSeries = () => ({
+  type: "line",
+  name: "emphasis",
+  data: [],
+  dimensions: ["x", "value"],
+  showSymbol: false,
+  silent: true,
+  animation: false,
+  z: 8,
+  lineStyle: { width: 3 },
+});
 
 /** Stretches of time as coloured columns with a solid foot: [from, to, colour]. */
 voltlap.bandSeries = (bands, { at }) => {

@@ -2,11 +2,13 @@
 // One chart over time or distance, a member of voltlap.TimeCharts.
 //
 // A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, ruler,
-// events, note}; a level {low, high, color, text} is a stretch of the value axis that is coloured all along, a ruler
+// events, note, family, tall}; a level {low, high, color, text} is a stretch of the value axis that is coloured all along, a ruler
 // {value, text} a line across.
 // A series is {name, color, role, values, extreme, remark}: values at the shared times; role "reference" is drawn broad
 // and pale under the others, "pale" thin and pale, "limit" dashed; a true extreme {time_s, value, text, below} may fall
 // between two samples.
+// A family (voltlap.CurveFamily) is drawn in place of the series, which only say its highest and lowest; both are at the
+// times of the frame's thin layers.
 // With `means` a view of many laps draws the samples pale and their running mean over a lap on top.
 // Curves over each other are those of series without a role, the second series dashed.
 "use strict";
@@ -29,6 +31,8 @@ voltlap.TimeChart = class {
   #tip;
   #meanNote;
   #legend;
+  #pointerY = null;
+  #emphasised;
   #lines = [];
   #outputs = [];
 
@@ -36,6 +40,9 @@ voltlap.TimeChart = class {
     this.#spec = spec;
     this.#group = group;
     this.#build(root, describedBy);
+    this.#surface.addEventListener("pointermove", ({ clientY }) => (this.#pointerY = clientY));
+    this.#surface.addEventListener("pointerdown", ({ clientY }) => (this.#pointerY = clientY));
+    this.#surface.addEventListener("keydown", () => (this.#pointerY = null));
     new voltlap.ChartGestures(this, group, this.#surface);
   }
 
@@ -73,7 +80,7 @@ voltlap.TimeChart = class {
     });
     this.#plot = element(
       "div",
-      { class: "plot" },
+      { class: `plot${spec.tall ? " tallest" : ""}` },
       element("div", { class: "canvas", id: spec.id }),
       this.#selection,
       this.#line,
@@ -94,6 +101,15 @@ voltlap.TimeChart = class {
     return this.#group.frame.at === null;
   }
 
+  /** The frame with the samples of this chart. */
+  get #frame() {
+    return this.#spec.family ? this.#group.frame.thin : this.#group.frame;
+  }
+
+  get #showsFamily() {
+    return this.#spec.family?.fits(this.#frame) ?? false;
+  }
+
   /** The signals that curves over each other show. */
   get #signals() {
     return this.#spec.series.filter(({ role }) => !role);
@@ -104,18 +120,25 @@ voltlap.TimeChart = class {
     const spec = this.#spec;
     this.#outputs = [];
     this.#legend.replaceChildren();
+    if (this.#showsFamily && !this.#overlaid) this.#legend.append(spec.family.legend());
+    if (this.#overlaid && this.#showsFamily) {
+      this.#legend.append(element("li", {}, "each cell, in the colour of its lap"));
+      return;
+    }
     if (this.#overlaid) {
       this.#signals.forEach(({ name }, i) => {
         const key = { color: "muted", role: i > 0 ? "limit" : "" };
         this.#legend.append(element("li", {}, voltlap.TimeChart.#key(key), name));
       });
+      if (spec.family) this.#legend.append(element("li", {}, spec.family.remark));
       this.#legend.append(this.#meanNote);
       return;
     }
     for (const series of spec.series) {
       const output = element("output");
       this.#outputs.push(output);
-      this.#legend.append(element("li", {}, voltlap.TimeChart.#key(series), `${series.name} `, output));
+      const key = this.#showsFamily ? [] : [voltlap.TimeChart.#key(series)];
+      this.#legend.append(element("li", {}, ...key, `${series.name} `, output));
     }
     for (const band of [...(spec.bandNames ?? []), ...(spec.level ? [spec.level] : [])]) {
       const key = element("span", { class: "key block", style: `--key: var(--${band.color})` });
@@ -135,7 +158,8 @@ voltlap.TimeChart = class {
     const text = { color: color("muted"), fontFamily: voltlap.font(), fontSize: 11.5 };
     const { end, axis } = this.#group.frame;
     this.#fillLegend();
-    this.#lines = voltlap.chartLines(spec, this.#group.frame);
+    this.#lines = voltlap.chartLines(spec, this.#frame);
+    this.#emphasised = undefined;
     const series = this.#lines.map((line, i) => ({
       type: "line",
       name: line.name,
@@ -151,6 +175,7 @@ voltlap.TimeChart = class {
       markPoint: line.mark ? voltlap.markPoint(line.mark, line.color, end, text) : undefined,
       markLine: i === 0 ? voltlap.markLines(spec, this.#group.frame, text) : undefined,
     }));
+    if (this.#showsFamily) series.push(voltlap.emphasisSeries());
     if (this.#showsBands) series.push(voltlap.bandSeries(spec.bands, this.#group.frame));
     this.#chart.setOption(
       {
@@ -234,6 +259,7 @@ voltlap.TimeChart = class {
     const on = this.#lines.some(({ role }) => role === "means") && this.#group.showsMeans;
     if (line.role === "means") return Number(on);
     if (line.role === "reference") return on ? 0 : 0.4;
+    if (line.role === "member") return 0.8;
     if (line.role === "pale") return on ? 0.12 : 0.5;
     return on && line.role === "samples" ? 0.22 : 1;
   }
@@ -287,12 +313,18 @@ voltlap.TimeChart = class {
     const [from, to] = this.#group.view;
     const time = this.#group.cursor;
     const visible = index !== null && time >= from && time <= to;
+    const own = index === null || !this.#spec.family ? index : voltlap.indexAt(this.#frame.layers[0].x, time);
     this.#outputs.forEach((output, i) => {
-      output.textContent = index === null ? "" : this.#valueText(this.#spec.series[i], index);
+      output.textContent = index === null ? "" : this.#valueText(this.#spec.series[i], own);
     });
     this.#line.style.cssText = visible ? this.#column(this.#xOf(time), 1) : "";
     if (visible && withTip) this.#showTip(index);
-    else this.#tip.style.display = "none";
+    else this.#hideTip();
+  }
+
+  #hideTip() {
+    this.#tip.style.display = "none";
+    this.#emphasise(null);
   }
 
   #valueText(series, index) {
@@ -302,7 +334,7 @@ voltlap.TimeChart = class {
 
   /** The value of each curve at the cursor, highest first; of many only the highest and the lowest. */
   #tipOfLayers(row) {
-    const { layers } = this.#group.frame;
+    const { layers } = this.#frame;
     const place = this.#group.cursor;
     for (const series of this.#signals) {
       const values = layers
@@ -320,13 +352,40 @@ voltlap.TimeChart = class {
     }
   }
 
+  /** The curve under the pointer, the highest and the lowest. */
+  #tipOfFamily(row) {
+    const { family, digits, unit } = this.#spec;
+    const curves = family.at(this.#frame, this.#group.cursor);
+    if (!curves.length) return;
+    const show = (curve) => row({ paint: curve.color }, curve.name, voltlap.quantity(curve.value, digits, unit));
+    if (this.#pointerY !== null) {
+      const y = this.#pointerY - this.#plot.getBoundingClientRect().top;
+      const value = this.#chart.convertFromPixel({ yAxisIndex: 0 }, y);
+      const nearest = voltlap.CurveFamily.nearest(curves, value);
+      show(nearest);
+      this.#emphasise(nearest);
+    }
+    this.#tip.append(voltlap.element("div", { class: "when" }, "highest and lowest"));
+    show(curves[0]);
+    if (curves.length > 1) show(curves[curves.length - 1]);
+  }
+
+  /** Draws one curve of the family broad; null: none. */
+  #emphasise(curve) {
+    if (!this.#showsFamily || curve?.name === this.#emphasised) return;
+    this.#emphasised = curve?.name;
+    const data = curve ? voltlap.withExtreme(curve.layer.x, curve.values) : [];
+    this.#chart.setOption({ series: [{ name: "emphasis", data, lineStyle: { color: curve?.color } }] }, { lazyUpdate: true });
+  }
+
   #showTip(index) {
     const { element } = voltlap;
     const x = this.#xOf(this.#group.cursor);
     this.#tip.replaceChildren(element("div", { class: "when" }, this.#group.listener.when(index, this.#group.cursor)));
     const row = (key, name, value) =>
       this.#tip.append(element("div", {}, voltlap.TimeChart.#key(key), `${name} `, element("b", {}, value)));
-    if (this.#overlaid) this.#tipOfLayers(row);
+    if (this.#showsFamily) this.#tipOfFamily(row);
+    else if (this.#overlaid) this.#tipOfLayers(row);
     else for (const series of this.#spec.series) row(series, series.name, this.#valueText(series, index));
     this.#tip.style.display = "block";
     const width = this.#tip.offsetWidth;

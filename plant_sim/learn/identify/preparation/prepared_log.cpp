@@ -88,7 +88,10 @@ void choose_hold(PreparedLog& one, const std::vector<PreparedLog>& before, const
   one.hold_from = one.hold_certain ? "its voltage" : "habit: its voltage does not tell";
 }
 
-double settled_capacity(double spanned, const PriorKnowledge& known, std::vector<std::string>& notes) {
+constexpr const char* kByDischarge = "what the longest discharge draws after SOC 1; SOC 0 is its end";
+constexpr const char* kByCharge = "what the charge to SOC 1 puts back; SOC 0 is its beginning";
+
+double settled_capacity(double spanned, const char* by, const PriorKnowledge& known, std::vector<std::string>& notes) {
   constexpr double kWhole = 0.9;
   if (known.capacity_ah) {
     notes.push_back(
@@ -100,8 +103,7 @@ double settled_capacity(double spanned, const PriorKnowledge& known, std::vector
                                 spanned, *known.capacity_fallback_ah));
     return *known.capacity_fallback_ah;
   }
-  notes.push_back(
-      fmt::format("Capacity {:.3f} Ah: what the longest discharge draws after SOC 1; SOC 0 is its end.", spanned));
+  notes.push_back(fmt::format("Capacity {:.3f} Ah: {}.", spanned, by));
   return spanned;
 }
 
@@ -151,6 +153,14 @@ double anchor_before_longest(PreparedLog& one) {
     one.run.anchor.row = row;
   }
   return most;
+}
+
+/// What a charge up to a row puts back [Ah].
+double put_back_ah(const PreparedLog& one) {
+  const std::vector<double> drawn = charge_drawn_ah(*one.log, one.run.hold);
+  const std::size_t full = one.run.anchor.row;
+  VOLTLAP_DEMAND(full < drawn.size());
+  return *std::max_element(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(full) + 1) - drawn[full];
 }
 
 /// Without any full charge. Returns what the recording spans [Ah].
@@ -206,16 +216,24 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKn
   VOLTLAP_DEMAND(!logs.empty());
   if (!known.capacity_ah && !known.capacity_fallback_ah) require_more_than_one_pulse(logs);
   std::vector<PreparedLog> out;
+  constexpr double kTrifle = 0.1;
   double capacity = 0.0;
+  const char* by = kByDischarge;
   for (const CellLog& log : logs) {
     require_excitation(log);
     PreparedLog one = anchored_where_full(log, known);
     choose_hold(one, out, known);
-    if (one.anchored) capacity = std::max(capacity, anchor_before_longest(one));
+    if (one.anchored) {
+      const double drawn = anchor_before_longest(one), back = put_back_ah(one);
+      const bool ends_full = drawn < kTrifle * back;
+      if (ends_full && back > capacity) by = kByCharge;
+      if (!ends_full && drawn > capacity) by = kByDischarge;
+      capacity = std::max(capacity, ends_full ? back : drawn);
+    }
     out.push_back(std::move(one));
   }
   if (capacity == 0.0) capacity = assume_full_at_least_drawn(out.front(), notes);
-  capacity = settled_capacity(capacity, known, notes);
+  capacity = settled_capacity(capacity, by, known, notes);
   for (PreparedLog& one : out) one.run.capacity_ah = capacity;
   VOLTLAP_DEMAND(out.size() == logs.size());
   return out;

@@ -121,29 +121,28 @@ Json file_json(const RecordingResult& file) {
           {"repairs", file.repairs}};
 }
 
+Json form_json(const CellParameters& cell, const CellBody& body) {
+  Json out = {{"name", body.form_text()}, {"origin", name_of(body.form_origin)}, {"source", body.form_source}};
+  out["sides_mm"] = body.form ? Json(body.form->sides_mm) : Json();
+  out["volume_m3"] = body.form ? Json(body.form->volume_m3()) : Json();
+  out["density_kg_per_m3"] = body.form ? Json(cell.mass_kg / body.form->volume_m3()) : Json();
+  out["specific_energy_wh_per_kg"] = specific_energy_wh_per_kg(cell);
+  return out;
+}
+
 }  // namespace
 
-std::string cell_toml(const CellParameters& cell, const CellIdentification& identified,
-                      const std::string& thermal_from) {
+std::string cell_toml(const CellParameters& cell, const CellBody& body, const CellIdentification& identified) {
   const std::string files = file_names(identified);
   std::string out = fmt::format("# Identified by voltlap identify from {}.\n", files);
   for (const std::string& note : identified.reference_point().result.notes) out += "# " + note + "\n";
   const OcvPolynomial polynomial = ocv_polynomial(identified.reference_point().result.model);
   out += fmt::format("name = \"{}\"\n", cell.name);
-  const auto line = [&](const char* key, double value, const char* unit, const std::string& source) {
-    out += fmt::format("{} = {}  # {}; {}\n", key, real(value), unit, source);
-  };
-  const std::string assumed = "assumed: from " + thermal_from + ", not identified";
-  line("capacity_ah", cell.capacity_ah, "Ah", "identified");
-  line("voltage_min_v", cell.voltage_min_v, "V", "lowest in the recordings");
-  line("voltage_max_v", cell.voltage_max_v, "V", "highest in the recordings");
-  line("mass_kg", cell.mass_kg, "kg", assumed + ", scaled by capacity");
-  line("heat_capacity_j_per_kg_k", cell.heat_capacity_j_per_kg_k, "J/kg/K", assumed);
-  line("surface_area_m2", cell.surface_area_m2, "m2", assumed + ", scaled by capacity");
-  line("convection_w_per_m2_k", cell.convection_w_per_m2_k, "W/m2/K", assumed);
-  line("surface_lag_s", cell.surface_lag_s, "s", assumed);
-  line("reference_temperature_c", cell.reference_temperature_c, "degC", "of the recordings");
-  line("reference_current_a", cell.reference_current_a, "A", "of the recordings; 0: several currents in one table");
+  out += fmt::format("# {}: {} ({})\n", name_of(body.form_origin), body.form_text(), body.form_source);
+  for (const CellFact& fact : cell_facts(cell, body, identified.temperature_told)) {
+    out += fmt::format("{} = {}  # {}; {}: {}\n", fact.key, real(fact.value), fact.unit, name_of(fact.origin),
+                       fact.source);
+  }
   out += "\n[breakpoints]\n";
   out += fmt::format("soc = {}  # 1; reference study, 2016, Table 6.9\n", numbers(cell.soc_breakpoints));
   out += fmt::format("temperature_c = {}  # degC\n", numbers(cell.temperature_breakpoints_c));
@@ -164,8 +163,8 @@ std::string cell_toml(const CellParameters& cell, const CellIdentification& iden
   return out;
 }
 
-std::string identification_json(const CellParameters& cell, const CellIdentification& identified,
-                                const std::string& version) {
+std::string identification_json(const CellParameters& cell, const CellBody& body,
+                                const CellIdentification& identified, const std::string& version) {
   Json out = {{"name", cell.name},
               {"version", version},
               {"capacity_ah", cell.capacity_ah},
@@ -174,6 +173,14 @@ std::string identification_json(const CellParameters& cell, const CellIdentifica
   const OcvPolynomial polynomial = ocv_polynomial(identified.reference_point().result.model);
   out["ocv_polynomial_v"] = polynomial.coefficients_v;
   out["ocv_polynomial_error_max_v"] = polynomial.error_max_v;
+  out["form"] = form_json(cell, body);
+  for (const CellFact& fact : cell_facts(cell, body, identified.temperature_told)) {
+    out["facts"].push_back({{"key", fact.key},
+                            {"value", fact.value},
+                            {"unit", fact.unit},
+                            {"origin", name_of(fact.origin)},
+                            {"source", fact.source}});
+  }
   for (const OperatingPoint& point : identified.points) {
     const IdentifyResult& r = point.result;
     Json one = {{"temperature_c", point.temperature_c}, {"current_a", point.current_a},

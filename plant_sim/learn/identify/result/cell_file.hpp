@@ -6,16 +6,17 @@
 
 #include "core/parameters.hpp"
 #include "learn/identify/cell_identification.hpp"
+#include "learn/identify/result/cell_body.hpp"
 
 namespace voltlap::plant {
 
 /// TOML that load_cell() reads; every number with its unit and where it is from.
-[[nodiscard]] std::string cell_toml(const CellParameters& cell, const CellIdentification& identified,
-                                    const std::string& thermal_from);
+[[nodiscard]] std::string cell_toml(const CellParameters& cell, const CellBody& body,
+                                    const CellIdentification& identified);
 
 /// All findings: files, notes, smoothness and order scores, each parameter with its 95 % interval and whether the
-/// recordings excited it.
-[[nodiscard]] std::string identification_json(const CellParameters& cell, const CellIdentification& identified,
-                                              const std::string& version);
+/// recordings excited it, and which of the cell's other numbers were told, measured or assumed.
+[[nodiscard]] std::string identification_json(const CellParameters& cell, const CellBody& body,
+                                              const CellIdentification& identified, const std::string& version);
 
 }  // namespace voltlap::plant

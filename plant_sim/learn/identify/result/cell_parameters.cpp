@@ -64,17 +64,6 @@ CellParameterMap table_of(const CellIdentification& identified, const auto& valu
   return map;
 }
 
-/// Size by charge: mass goes with it, surface with its two-thirds power.
-CellParameters scaled_to(double capacity_ah, const CellParameters& like) {
-  VOLTLAP_DEMAND(capacity_ah > 0.0 && like.capacity_ah > 0.0);
-  CellParameters cell = like;
-  const double size = capacity_ah / like.capacity_ah;
-  cell.capacity_ah = capacity_ah;
-  cell.mass_kg = like.mass_kg * size;
-  cell.surface_area_m2 = like.surface_area_m2 * std::pow(size, 2.0 / 3.0);
-  return cell;
-}
-
 void set_axes(const CellIdentification& identified, CellParameters& cell) {
   cell.reference_temperature_c = identified.reference_point().temperature_c;
   cell.reference_current_a = identified.reference_point().current_a;
@@ -99,7 +88,6 @@ void set_voltage_limits(const std::vector<RecordingResult>& files, CellParameter
 void set_ocv(const IdentifyResult& reference, CellParameters& cell, std::vector<std::string>& notes) {
   constexpr double kNoCurve = 1.0, kWorthANote = 1e-3;  // V; beyond the first this is no open-circuit voltage
   const CircuitModel& model = reference.model;
-  cell.ocv_polynomial_v.clear();
   cell.ocv_soc = fine(model.ocv.nodes());
   Eigen::VectorXd ocv(static_cast<Index>(cell.ocv_soc.size()));
   for (Index k = 0; k < ocv.size(); ++k) ocv(k) = model.ocv.value(model.em, cell.ocv_soc[static_cast<std::size_t>(k)]);
@@ -149,18 +137,21 @@ void reach_beyond_temperature(double temperature_c, double per_kelvin, CellParam
 
 }  // namespace
 
-CellParameters cell_parameters(const CellIdentification& identified, const CellParameters& like,
+CellParameters cell_parameters(const CellIdentification& identified, const CellBody& body,
                                const std::string& name, std::vector<std::string>& notes) {
   VOLTLAP_DEMAND(!identified.points.empty() && identified.reference < identified.points.size());
   const OperatingPoint& reference = identified.reference_point();
-  CellParameters cell = scaled_to(reference.result.model.capacity_ah, like);
+  CellParameters cell;
   cell.name = name;
+  cell.capacity_ah = reference.result.model.capacity_ah;
+  body.write_into(cell);
   set_axes(identified, cell);
   set_voltage_limits(reference.result.files, cell);
   set_ocv(reference.result, cell, notes);
   set_tables(identified, cell);
   if (identified.temperatures_c.size() == 1)
     reach_beyond_temperature(reference.temperature_c, reference.result.model.per_kelvin, cell);
+  for (std::string& what : implausible(cell, body)) notes.push_back(std::move(what));
   return cell;
 }
 

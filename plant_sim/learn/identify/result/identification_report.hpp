@@ -9,12 +9,14 @@
 
 #include "core/parameters.hpp"
 #include "learn/identify/mean_cell.hpp"
+#include "learn/identify/result/cell_body.hpp"
 #include "learn/methods/method_comparison.hpp"
 
 namespace voltlap::plant {
 
 struct ReportedCell {
   const CellParameters& cell;
+  const CellBody& body;
   const CellIdentification& identified;  ///< of one cell, or the mean of several
   std::string json;        ///< identification_json of it
   const MeanCell* mean;    ///< null for one cell

@@ -213,6 +213,16 @@ std::string file_rows(const CellIdentification& identified) {
   return out;
 }
 
+std::string fact_rows(const ReportedCell& reported) {
+  const CellBody& body = reported.body;
+  std::string out = html_row({"form", body.form_text(), "", std::string(name_of(body.form_origin)), body.form_source});
+  for (const CellFact& fact : cell_facts(reported.cell, body, reported.identified.temperature_told)) {
+    out += html_row({std::string(fact.label), fmt::format("{:.4g}", fact.value), std::string(fact.unit),
+                     std::string(name_of(fact.origin)), fact.source});
+  }
+  return out;
+}
+
 std::string notes(const CellIdentification& identified) {
   std::string out;
   for (const std::string& note : identified.reference_point().result.notes)
@@ -263,6 +273,7 @@ std::string identification_report_body(const ReportedCell& reported, const std::
                         {"facts", html_text("voltlap identify, version " + version)},
                         {"tiles", tiles(reported)},
                         {"notes", notes(identified)},
+                        {"fact_rows", fact_rows(reported)},
                         {"coverage_head", soc_head(identified.points.front().result.model.grid)},
                         {"coverage_rows", coverage_rows(identified)},
                         {"surfaces", tables},

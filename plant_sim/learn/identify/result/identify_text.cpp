@@ -75,10 +75,11 @@ std::string point_text(const OperatingPoint& point, int cells_in_series) {
 
 }  // namespace
 
-std::string identification_text(const CellParameters& cell, const CellIdentification& identified,
-                                int cells_in_series) {
-  std::string out = fmt::format("{}: {:.3f} Ah, {} to {} V\n", cell.name, cell.capacity_ah, cell.voltage_min_v,
+std::string identification_text(const CellParameters& cell, const CellBody& body,
+                                const CellIdentification& identified, int cells_in_series) {
+  std::string out = fmt::format("{}: {:.3f} Ah, {:.3f} to {:.3f} V\n", cell.name, cell.capacity_ah, cell.voltage_min_v,
                                 cell.voltage_max_v);
+  out += cell_facts_text(cell, body, identified.temperature_told);
   for (const OperatingPoint& point : identified.points) out += point_text(point, cells_in_series);
   return out;
 }

@@ -14,6 +14,7 @@
     laps.push({ lap: laps.length + 1, start_s: driven_s, end_s: data.end_s, completed: false });
   const frames = new voltlap.RunFrames({
     times,
+    thinTimes: voltlap.cellTemperatures.times,
     distance: column.course_m,
     laps,
     end_s: data.end_s,

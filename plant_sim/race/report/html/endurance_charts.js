@@ -245,7 +245,9 @@
         ...coldestCell,
         { name: "motor winding", color: "purple", values: column.motor_temperature_c },
       ],
+      note: data.cells_alike ? "all cells alike" : "",
     },
+    ...voltlap.cellTemperatures.specs(),
     {
       id: "chart-rotors",
       title: "Brake rotors",

@@ -6,6 +6,7 @@ voltlap.RunFrames = class {
   static lapsMost = 40;
 
   #times;
+  #thin;
   #distance;
   #laps;
   #end_s;
@@ -13,13 +14,15 @@ voltlap.RunFrames = class {
 
   /**
    * @param times    Float64Array, s
+   * @param thinTimes of signals that have fewer samples: frames hold their layers as `thin`
    * @param distance Float64Array, m along the course since the start
    * @param laps     [{lap, start_s, end_s}]
    * @param end_s    end of the run
    * @param lap_m    length of a lap where laps are counted by position; null where they are not
    */
-  constructor({ times, distance, laps, end_s, lap_m }) {
+  constructor({ times, thinTimes, distance, laps, end_s, lap_m }) {
     this.#times = times;
+    this.#thin = { time: thinTimes, distance: thinTimes.map((time) => voltlap.valueAt(times, distance, time)) };
     this.#distance = distance;
     this.#laps = laps;
     this.#end_s = end_s;
@@ -54,7 +57,7 @@ voltlap.RunFrames = class {
     const end = axis === "time" ? this.#end_s : Math.max(this.#at(axis, this.#end_s), places.at(-1)?.end ?? 0, 1);
     const completed = places.filter((place, i) => this.#laps[i].completed);
     const lengths = completed.map((place) => place.end - place.start);
-    return {
+    const frame = {
       axis: voltlap.axes[axis],
       layers: [{ x: this.#x(axis), values: (series) => series.values }],
       end,
@@ -62,26 +65,28 @@ voltlap.RunFrames = class {
       window: lengths.length ? Math.min(...lengths) : null,
       at: (time) => this.#at(axis, time),
     };
+    return { ...frame, thin: { ...frame, layers: [{ ...frame.layers[0], x: this.#thin[axis] }] } };
   }
 
   /** The chosen laps (indices) over each other, each from its own start. */
   overlay(axis, chosen) {
-    const x = this.#x(axis);
     const places = this.places(axis);
-    const layers = chosen.map((i) => {
-      const { lap, start, end } = places[i];
-      const first = voltlap.indexAt(x, start) + (x[voltlap.indexAt(x, start)] < start ? 1 : 0);
-      const last = Math.max(voltlap.indexAt(x, end), first) + 1;
-      return {
-        name: `lap ${lap}`,
-        color: this.color(i),
-        first,
-        x: x.subarray(first, last).map((place) => place - start),
-        values: (series) => series.values.subarray(first, last),
-      };
-    });
+    const layersAt = (x) =>
+      chosen.map((i) => {
+        const { lap, start, end } = places[i];
+        const first = voltlap.indexAt(x, start) + (x[voltlap.indexAt(x, start)] < start ? 1 : 0);
+        const last = Math.max(voltlap.indexAt(x, end), first) + 1;
+        return {
+          name: `lap ${lap}`,
+          color: this.color(i),
+          first,
+          x: x.subarray(first, last).map((place) => place - start),
+          values: (series) => series.values.subarray(first, last),
+        };
+      });
     const end = Math.max(...chosen.map((i) => places[i].end - places[i].start));
-    return { axis: voltlap.axes[axis], layers, end, laps: [], window: null, at: null };
+    const frame = { axis: voltlap.axes[axis], layers: layersAt(this.#x(axis)), end, laps: [], window: null, at: null };
+    return { ...frame, thin: { ...frame, layers: layersAt(this.#thin[axis]) } };
   }
 
   /** The laps that are shown at first: all, or evenly some of very many. */

@@ -24,9 +24,13 @@ TEST_GROUP(CellIdentification) {
   void setup() override {
     options.branches = 2;
   }
+  CellBody body_of(const CellIdentification& identified) {
+    return cell_body({}, identified.reference_point().result.model.capacity_ah,
+                     [&](const std::string& name) { return load_cell(data, name, "test"); });
+  }
   CellParameters written_and_read(const CellIdentification& identified) {
-    const CellParameters made = cell_parameters(identified, load_cell(data, "aesc_e5_2p", "test"), "known", notes);
-    return load_cell(data, scratch.write("known.toml", cell_toml(made, identified, "aesc_e5_2p")), "test");
+    const CellParameters made = cell_parameters(identified, body_of(identified), "known", notes);
+    return load_cell(data, scratch.write("known.toml", cell_toml(made, body_of(identified), identified)), "test");
   }
 };
 
@@ -152,5 +156,5 @@ TEST(CellIdentification, PlaceWithoutATestIsFilledFromItsNeighbourInCurrent) {
   DOUBLES_EQUAL(20.0, identified.at(1, 1).current_a, 0.0);
   const CellParameters read = written_and_read(identified);
   LONGS_EQUAL(16 * 2 * 2, read.r1_ohm.table.size());
-  STRCMP_CONTAINS("\"filled\"", identification_json(read, identified, "0").c_str());
+  STRCMP_CONTAINS("\"filled\"", identification_json(read, body_of(identified), identified, "0").c_str());
 }

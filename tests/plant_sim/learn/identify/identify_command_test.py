@@ -3,6 +3,8 @@
 import json
 import os
 import pathlib
+import random
+import re
 import subprocess
 import tomllib
 
@@ -145,3 +147,49 @@ def test_errors_of_the_instruments_that_are_declared_widen_the_intervals(bench, 
 
     # 2 % of the current is 2 % of every resistance: +- 2 % and more at 95 %.
     assert width("--current-gain-error", "0.02") > 0.04 > width()
+
+
+def test_what_was_told_of_the_cell_is_what_an_endurance_drives_with(bench, tmp_path):
+    seed = random.randrange(2**32)
+    draw = random.Random(seed)
+    edges = [round(draw.uniform(low, high), 1) for low, high in ((150, 300), (100, 250), (6, 30))]
+    mass, heat = round(1e-6 * edges[0] * edges[1] * edges[2] * draw.uniform(1.8, 2.8), 4), draw.randrange(700, 1200)
+    surface = 2e-6 * (edges[0] * edges[1] + edges[1] * edges[2] + edges[2] * edges[0])
+    cell, found, run, page = (tmp_path / name for name in ("cell.toml", "cell.json", "run.json", "cell.html"))
+    said = voltlap("identify", bench[0][0], "--rc", 1, "--mass", mass, "--size", "x".join(map(str, edges)),
+                   "--heat-capacity", heat, "--out", cell, "--json", found, "--report", page).stdout
+    voltlap("endurance", "--laps", 1, "--cells", "representative", "--set", f"battery.cell={cell}", "--json", run)
+    told = {"mass_kg": mass, "surface_area_m2": surface, "heat_capacity_j_per_kg_k": heat}
+    driven = json.loads(run.read_text())["parameters"]
+    facts = {fact["key"]: fact for fact in json.loads(found.read_text())["facts"]}
+    file = tomllib.loads(cell.read_text())
+    for key, value in told.items():
+        for where in (file[key], facts[key]["value"], driven[f"cell.{key}"]):
+            assert where == pytest.approx(value, rel=1e-5), f"seed {seed}: {key}"
+        assert facts[key]["origin"] == "told"
+    for key, origin in (("capacity_ah", "measured"), ("convection_w_per_m2_k", "assumed"), ("voltage_max_v", "measured")):
+        assert facts[key]["origin"] == origin
+    assert "told      --mass" in said and "assumed   as aesc_e5_2p" in said
+    rows = re.search('<table class="plain" id="facts">(.*?)</table>', page.read_text(), re.S)[1]
+    assert "--mass" in rows and "--heat-capacity" in rows and "as aesc_e5_2p" in rows
+
+
+def test_a_small_cell_is_assumed_to_be_round_and_an_impossible_one_is_said(bench, tmp_path):
+    # The bench's cell, as if 17 were in parallel behind its current: 3.3 Ah each.
+    cell = tmp_path / "cell.toml"
+    arguments = ("identify", bench[0][0], "--rc", 1, "--cells-in-parallel", 17, "--out", cell)
+    said = voltlap(*arguments).stdout
+    assert "18650, a cylinder" in said and "mostly a 18650" in said and "Implausible" not in said
+    assert tomllib.loads(cell.read_text())["mass_kg"] == pytest.approx(0.0464, abs=1e-4)
+    said = voltlap(*arguments, "--mass", 0.46, "--size", "18650").stdout
+    assert "kg/m3; cells have" in said and "Implausible" in cell.read_text()
+
+
+@pytest.mark.parametrize("flags, words", [(("--mass", 70), "kg, not g"), (("--mass", 0), "kg, not g"),
+                                          (("--size", "0.018x0.065"), "Millimetres, not metres"),
+                                          (("--size", "127x42"), "a pouch or can has three numbers"),
+                                          (("--heat-capacity", 50), "that of the whole cell is this times its mass")])
+def test_a_cell_that_cannot_be_is_refused_before_anything_is_computed(bench, tmp_path, flags, words):
+    run = voltlap("identify", bench[0][0], *flags, "--out", tmp_path / "cell.toml", code=2)
+    assert words in run.stderr and "smoothness" not in run.stderr
+    assert list(tmp_path.iterdir()) == []

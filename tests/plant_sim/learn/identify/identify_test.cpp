@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "known_cell.hpp"
 #include "learn/identify/result/excitation.hpp"
@@ -230,6 +231,20 @@ TEST(Identify, HysteresisIsSaidAndKeptOutOfTheSlowBranch) {
   DOUBLES_EQUAL(1.0, (r.model.r(8, 1) + r.model.r(8, 2)) / (KnownCell::r1(0.5) + KnownCell::r2(0.5)), 0.25);
   // Alone it holds no current that could tell the circuit: refused with the reason.
   STRCMP_CONTAINS("Hysteresis", complaint([&] { (void)identify({log}, options); }).c_str());
+}
+
+TEST(Identify, AFullChargeAtTheEndTellsTheCapacityThatItPutsBack) {
+  const double start_soc = 0.9, drawn_soc = 0.8, charge_a = 10.0;
+  std::vector<double> plan = cell.pulse_plan(33.0, 500, 1.0 - drawn_soc);
+  const double drawn_ah = std::accumulate(plan.begin(), plan.end(), 0.0) / 3600.0;
+  const double back_ah = drawn_ah + (1.0 - start_soc) * cell.capacity_ah;
+  plan.insert(plan.end(), static_cast<std::size_t>(std::lround(back_ah * 3600.0 / charge_a)), -charge_a);
+  plan.insert(plan.end(), 1200, 0.0);
+  const IdentifyResult result = identify({cell.record(plan, start_soc)}, options);
+  DOUBLES_EQUAL(back_ah, result.model.capacity_ah, 0.01 * back_ah);
+  DOUBLES_EQUAL(0.0, result.files[0].soc_low, 0.01);
+  DOUBLES_EQUAL(1.0, result.files[0].soc_high, 0.01);
+  CHECK(result.rms_v < 2e-3);
 }
 
 TEST(Identify, RecordingWithoutCurrentOrWithoutChangeIsRefused) {
