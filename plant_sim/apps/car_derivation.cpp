@@ -10,6 +10,7 @@
 #include "car/vehicle/chassis.hpp"
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "master/config.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -41,8 +42,11 @@ class Derivation {
 void derive_drive(const VehicleParameters& car, Derivation& out) {
   if (!out.given("motor.model") || car.motor.model.empty()) return;
   const double peak_nm = *std::max_element(car.motor.curve_torque_nm.begin(), car.motor.curve_torque_nm.end());
-  out.put("inverter.current_max_a", std::ceil(peak_nm / car.motor.constant_nm_per_a / car.motor.efficiency),
-          fmt::format("derived: takes the motor to its {:g} Nm", peak_nm));
+  const double wanted_a = std::ceil(peak_nm / car.motor.constant_nm_per_a / car.motor.efficiency);
+  const double most_a = 1e-3 * master::check::kPhaseCurrentMax.raw();
+  out.put("inverter.current_max_a", std::min(wanted_a, most_a),
+          wanted_a <= most_a ? fmt::format("derived: takes the motor to its {:g} Nm", peak_nm)
+                             : fmt::format("the firmware's largest; {:g} A make {:g} Nm", wanted_a, peak_nm));
   out.put("inverter.efficiency", 0.97, "assumed: 96 to 98 % are usual");
   out.put("powertrain.driveline_efficiency", 0.96, "assumed: a chain or a set of gears");
   out.put("powertrain.driveline_inertia_kg_m2", 0.3, "assumed: rear wheels, sprocket, shafts");

@@ -69,6 +69,10 @@ double last_speed(double motor_last_mps, Holds holds) {
 std::string what_ends(const Drive& drive, double top_mps) {
   // The curve may fall to nothing over the motor's last speeds.
   constexpr double kNearTheEnd = 0.97, kBeyond = 1.03;
+  if (drive.torque.bus_power_max_w() <= drive.car.low_voltage.power_w) {
+    return fmt::format("the pack may give {:.0f} W, low_voltage.power_w takes {:.0f} W",
+                       drive.torque.bus_power_max_w(), drive.car.low_voltage.power_w);
+  }
   if (top_mps >= kNearTheEnd * drive.motor_last_mps()) return "where the motor ends";
   return drive.force_n(kBeyond * top_mps) > 0.5 * drive.force_n(top_mps)
              ? "where the resistance is as large"

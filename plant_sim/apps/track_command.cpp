@@ -29,6 +29,8 @@ nlohmann::ordered_json json_of(const Track& track, const CourseSummary& sum) {
           {"tightest_radius_m", sum.tightest_radius_m},
           {"tightest_at_m", sum.tightest_at_m},
           {"turned_deg", sum.turned_deg},
+          {"climb_m", sum.climb_m},
+          {"rise_m", sum.rise_m},
           {"closing_gap_m", sum.gap_m}};
 }
 
@@ -56,6 +58,13 @@ std::string summary_text(const CourseSummary& sum, std::size_t segments) {
   if (sum.tightest_radius_m > 0.0) {
     text += fmt::format("  tightest   {:8.2f} m radius, {:.1f} m behind the start\n", sum.tightest_radius_m,
                         sum.tightest_at_m);
+  }
+  if (sum.climb_m > 0.0 || sum.rise_m < 0.0) {
+    const bool level = std::abs(sum.rise_m) < 0.01;
+    text += fmt::format("  climb      {:8.1f} m, its end {}\n", sum.climb_m,
+                        level ? "as high as its start"
+                              : fmt::format("{:.1f} m {} its start: each lap goes on from there", std::abs(sum.rise_m),
+                                            sum.rise_m > 0.0 ? "above" : "below"));
   }
   return text + fmt::format("  turned     {:8.1f} degrees to the right\n  gap        {:8.2f} m from end to start\n",
                             sum.turned_deg, sum.gap_m);

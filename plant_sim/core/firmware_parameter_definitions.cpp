@@ -153,7 +153,7 @@ const ParameterRow kRows[] = {
   {"master.drive_efficiency", "1", 0, 1, kOptional, at<&Car::master, &MasterSection::drive_efficiency>,
     "the controller's idea of shaft power over DC power; a low one lowers the ceilings"},
   {"master.power_max_kw", "kW", 0, 1000, kOptional, at<&Car::master, &MasterSection::power_max_kw>,
-    "DC power that the controller keeps below; the rules allow 80"},
+    "DC power that the controller steers its mean below, an instant may exceed it; the rules allow 80"},
   {"master.motor_speed_max_rpm", "rpm", 0, 100000, kOptional, at<&Car::master, &MasterSection::motor_speed_max_rpm>,
     "motor speed that is assumed when it is not known"},
   {"master.ceiling_rise_a_per_s", "A/s", 0, 2e6, kOptional, at<&Car::master, &MasterSection::ceiling_rise_a_per_s>,

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/errors.hpp"
+#include "core/input_files.hpp"
 
 namespace voltlap::plant {
 
@@ -17,6 +18,7 @@ std::string shown_path(const std::string& path) {
 }
 
 toml::table parse_toml_file(const std::string& path) {
+  note_input(path);
   try {
     return toml::parse_file(path);
   } catch (const toml::parse_error& error) {

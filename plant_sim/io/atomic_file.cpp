@@ -8,12 +8,28 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "core/demand.hpp"
+#include "core/input_files.hpp"
 
 namespace voltlap::plant {
 namespace {
+
+namespace fs = std::filesystem;
+
+/// The targets of all results that are being written, whatever their spelling.
+std::set<std::string>& open_targets() {
+  static std::set<std::string> targets;
+  return targets;
+}
+
+std::string identity(const std::string& path) {
+  std::error_code unknown;
+  const std::string target = fs::weakly_canonical(fs::absolute(path, unknown), unknown).string();
+  return target.empty() ? path : target;
+}
 
 constexpr std::size_t kBufferBytes = 1U << 18;
 constexpr const char* kFastGzip = "wb4";
@@ -29,13 +45,21 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
     if (file_ == nullptr) fail("open");
     return;
   }
+  refuse_input_as_output(path_);
   std::error_code ignored;
-  const std::filesystem::path target(path_);
-  if (std::filesystem::is_directory(target, ignored)) {
+  const fs::path target(path_);
+  if (fs::is_directory(target, ignored)) {
     errno = EISDIR;
     fail("open");
   }
-  direct_ = std::filesystem::exists(target, ignored) && !std::filesystem::is_regular_file(target, ignored);
+  direct_ = fs::exists(target, ignored) && !fs::is_regular_file(target, ignored);
+  if (!direct_) {
+    identity_ = identity(path_);
+    if (!open_targets().insert(identity_).second) {
+      identity_.clear();
+      throw InputError(path_, "one file for two results", "a file for each", "Choose another name for one of them");
+    }
+  }
   written_path_ = direct_ ? path_ : fmt::format("{}.part-{}", path_, ::getpid());
   errno = 0;
   if (path_.ends_with(".gz")) {
@@ -46,7 +70,15 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
   if (gzip_ == nullptr && file_ == nullptr) fail("open");
 }
 
-AtomicFile::~AtomicFile() { close(); }
+AtomicFile::~AtomicFile() {
+  close();
+  forget();
+}
+
+void AtomicFile::forget() {
+  if (!identity_.empty()) open_targets().erase(identity_);
+  identity_.clear();
+}
 
 void AtomicFile::close() {
   if (gzip_ != nullptr) gzclose(std::exchange(gzip_, nullptr));
@@ -58,6 +90,7 @@ void AtomicFile::close() {
 void AtomicFile::fail(const std::string& action) {
   const std::string cause = errno != 0 ? std::strerror(errno) : "the compression failed";
   close();
+  forget();
   throw OutputError(
       fmt::format("{}: cannot {} this file for the result, found \"{}\"; expected a path in an existing folder that "
                   "you may write to, on a disk with room. Choose another path or make room; nothing was "
@@ -92,9 +125,11 @@ void AtomicFile::complete() {
 
 void AtomicFile::commit() {
   complete();
+  if (!direct_) refuse_input_as_output(path_);
   errno = 0;
   if (!direct_ && std::rename(written_path_.c_str(), path_.c_str()) != 0) fail("put in place");
   written_path_.clear();
+  forget();
 }
 
 }  // namespace voltlap::plant

@@ -14,7 +14,9 @@ namespace voltlap::plant {
 /// Writes beside the target and renames on `commit`; without `commit` nothing stays behind. A name that ends in .gz is
 /// compressed. A target that exists and is no regular file (a pipe, /dev/stdout) is written directly; `-` is standard
 /// output.
-/// Every function throws OutputError that names the file, the cause and a way out.
+/// A file that this process has read is refused, and so is one that another result of it is being written to, by
+/// whatever spelling (InputError). Every other failure throws OutputError, which names the file, the cause and a way
+/// out.
 class AtomicFile {
  public:
   static constexpr const char* kStandardOutput = "-";
@@ -34,8 +36,9 @@ class AtomicFile {
   [[noreturn]] void fail(const std::string& action);
   void flush();
   void close();
+  void forget();
 
-  std::string path_, written_path_, buffer_;
+  std::string path_, written_path_, identity_, buffer_;
   std::FILE* file_ = nullptr;
   gzFile_s* gzip_ = nullptr;
   bool direct_ = false;

@@ -9,6 +9,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/input_files.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -27,6 +28,7 @@ LineReader::LineReader(const std::string& path, const char* expected)
     throw InputError(path, folder ? "a folder" : std::string("no file that can be opened: ") + std::strerror(cause),
                      expected, "Check the path and that you may read it");
   }
+  note_input(path);
   gzbuffer(file_.get(), kBuffer);
 }
 

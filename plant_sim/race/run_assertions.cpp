@@ -53,9 +53,12 @@ std::optional<std::string> RunAssertions::broken(const Car& car, const CommandRe
                        car.pack().voltage());
   }
   if (now.since_seam_s > kRest_s && std::abs(error_mps) > bounds_.speed_error_max_mps) {
+    const std::string faults =
+        ecus.master().faults != 0 || ecus.bms().faults != 0 ? "; " + ecu_state_text(ecus) : std::string();
     return fmt::format(
-        "speed error {:.1f} m/s (target {:.1f}, driven {:.1f}) is beyond assertions.speed_error_max_mps = {:g}",
-        error_mps, now.target_mps, speed_mps, bounds_.speed_error_max_mps);
+        "speed error {:.1f} m/s (target {:.1f}, driven {:.1f}) is beyond assertions.speed_error_max_mps = {:g}, "
+        "{:.0f} m into lap {}{}",
+        error_mps, now.target_mps, speed_mps, bounds_.speed_error_max_mps, now.lap_distance_m, now.lap, faults);
   }
   if (std::abs(now.offset_m) > bounds_.off_course_max_m) {
     return fmt::format(

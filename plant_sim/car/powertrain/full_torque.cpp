@@ -49,6 +49,10 @@ class Bounds {
     if (source_.ohm > 0.0) current_a_ = std::min(current_a_, std::max(0.0, source_.open_v - lowest_v) / source_.ohm);
   }
 
+  [[nodiscard]] double power_max_w() const {
+    return std::min(power_w_, current_a_ * std::max(0.0, source_.open_v - current_a_ * source_.ohm));
+  }
+
   /// The greatest torque of the shaft that keeps them, where the current makes `wanted_nm` of which the drag takes its
   /// part; the drag alone where the motor may have no current.
   [[nodiscard]] double greatest(double wanted_nm, double omega_rad_s) const {
@@ -101,6 +105,7 @@ class Bounds {
 FullTorque::FullTorque(const VehicleParameters& car) {
   const MotorSection& motor = car.motor;
   const Bounds bounds(car);
+  bus_power_max_w_ = bounds.power_max_w();
   const double by_current = motor.constant_nm_per_a * car.inverter.current_max_a * motor.efficiency;
   // The master controller turns its power limit into a current by its own guess of the drive's efficiency.
   const double by_master_w = 1e3 * car.master.power_max_kw * car.master.drive_efficiency * motor.efficiency;

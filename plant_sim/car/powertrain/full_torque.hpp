@@ -22,8 +22,11 @@ class FullTorque {
     return torque_nm_[i] + (torque_nm_[i + 1] - torque_nm_[i]) * (place - static_cast<double>(i));
   }
 
+  /// Power [W] that the pack may give: the power limit, the BMS's current, the cells' lowest voltage.
+  [[nodiscard]] double bus_power_max_w() const { return bus_power_max_w_; }
+
  private:
-  double points_per_speed_ = 0.0, beyond_nm_ = 0.0;
+  double points_per_speed_ = 0.0, beyond_nm_ = 0.0, bus_power_max_w_ = 0.0;
   std::vector<double> torque_nm_;
 };
 

@@ -14,6 +14,7 @@
 
 #include "base/can_frame.hpp"
 #include "core/errors.hpp"
+#include "core/input_files.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -167,6 +168,7 @@ const RoleSource* RoleMap::find(const std::string& role) const {
 RoleMap load_role_map(const std::string& path) {
   toml::table file;
   try {
+    note_input(path);
     file = toml::parse_file(path);
   } catch (const toml::parse_error& error) {
     throw InputError(fmt::format("{}:{}", path, error.source().begin.line), std::string(error.description()),

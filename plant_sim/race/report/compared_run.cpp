@@ -15,6 +15,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/input_files.hpp"
 #include "race/report/distance_trace.hpp"
 
 namespace voltlap::plant {
@@ -26,6 +27,7 @@ constexpr const char* kMake = "Give a file that voltlap endurance --json FILE ha
 
 Json parsed(const std::string& file) {
   std::error_code ignored;
+  note_input(file);
   std::ifstream in(file, std::ios::binary);
   if (!in || std::filesystem::is_directory(file, ignored)) {
     throw InputError(file, in ? "a folder" : std::strerror(errno), "the JSON of a run", kMake);

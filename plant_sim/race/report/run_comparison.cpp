@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <string_view>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -16,12 +17,14 @@
 namespace voltlap::plant {
 namespace {
 
+constexpr std::string_view kCells = "battery.cells.", kFirstCell = "battery.cells.1.";
+
 constexpr std::size_t kDistance = 0, kTime = 1;
 
 void check_files(const std::vector<std::string>& files) {
   if (files.size() < 2 || files.size() > kRunsMax) {
     throw InputError("RUN.json", fmt::format("{} of them", files.size()),
-                     fmt::format("two to {} runs", kRunsMax), "Name the results of endurance --json, the first to "
+                     fmt::format("2 to {} runs", kRunsMax), "Name the results of endurance --json, the first to "
                      "compare with");
   }
   for (std::size_t i = 1; i < files.size(); ++i) {
@@ -73,6 +76,22 @@ void note_difference(const std::string& key, const std::string& unit, std::vecto
   out.push_back({key, unit, std::move(values)});
 }
 
+/// What a cell is that no key of its own speaks of; "-" for every other key.
+std::string like_all_cells(const std::string& key) {
+  static const std::map<std::string, std::string> values = [] {
+    VehicleParameters plain;
+    plain.battery.cells.resize(1);
+    std::map<std::string, std::string> out;
+    for (const auto& [name, value] : parameter_values(plain)) {
+      if (name.starts_with(kFirstCell)) out.emplace(name.substr(kFirstCell.size()), value);
+    }
+    return out;
+  }();
+  if (!key.starts_with(kCells)) return "-";
+  const auto known = values.find(key.substr(key.find('.', kCells.size()) + 1));
+  return known == values.end() ? "-" : known->second;
+}
+
 std::vector<InputDifference> input_differences(const std::vector<ComparedRun>& runs) {
   std::vector<InputDifference> out;
   const auto flag = [&](const char* name, auto value) {
@@ -100,7 +119,7 @@ std::vector<InputDifference> input_differences(const std::vector<ComparedRun>& r
     std::vector<std::string> row;
     for (const auto& of_run : values) {
       const auto found = of_run.find(key);
-      row.push_back(found == of_run.end() ? "-" : found->second);
+      row.push_back(found == of_run.end() ? like_all_cells(key) : found->second);
     }
     note_difference(key, unit_of(key), std::move(row), out);
   }
@@ -111,8 +130,13 @@ std::vector<ResultRow> result_rows(const std::vector<ComparedRun>& runs) {
   std::vector<ResultRow> out;
   for (std::size_t i = 0; i < compared_results().size(); ++i) {
     const ComparedResult& result = compared_results()[i];
-    ResultRow& row = out.emplace_back(ResultRow{result.name, result.unit, result.digits, {}});
-    for (const ComparedRun& run : runs) row.values.emplace_back(run.results[i]);
+    ResultRow& row = out.emplace_back(ResultRow{result.name, result.unit, result.digits, {}, {}});
+    constexpr std::string_view kSums[] = {"total_time_s", "distance_m", "end_soc_pct", "energy_out_kwh"};
+    const bool sum = std::find(std::begin(kSums), std::end(kSums), result.key) != std::end(kSums);
+    for (const ComparedRun& run : runs) {
+      row.values.emplace_back(run.results[i]);
+      row.unlike.push_back(sum && (run.laps != runs[0].laps || run.finished != runs[0].finished));
+    }
   }
   return out;
 }
@@ -207,6 +231,7 @@ std::string value_words(const ResultRow& row, std::optional<double> value, bool 
 
 std::optional<double> difference(const ResultRow& row, std::size_t run) {
   VOLTLAP_DEMAND(run < row.values.size());
+  if (run < row.unlike.size() && row.unlike[run]) return std::nullopt;
   if (!row.values[run] || !row.values[0]) return std::nullopt;
   return *row.values[run] - *row.values[0];
 }

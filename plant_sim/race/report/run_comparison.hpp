@@ -25,6 +25,7 @@ struct ResultRow {
   std::string name, unit;
   int digits;
   std::vector<std::optional<double>> values;
+  std::vector<bool> unlike{};  ///< by run: it drove another number of laps, and this is a sum over them
 };
 
 struct RunComparison {

@@ -180,10 +180,15 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
   lay_grid(car, track, step_m, p, v);
   const std::size_t last = v.size() - 1;
   if (!(particle.max_acceleration(0.0, road(p, 0)) > 0.0)) {
-    throw InputError(fmt::format("car {} on track {}", car.name, track.name),
-                     "a car that cannot drive: it does not move off",
-                     "a drive force at standstill that exceeds the rolling resistance",
-                     "Check motor.*, inverter.current_max_a, powertrain.final_drive, tyres.* and vehicle.mass_kg");
+    const double pack_w = FullTorque(car).bus_power_max_w();
+    const bool starved = pack_w <= car.low_voltage.power_w;
+    throw InputError(
+        fmt::format("car {} on track {}", car.name, track.name), "a car that cannot drive: it does not move off",
+        starved ? fmt::format("more than the {:.0f} W of low_voltage.power_w from the pack, which may give {:.0f} W",
+                              car.low_voltage.power_w, pack_w)
+                : "a drive force at standstill that exceeds the rolling resistance",
+        starved ? "Check bms.discharge_current_max_a, bms.cell_voltage_min_v, master.power_max_kw and battery.*"
+                : "Check motor.*, inverter.current_max_a, powertrain.final_drive, tyres.* and vehicle.mass_kg");
   }
 
   const double most = top_speed_anywhere(particle, p);

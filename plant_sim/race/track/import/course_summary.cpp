@@ -60,6 +60,8 @@ CourseSummary summarise(const Track& track) {
       sum.tightest_at_m = sum.length_m;
     }
     sum.length_m += segment.length_m;
+    sum.climb_m += std::max(0.0, segment.grade * segment.length_m);
+    sum.rise_m += segment.grade * segment.length_m;
     sum.turned_deg += angle * 180.0 / M_PI;
   }
   end_corner();

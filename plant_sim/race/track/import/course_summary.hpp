@@ -15,6 +15,8 @@ struct CourseSummary {
   double tightest_radius_m = 0.0;  ///< 0 for a course without a corner
   double tightest_at_m = 0.0;      ///< where it begins, from the start
   double turned_deg = 0.0;         ///< to the right; 360 or -360 for a closed course that does not cross itself
+  double climb_m = 0.0;            ///< sum of what rises
+  double rise_m = 0.0;             ///< height of the end over the start
   double gap_m = 0.0;              ///< from the end of the course to its start, as its segments lie
 };
 
