@@ -85,6 +85,7 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--hold", hold_,
                        "Current between rows: a row's holds on (previous), has held (next), rows are means "
                        "(linear); default: found in each file")
+      ->type_name("previous|next|linear")
       ->transform(CLI::Transformer(holds));
   const auto add_limit = [&](const char* flag, double& value, const char* what) {
     command_->add_option(flag, value, std::string("Intervals allow for ") + what)->check(number_from_zero());
