@@ -168,7 +168,7 @@ std::vector<CellFact> cell_facts(const CellParameters& cell, const CellBody& bod
           body.surface_lag,
           {"reference_temperature_c", "temperature", "degC", cell.reference_temperature_c,
            temperature_told ? kMeasured : FactOrigin::kAssumed,
-           temperature_told ? "of the recordings" : "neither recorded nor told (--temperature)"},
+           temperature_told ? "of the recordings or --temperature" : "neither recorded nor told (--temperature)"},
           {"reference_current_a", "current", "A", cell.reference_current_a, kMeasured,
            "of the recordings; 0: several currents in one table"}};
 }

@@ -193,3 +193,16 @@ def test_a_cell_that_cannot_be_is_refused_before_anything_is_computed(bench, tmp
     run = voltlap("identify", bench[0][0], *flags, "--out", tmp_path / "cell.toml", code=2)
     assert words in run.stderr and "smoothness" not in run.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_temperature_column_that_is_blank_is_no_temperature(bench, tmp_path):
+    lines = bench[0][0].read_text().splitlines()
+    head, *rows = (line for line in lines if not line.startswith("#"))
+    at = head.split(",").index("temperature_c")
+    blank = [",".join("" if k == at else field for k, field in enumerate(row.split(","))) for row in rows]
+    (tmp_path / "blank.csv").write_text("\n".join([head, *blank]) + "\n")
+    said = voltlap("identify", tmp_path / "blank.csv", "--rc", 1).stdout
+    assert "no temperature: 25 degC assumed (--temperature)" in said
+    assert "25 degC    assumed   neither recorded nor told (--temperature)" in said
+    said = voltlap("identify", "--temperature", 31, tmp_path / "blank.csv", "--rc", 1).stdout
+    assert "31 degC    measured" in said
