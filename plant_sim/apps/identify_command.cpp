@@ -191,7 +191,8 @@ void IdentifyCommand::take_blocks(IdentifyOptions& options) const {
   char* end = nullptr;
   options.block_s = std::strtod(blocks_.c_str(), &end);
   options.fit_even_blocks = which == "even";
-  if (!(options.block_s > 0.0) || !std::isfinite(options.block_s) || end != blocks_.c_str() + colon || (which != "even" && which != "odd")) {
+  const bool is_length = end == blocks_.c_str() + colon && options.block_s > 0.0 && std::isfinite(options.block_s);
+  if (!is_length || (which != "even" && which != "odd")) {
     throw InputError("--blocks", "\"" + blocks_ + "\"", "SECONDS:even or SECONDS:odd, such as 60:even",
                      "Correct it");
   }

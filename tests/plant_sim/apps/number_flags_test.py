@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every flag of every command that takes a number: one that is none, or that cannot be, is refused by the flag's name."""
+"""Every flag of every command that takes a number: one that is none, or cannot be, is refused by the flag's name."""
 import os
 import pathlib
 import re
@@ -45,14 +45,16 @@ FLAGS = list(number_flags())
 
 def test_the_flags_are_found():
     found = {(words[-1], flag) for words, flag in FLAGS}
-    assert {("identify", "--mass"), ("identify", "--temperature"), ("validate", "--temperature"), ("endurance", "--rate"),
-            ("plant", "--duration"), ("endurance", "--laps"), ("import", "--noise"), ("endurance", "--pace")} <= found
+    assert {("identify", "--mass"), ("identify", "--temperature"), ("validate", "--temperature"),
+            ("endurance", "--rate"), ("plant", "--duration"), ("endurance", "--laps"), ("import", "--noise"),
+            ("endurance", "--pace")} <= found
     assert len(found) > 25
 
 
 @pytest.mark.parametrize("words, flag", FLAGS, ids=[f"{' '.join(words)} {flag}" for words, flag in FLAGS])
 def test_what_is_no_number_or_cannot_be_is_refused(words, flag):
-    for value in ("nan", "-nan", "inf", "-inf", "1e999", "", "5,5", "0x", "seven", *(() if flag in BELOW_ZERO else ("-1",))):
+    below = () if flag in BELOW_ZERO else ("-1",)
+    for value in ("nan", "-nan", "inf", "-inf", "1e999", "", "5,5", "0x", "seven", *below):
         said = voltlap(*words, f"{flag}={value}", code=2).stderr
         assert said.count("\n") == 1 and said.startswith(f"voltlap: {flag}: found"), f"{flag}={value}: {said}"
         assert "; expected" in said, said

@@ -167,8 +167,8 @@ def test_what_was_told_of_the_cell_is_what_an_endurance_drives_with(bench, tmp_p
         for where in (file[key], facts[key]["value"], driven[f"cell.{key}"]):
             assert where == pytest.approx(value, rel=1e-5), f"seed {seed}: {key}"
         assert facts[key]["origin"] == "told"
-    for key, origin in (("capacity_ah", "measured"), ("convection_w_per_m2_k", "assumed"), ("voltage_max_v", "measured")):
-        assert facts[key]["origin"] == origin
+    origins = {"capacity_ah": "measured", "convection_w_per_m2_k": "assumed", "voltage_max_v": "measured"}
+    assert {key: facts[key]["origin"] for key in origins} == origins
     assert "told      --mass" in said and "assumed   as aesc_e5_2p" in said
     rows = re.search('<table class="plain" id="facts">(.*?)</table>', page.read_text(), re.S)[1]
     assert "--mass" in rows and "--heat-capacity" in rows and "as aesc_e5_2p" in rows
