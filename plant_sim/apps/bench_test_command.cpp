@@ -6,6 +6,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include "apps/exit_code.hpp"
@@ -66,6 +67,7 @@ BenchTestCommand::BenchTestCommand(CLI::App& app)
       ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command_->add_option("--seed", seed_, "Seed of cells, instruments and noise; the same seed gives the same tables")
+      ->check(whole_number(0, std::numeric_limits<decltype(seed_)>::max()))
       ->capture_default_str();
   command_->add_flag("--dry-run", dry_run_, "Only say how long it will take and what it will excite");
   add_output_file(*command_, "--truth", truth_,

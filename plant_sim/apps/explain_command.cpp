@@ -6,6 +6,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 
 #include "apps/exit_code.hpp"
@@ -116,7 +117,9 @@ ExplainCommand::ExplainCommand(CLI::App& app)
                    "key=value, one or several")
       ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command_->add_option("--seed", seed_, "Seed of the null distribution")->capture_default_str();
+  command_->add_option("--seed", seed_, "Seed of the null distribution")
+      ->check(whole_number(0, std::numeric_limits<decltype(seed_)>::max()))
+      ->capture_default_str();
   command_->footer(
       "With --report the endurance is driven as the model was given and as it was extended (not without it: an\n"
       "explanation takes seconds, a race as well); --json then has it as `prediction`. See docs/explain.md.\n"

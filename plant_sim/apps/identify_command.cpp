@@ -44,6 +44,17 @@ std::pair<double, double> window_of(const std::string& text) {
                    "Correct it");
 }
 
+/// Empty where none is recorded, in a column that is blank too.
+std::optional<double> mean_of_finite(const std::vector<double>& values) {
+  double sum = 0.0, count = 0.0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value;
+    count += 1.0;
+  }
+  return count > 0.0 ? std::optional(sum / count) : std::nullopt;
+}
+
 }  // namespace
 
 IdentifyCommand::IdentifyCommand(CLI::App& app)
@@ -77,7 +88,13 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--size", size_,
                        "Size of one cell: 18650, 21700, 26650, DIAMETERxLENGTH of another cylinder, or "
                        "LENGTHxWIDTHxTHICKNESS of a pouch or can, mm; default: assumed of mass or capacity");
+<<<<<<< HEAD
   command_->add_option("--heat-capacity", heat_capacity_j_per_kg_k_, "Of the cell, J/kg/K; default: assumed")
+=======
+  command_
+      ->add_option("--heat-capacity", heat_capacity_j_per_kg_k_,
+                   "Of the cell, J/kg/K; default: assumed, 750 to 1000")
+>>>>>>> wtC
       ->check(number_between(300.0, 3000.0, "In J/kg/K, about 1000; that of the whole cell is this times its mass"));
   const std::map<std::string, CurrentHold> holds{{"previous", CurrentHold::kPrevious},
                                                  {"next", CurrentHold::kNext},
@@ -85,6 +102,7 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--hold", hold_,
                        "Current between rows: a row's holds on (previous), has held (next), rows are means "
                        "(linear); default: found in each file")
+      ->type_name("previous|next|linear")
       ->transform(CLI::Transformer(holds));
   const auto add_limit = [&](const char* flag, double& value, const char* what) {
     command_->add_option(flag, value, std::string("Intervals allow for ") + what)->check(number_from_zero());
@@ -137,20 +155,11 @@ std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& d
     const std::optional<RoleMap>& map = maps.at(file++);
     cell->logs.push_back(read_cell_log(recording.path, map ? &*map : nullptr, data, options));
     CellLog& log = cell->logs.back();
-    cell->temperature_told |= !log.temperature_c.empty() || recording.temperature_given;
-    double mean = recording.temperature_c;
-    if (!log.temperature_c.empty()) {
-      double sum = 0.0, count = 0.0;
-      for (const double t : log.temperature_c) {
-        if (!std::isfinite(t)) continue;
-        sum += t;
-        count += 1.0;
-      }
-      if (count > 0.0) mean = sum / count;
-    } else if (!recording.temperature_given) {
+    const std::optional<double> recorded = mean_of_finite(log.temperature_c);
+    cell->temperature_told |= recorded || recording.temperature_given;
+    if (!recorded && !recording.temperature_given)
       log.repairs.push_back(fmt::format("no temperature: {} degC assumed (--temperature)", kRoom));
-    }
-    cell->temperatures_c.push_back(mean);
+    cell->temperatures_c.push_back(recorded.value_or(recording.temperature_c));
   }
   return cells;
 }
@@ -186,8 +195,13 @@ void IdentifyCommand::take_blocks(IdentifyOptions& options) const {
   char* end = nullptr;
   options.block_s = std::strtod(blocks_.c_str(), &end);
   options.fit_even_blocks = which == "even";
+<<<<<<< HEAD
   if (!(options.block_s > 0.0) || !std::isfinite(options.block_s) || end != blocks_.c_str() + colon ||
       (which != "even" && which != "odd")) {
+=======
+  const bool is_length = end == blocks_.c_str() + colon && options.block_s > 0.0 && std::isfinite(options.block_s);
+  if (!is_length || (which != "even" && which != "odd")) {
+>>>>>>> wtC
     throw InputError("--blocks", "\"" + blocks_ + "\"", "SECONDS:even or SECONDS:odd, such as 60:even",
                      "Correct it");
   }

@@ -30,6 +30,7 @@ ValidateCommand::ValidateCommand(CLI::App& app)
   command_
       ->add_option("--temperature", study_.validation.temperature_c,
                    "degC of recordings that have no temperature column")
+      ->check(number_between(-40.0, 80.0, "In degC; correct the number, or leave the flag out"))
       ->capture_default_str();
   command_->add_flag("--reductions", study_.reductions, "What each table costs without its current or temperature");
   command_->add_flag("--sensitivity", study_.sensitivity,

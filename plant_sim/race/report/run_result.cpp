@@ -31,9 +31,8 @@ Json limit_costs(const std::vector<LimitCost>* costs) {
   Json out = Json::array();
   for (const LimitCost& cost : *costs) {
     Json lifted = Json::array();
-    for (const LiftedKey& l : cost.lifted) {
+    for (const LiftedKey& l : cost.lifted)
       lifted.push_back({{"key", l.key}, {"value", l.value}, {"from", l.from}, {"unit", l.unit}});
-    }
     const bool holds = cost.failure.empty();
     out.push_back({{"reason", cost.reason}, {"active_s", cost.active_s},
                    {"time_s", holds ? Json(cost.time_s) : Json(nullptr)},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many curves of one kind in one chart, such as the temperature of each cell: thin lines, coloured by their place in the
-// row, and the one under the pointer told by name. A frame's `thin` layers hold their samples.
+// Many curves of one kind in one chart, such as the temperature of each cell: thin lines, coloured by their place in
+// the row, and the one under the pointer told by name. A frame's `thin` layers hold their samples.
 "use strict";
 
 voltlap.CurveFamily = class {
@@ -88,7 +88,8 @@ voltlap.CurveFamily = class {
   /** A bar from the first to the last of them, for a legend. */
   legend() {
     const colors = this.#values.map((unused, i) => this.#color(i));
-    const bar = voltlap.element("i", { class: "ramp-bar", style: `--ramp: linear-gradient(90deg, ${colors.join(",")})` });
+    const style = `--ramp: linear-gradient(90deg, ${colors.join(",")})`;
+    const bar = voltlap.element("i", { class: "ramp-bar", style });
     return voltlap.element("li", {}, `${this.#name(0)} `, bar, ` ${this.#name(this.size - 1)}`);
   }
 };

@@ -2,13 +2,13 @@
 // One chart over time or distance, a member of voltlap.TimeCharts.
 //
 // A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, ruler,
-// events, note, family, tall}; a level {low, high, color, text} is a stretch of the value axis that is coloured all along, a ruler
-// {value, text} a line across.
+// events, note, family, tall}; a level {low, high, color, text} is a stretch of the value axis that is coloured all
+// along, a ruler {value, text} a line across.
 // A series is {name, color, role, values, extreme, remark}: values at the shared times; role "reference" is drawn broad
 // and pale under the others, "pale" thin and pale, "limit" dashed; a true extreme {time_s, value, text, below} may fall
 // between two samples.
-// A family (voltlap.CurveFamily) is drawn in place of the series, which only say its highest and lowest; both are at the
-// times of the frame's thin layers.
+// A family (voltlap.CurveFamily) is drawn in place of the series, which only say its highest and lowest; both are at
+// the times of the frame's thin layers.
 // With `means` a view of many laps draws the samples pale and their running mean over a lap on top.
 // Curves over each other are those of series without a role, the second series dashed.
 "use strict";
@@ -375,7 +375,8 @@ voltlap.TimeChart = class {
     if (!this.#showsFamily || curve?.name === this.#emphasised) return;
     this.#emphasised = curve?.name;
     const data = curve ? voltlap.withExtreme(curve.layer.x, curve.values) : [];
-    this.#chart.setOption({ series: [{ name: "emphasis", data, lineStyle: { color: curve?.color } }] }, { lazyUpdate: true });
+    const series = [{ name: "emphasis", data, lineStyle: { color: curve?.color } }];
+    this.#chart.setOption({ series }, { lazyUpdate: true });
   }
 
   #showTip(index) {

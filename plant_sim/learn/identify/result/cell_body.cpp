@@ -18,7 +18,7 @@ double density(const CellForm& form) { return form.is_cylinder() ? kCylinderDens
 
 double usual_mass_kg(const CellForm& form) { return density(form) * form.volume_m3(); }
 
-/// The named cylinder that a cell of this mass or, without one, of this capacity mostly is; null where it is mostly none.
+/// The named cylinder that a cell of this mass or, without one, of this capacity mostly is; null where it is none.
 const CellForm* usual_cylinder(std::optional<double> mass_kg, double capacity_ah) {
   constexpr double kLeast_ah = 1.0, k18650Most_ah = 3.6, kMost_ah = 6.0, kAlike = 1.15;
   const std::vector<CellForm>& cylinders = named_cylinders();
@@ -168,7 +168,7 @@ std::vector<CellFact> cell_facts(const CellParameters& cell, const CellBody& bod
           body.surface_lag,
           {"reference_temperature_c", "temperature", "degC", cell.reference_temperature_c,
            temperature_told ? kMeasured : FactOrigin::kAssumed,
-           temperature_told ? "of the recordings" : "neither recorded nor told (--temperature)"},
+           temperature_told ? "of the recordings or --temperature" : "neither recorded nor told (--temperature)"},
           {"reference_current_a", "current", "A", cell.reference_current_a, kMeasured,
            "of the recordings; 0: several currents in one table"}};
 }
@@ -185,8 +185,8 @@ std::string cell_facts_text(const CellParameters& cell, const CellBody& body, bo
                                      {body.heat_capacity.origin, "--heat-capacity"}}) {
     if (origin == FactOrigin::kAssumed) flags += (flags.empty() ? "" : ", ") + std::string(flag);
   }
-  if (!flags.empty()) out += fmt::format("  What is assumed decides how warm the cell gets in a car; tell it with {}.\n", flags);
-  return out;
+  if (flags.empty()) return out;
+  return out + fmt::format("  What is assumed decides how warm the cell gets in a car; tell it with {}.\n", flags);
 }
 
 }  // namespace voltlap::plant

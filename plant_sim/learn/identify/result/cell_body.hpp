@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What keeps and sheds a cell's heat: mass, size and what follows of them. Recordings of current and voltage do not tell
-// it. It is told by the person who has the cell on the table, or assumed of a cell of that form, and says which.
+// What keeps and sheds a cell's heat: mass, size and what follows of them. Recordings of current and voltage do not
+// tell it. It is told by the person who has the cell on the table, or assumed of a cell of that form, and says which.
 #pragma once
 #include <functional>
 #include <optional>

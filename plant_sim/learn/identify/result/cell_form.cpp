@@ -62,7 +62,8 @@ double CellForm::surface_m2() const {
 }
 
 std::string CellForm::text() const {
-  const std::string size = fmt::format("a {} of {} mm", is_cylinder() ? "cylinder" : "box", fmt::join(sides_mm, " mm x "));
+  const std::string size =
+      fmt::format("a {} of {} mm", is_cylinder() ? "cylinder" : "box", fmt::join(sides_mm, " mm x "));
   return name.empty() ? size : name + ", " + size;
 }
 

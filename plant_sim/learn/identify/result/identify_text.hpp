@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An identification for a person: what was told, measured and assumed, files, what was found in them, choices, tables with their intervals.
+// An identification for a person: what was told, measured and assumed, files, what was found in them, choices, tables
+// with their intervals.
 #pragma once
 #include <string>
 

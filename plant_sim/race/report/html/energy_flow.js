@@ -97,8 +97,8 @@ voltlap.EnergyFlow = class {
       if (i + 1 < stages.length && through[i + 1] > 0)
         links.push({ source: stage.name, target: stages[i + 1].name, value: through[i + 1] });
     });
-    // Leaves of the last stage come first: the main flow stays at the top and the losses leave it downwards. Stages come
-    // before all leaves: one that gives back begins on the left, below the cells.
+    // Leaves of the last stage come first: the main flow stays at the top and the losses leave it downwards. Stages
+    // come before all leaves: one that gives back begins on the left, below the cells.
     nodes.reverse();
     const joined = nodes.filter(({ name }) => links.some((link) => link.source === name || link.target === name));
     return { nodes: [...joined.filter(({ stage }) => stage), ...joined.filter(({ stage }) => !stage)], links };
@@ -157,7 +157,7 @@ voltlap.EnergyFlow = class {
     });
   }
 
-  /** Name and amount at each node: of a stage above it, of a leaf beside it, moved where two would lie over each other. */
+  /** Name and amount at each node: of a stage above it, of a leaf beside it; moved where two would overlap. */
   #label(linesOf) {
     const series = this.#chart.getModel().getSeriesByIndex(0);
     const { x: left, y: top } = series.layoutInfo;
@@ -189,8 +189,9 @@ voltlap.EnergyFlow = class {
   static #places(wanted, room) {
     const gap = 1;
     const placed = [];
-    const over = (a, b) =>
-      a.x < b.x + b.width + gap && b.x < a.x + a.width + gap && a.y < b.y + b.height + gap && b.y < a.y + a.height + gap;
+    const beside = (a, b) => a.x >= b.x + b.width + gap || b.x >= a.x + a.width + gap;
+    const above = (a, b) => a.y + a.height + gap <= b.y;
+    const over = (a, b) => !beside(a, b) && !above(a, b) && !above(b, a);
     const order = wanted.map((unused, i) => i).sort((a, b) => wanted[a].y - wanted[b].y);
     for (const i of order) {
       const { width, height } = wanted[i];

@@ -167,8 +167,8 @@ def test_what_was_told_of_the_cell_is_what_an_endurance_drives_with(bench, tmp_p
         for where in (file[key], facts[key]["value"], driven[f"cell.{key}"]):
             assert where == pytest.approx(value, rel=1e-5), f"seed {seed}: {key}"
         assert facts[key]["origin"] == "told"
-    for key, origin in (("capacity_ah", "measured"), ("convection_w_per_m2_k", "assumed"), ("voltage_max_v", "measured")):
-        assert facts[key]["origin"] == origin
+    origins = {"capacity_ah": "measured", "convection_w_per_m2_k": "assumed", "voltage_max_v": "measured"}
+    assert {key: facts[key]["origin"] for key in origins} == origins
     assert "told      --mass" in said and "assumed   as aesc_e5_2p" in said
     rows = re.search('<table class="plain" id="facts">(.*?)</table>', page.read_text(), re.S)[1]
     assert "--mass" in rows and "--heat-capacity" in rows and "as aesc_e5_2p" in rows
@@ -193,3 +193,16 @@ def test_a_cell_that_cannot_be_is_refused_before_anything_is_computed(bench, tmp
     run = voltlap("identify", bench[0][0], *flags, "--out", tmp_path / "cell.toml", code=2)
     assert words in run.stderr and "smoothness" not in run.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_temperature_column_that_is_blank_is_no_temperature(bench, tmp_path):
+    lines = bench[0][0].read_text().splitlines()
+    head, *rows = (line for line in lines if not line.startswith("#"))
+    at = head.split(",").index("temperature_c")
+    blank = [",".join("" if k == at else field for k, field in enumerate(row.split(","))) for row in rows]
+    (tmp_path / "blank.csv").write_text("\n".join([head, *blank]) + "\n")
+    said = voltlap("identify", tmp_path / "blank.csv", "--rc", 1).stdout
+    assert "no temperature: 25 degC assumed (--temperature)" in said
+    assert "25 degC    assumed   neither recorded nor told (--temperature)" in said
+    said = voltlap("identify", "--temperature", 31, tmp_path / "blank.csv", "--rc", 1).stdout
+    assert "31 degC    measured" in said

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Labels of the energy flow: for any energies and any width each node has one, inside the picture, none over another."""
+"""Labels of the energy flow: for any energies and width each node has one, inside the picture, none over another."""
 import json
 import random
 
 import pytest
 from report_reader import opened, run
 
-LOSSES = ["battery_r0_heat", "battery_rc_heat", "contactor_heat", "bleed_heat", "low_voltage", "inverter_heat", "motor_heat",
-          "driveline_heat", "aero", "rolling", "cornering", "tyre_slip", "brake_front", "brake_rear"]
+LOSSES = ["battery_r0_heat", "battery_rc_heat", "contactor_heat", "bleed_heat", "low_voltage", "inverter_heat",
+          "motor_heat", "driveline_heat", "aero", "rolling", "cornering", "tyre_slip", "brake_front", "brake_rear"]
 STORES = ["battery_rc_stored", "dc_link_stored", "kinetic", "climb"]  # below zero: they gave energy back
 DRAW = """
 (terms, width) => {

@@ -90,7 +90,8 @@ def test_cells_follow_the_switches_of_all_charts(page, unlike):
     page.run("document.getElementById('overlay').click()")
     page.settle()
     assert names(page)[:-1] == [f"cell {i + 1}, lap {lap + 1}" for lap in range(LAPS) for i in range(24)]
-    starts = ask(page, f"{[lap * 24 for lap in range(LAPS)]}.map(i => series('chart-cells', i).getRawData().get('x', 0))")
+    first = [lap * 24 for lap in range(LAPS)]
+    starts = ask(page, f"{first}.map(i => series('chart-cells', i).getRawData().get('x', 0))")
     assert all(0.0 <= start < 60.0 for start in starts)
     page.run("document.getElementById('over-time').click()")
     page.settle()

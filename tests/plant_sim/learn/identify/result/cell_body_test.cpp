@@ -115,7 +115,8 @@ TEST(CellBody, ACellThatIsNotToldHasTheFormOfItsCapacity) {
 
 TEST(CellBody, AMassThatIsToldDecidesTheForm) {
   const auto form = [](double mass_kg, double capacity_ah) {
-    return cell_body({.mass_kg = mass_kg, .form = {}, .heat_capacity_j_per_kg_k = {}}, capacity_ah, shipped).form_text();
+    const ToldBody told{.mass_kg = mass_kg, .form = {}, .heat_capacity_j_per_kg_k = {}};
+    return cell_body(told, capacity_ah, shipped).form_text();
   };
   STRCMP_CONTAINS("21700", form(0.07, 3.0).c_str());
   STRCMP_CONTAINS("26650", form(0.09, 5.0).c_str());

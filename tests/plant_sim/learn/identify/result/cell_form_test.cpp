@@ -40,8 +40,10 @@ TEST(CellForm, MoreOfAnySideIsMoreSurfaceAndMoreVolume) {
   std::uniform_real_distribution<double> side(12.0, 300.0);
   for (int draw = 0; draw < 500; ++draw) {
     const double a = side(random), b = side(random), c = std::min(side(random), 60.0);
-    const CellForm box = cell_form(fmt::format("{}x{}x{}", a, b, c)), longer = cell_form(fmt::format("{}x{}x{}", a + 1.0, b, c));
-    const CellForm round = cell_form(fmt::format("{}x{}", c, c + b)), wider = cell_form(fmt::format("{}x{}", c + 1.0, c + b + 1.0));
+    const CellForm box = cell_form(fmt::format("{}x{}x{}", a, b, c));
+    const CellForm longer = cell_form(fmt::format("{}x{}x{}", a + 1.0, b, c));
+    const CellForm round = cell_form(fmt::format("{}x{}", c, c + b));
+    const CellForm wider = cell_form(fmt::format("{}x{}", c + 1.0, c + b + 1.0));
     const std::string words = fmt::format("seed {}, draw {}", seed, draw);
     CHECK_TEXT(longer.volume_m3() > box.volume_m3() && longer.surface_m2() > box.surface_m2(), words.c_str());
     CHECK_TEXT(wider.volume_m3() > round.volume_m3() && wider.surface_m2() > round.surface_m2(), words.c_str());
