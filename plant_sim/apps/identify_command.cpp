@@ -88,13 +88,9 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--size", size_,
                        "Size of one cell: 18650, 21700, 26650, DIAMETERxLENGTH of another cylinder, or "
                        "LENGTHxWIDTHxTHICKNESS of a pouch or can, mm; default: assumed of mass or capacity");
-<<<<<<< HEAD
-  command_->add_option("--heat-capacity", heat_capacity_j_per_kg_k_, "Of the cell, J/kg/K; default: assumed")
-=======
   command_
       ->add_option("--heat-capacity", heat_capacity_j_per_kg_k_,
                    "Of the cell, J/kg/K; default: assumed, 750 to 1000")
->>>>>>> wtC
       ->check(number_between(300.0, 3000.0, "In J/kg/K, about 1000; that of the whole cell is this times its mass"));
   const std::map<std::string, CurrentHold> holds{{"previous", CurrentHold::kPrevious},
                                                  {"next", CurrentHold::kNext},
@@ -195,13 +191,8 @@ void IdentifyCommand::take_blocks(IdentifyOptions& options) const {
   char* end = nullptr;
   options.block_s = std::strtod(blocks_.c_str(), &end);
   options.fit_even_blocks = which == "even";
-<<<<<<< HEAD
-  if (!(options.block_s > 0.0) || !std::isfinite(options.block_s) || end != blocks_.c_str() + colon ||
-      (which != "even" && which != "odd")) {
-=======
   const bool is_length = end == blocks_.c_str() + colon && options.block_s > 0.0 && std::isfinite(options.block_s);
   if (!is_length || (which != "even" && which != "odd")) {
->>>>>>> wtC
     throw InputError("--blocks", "\"" + blocks_ + "\"", "SECONDS:even or SECONDS:odd, such as 60:even",
                      "Correct it");
   }

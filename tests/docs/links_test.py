@@ -12,7 +12,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"`([^`\n]+)`")
 FILE = re.compile(r"[\w.*{},+-]+(/[\w.*{},+-]*)+|[\w*{},-]+\.(cpp|hpp|toml|dbc|py|sh|cmake|csv|md|txt)")
 # Named like a file of the project, but made by the reader; the build makes what lies in build/.
-NOT_IN_THE_TREE = {"run.log", "run.json", "run.csv.gz"}
+NOT_IN_THE_TREE = {"run.log", "run.json", "run.csv.gz", "ours.toml"}
 
 
 def read(name):
