@@ -48,7 +48,7 @@ TEST(RunAssertions, ASpeedErrorCountsTenSecondsAfterTheTargetBeganAnew) {
 TEST(RunAssertions, TheMasterMustStayReadyToDrive) {
   RunAssertions assertions(bounds, true);
   say(can::DriveState::kFault);
-  STRCMP_CONTAINS("left ready-to-drive (drive state 5", broken(assertions, {1.0, 1.0, 0.0}).c_str());
+  STRCMP_CONTAINS("left ready-to-drive (drive state Fault", broken(assertions, {1.0, 1.0, 0.0}).c_str());
 }
 
 TEST(RunAssertions, BatteryAndMotorHaveATemperatureOfTheirOwn) {

@@ -177,7 +177,7 @@ def changed(folder, name, change):
 
 
 ERRORS = {
-    "one alone": (lambda f: ["base.json"], ["1 of them", "two to 5 runs"]),
+    "one alone": (lambda f: ["base.json"], ["1 of them", "2 to 5 runs"]),
     "six": (lambda f: [shutil.copy(f / "base.json", f / f"{i}.json").name for i in range(6)], ["6 of them"]),
     "twice": (lambda f: ["base.json", "./base.json"], ["the same file twice", "Leave one out"]),
     "absent": (lambda f: ["base.json", "gone.json"], ["gone.json: found No such file"]),
