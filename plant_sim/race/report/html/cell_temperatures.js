@@ -30,9 +30,11 @@
     const least = coldest.cell[samples - 1];
     const marked = (i, at) => `${cellName(i)}, ${quantity(at, 1, "°C")}`;
     const end = coldest.values[samples - 1];
+    // Its own curve has fewer samples and coarser steps: a mark beyond the axis that fits them would not be drawn.
+    const top = Math.min(value, hottest.values.reduce((a, b) => Math.max(a, b)));
     const marks = {
       [least]: { time_s: cellTimes[samples - 1], value: end, text: marked(least, end), below: true, offset: [0, 9] },
-      [most]: { time_s, value, text: marked(most, value) },
+      [most]: { time_s, value: top, text: marked(most, value) },
     };
     return {
       id: "chart-cells",
