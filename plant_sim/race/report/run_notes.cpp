@@ -30,6 +30,14 @@ void note_pack(const RunDescription& run, const VehicleParameters& car, std::vec
   }
 }
 
+void note_motor(const RunDescription& run, const VehicleParameters& car, std::vector<std::string>& notes) {
+  const double rotor = car.motor.rotor_inertia_kg_m2 * car.powertrain.final_drive * car.powertrain.final_drive;
+  if (!is_set(run, "motor.model") || is_set(run, "powertrain.driveline_inertia_kg_m2") || rotor <= 0.0) return;
+  notes.push_back(fmt::format("the new motor's rotor adds {:.2f} kg m2 at the wheels to the car's {:g} kg m2; where "
+                              "those contain the old rotor, give powertrain.driveline_inertia_kg_m2 without it",
+                              rotor, car.powertrain.driveline_inertia_kg_m2));
+}
+
 /// Cells between kinetic laws are known somewhat beyond their tables (car/battery/cell_tables.hpp).
 void note_tables(const VehicleParameters& car, const EnduranceResult& r, std::vector<std::string>& notes) {
   const CellParameters& cell = car.cell;
@@ -59,6 +67,7 @@ std::vector<std::string> run_notes(const RunDescription& run, const VehicleParam
                                    const EnduranceResult& result) {
   std::vector<std::string> notes;
   note_pack(run, car, notes);
+  note_motor(run, car, notes);
   note_tables(car, result, notes);
   return notes;
 }

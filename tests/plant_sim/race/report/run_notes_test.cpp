@@ -39,6 +39,15 @@ TEST(RunNotes, AWeighedCarSaysThatAnotherPackWeighsNothing) {
   STRCMP_CONTAINS("changes the charge alone", said().c_str());
 }
 
+TEST(RunNotes, AMotorOfItsOwnRotorSaysThatTheOldOneMayCountTwice) {
+  run.settings = {"motor.model=emrax_228_hv"};
+  STRCMP_EQUAL("", said().c_str());  // no rotor is stated
+  car.motor.rotor_inertia_kg_m2 = 0.04;
+  STRCMP_CONTAINS("adds 0.28 kg m2 at the wheels to the car's 0.632 kg m2", said().c_str());
+  run.settings.emplace_back("powertrain.driveline_inertia_kg_m2=0.3");
+  STRCMP_EQUAL("", said().c_str());
+}
+
 TEST(RunNotes, TablesThatWereLeftAreSaidWithTheirEnds) {
   result.max_battery_temp_c = 40.1;
   STRCMP_EQUAL("cells reached 40.1 degC, the tables of aesc_e5_2p end at 40 degC: their last values were taken\n",
