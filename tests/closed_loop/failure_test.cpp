@@ -40,6 +40,12 @@ TEST(FailedRun, ASpeedFarFromTheTargetFailsAfterTheFirstTenSeconds) {
   check_fails("is beyond assertions.speed_error_max_mps = 3", 10.0, 60.0);
 }
 
+TEST(FailedRun, APedalSensorThatTakesTheTorqueIsNamedWithThePlace) {
+  options.vehicle.sensors.apps2.gain = 0.8;
+  check_fails("AppsImplausible", 10.0, 200.0);
+  STRCMP_CONTAINS(" m into lap 1; drive state ReadyToDrive", drive(options).failure_cause.c_str());
+}
+
 TEST(FailedRun, ACarThatDoesNotMoveFailsAsStandingStill) {
   options.vehicle.powertrain.kind = "none";
   options.vehicle.assertions.speed_error_max_mps = 100.0;

@@ -60,6 +60,24 @@ def test_any_drawn_key_that_differs_is_listed_and_no_other(runs):
         assert [row["key"] for row in compared(folder, "base.json", "other.json")["inputs"]] == [key], (SEED, key)
 
 
+def test_one_cell_that_differs_is_listed_alone(runs):
+    folder, _, _ = runs
+    endurance(folder, "weak.json", "--laps", "3", "--set", "battery.cells.6.capacity_scale=0.9")
+    [row] = compared(folder, "base.json", "weak.json")["inputs"]
+    assert row["key"] == "battery.cells.6.capacity_scale" and [float(value) for value in row["values"]] == [1.0, 0.9]
+
+
+def test_sums_over_another_number_of_laps_have_no_difference(runs):
+    folder, _, _ = runs
+    endurance(folder, "short.json", "--laps", "2")
+    rows = {row["name"]: row["differences"] for row in compared(folder, "base.json", "short.json")["results"]}
+    for name in ("total time", "distance driven", "charge left", "energy out"):
+        assert rows[name][1] is None, name
+    assert rows["laps completed"][1] == -1 and rows["top speed"][1] is not None
+    same = {row["name"]: row["differences"] for row in compared(folder, "base.json", "heavy.json")["results"]}
+    assert same["total time"][1] > 0.0
+
+
 def test_time_behind_ends_at_the_difference_of_the_total_times(runs):
     folder, base, heavy = runs
     result = compared(folder, "base.json", "heavy.json")

@@ -91,6 +91,16 @@ def test_show_says_length_corners_tightest_and_gap():
     assert said["corners"] > 30 and said["closing_gap_m"] > 10.0
 
 
+def test_show_says_what_climbs_and_where_it_ends(tmp_path):
+    course = tmp_path / "hill.csv"
+    course.write_text("straight_m,corner_radius_m,corner_angle_deg,grade_pct\n60,10,180,5\n60,10,180,-2\n")
+    half = 60.0 + 10.0 * 3.14159265
+    said = json.loads(voltlap("track", "show", course, "--json", "-").stdout)
+    assert said["climb_m"] == pytest.approx(0.05 * half, abs=1e-3)
+    assert said["rise_m"] == pytest.approx(0.03 * half, abs=1e-3)
+    assert "2.7 m above its start" in voltlap("track", "show", course).stdout
+
+
 @pytest.mark.parametrize("text, flags, message", [
     ("x,y\n0,0\n1,1\n", (), "Say --unit m or --unit ft"),
     ("time,speed\n0,0\n", (), "found the columns time, speed"),
