@@ -9,7 +9,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
-#include "io/logs/can_recording.hpp"
+#include "io/logs/can/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
 #include "io/logs/dbc_file.hpp"
 
@@ -17,10 +17,6 @@ namespace voltlap::plant {
 namespace {
 
 constexpr long kMostNumbers = 1000;
-
-std::string text_of(std::uint32_t id) {
-  return fmt::format("0x{:0{}X}", id & ~Frame::kExtendedFlag, (id & Frame::kExtendedFlag) != 0 ? 8 : 3);
-}
 
 /// Rolling counter of one sender's frames.
 struct CounterWatch {
@@ -75,7 +71,7 @@ class SignalTap {
     return at != builders_.end() ? &at->second : &make(n);
   }
   ChannelBuilder& make(long n) {
-    const std::string described = fmt::format("{} {}", text_of(message_.id), signal_.name);
+    const std::string described = fmt::format("{} {}", identifier_text(message_.id), signal_.name);
     return builders_.try_emplace(n, log_, n > 0 ? with_number(role_, n) : role_, source_, described).first->second;
   }
 
@@ -88,8 +84,10 @@ class SignalTap {
   std::map<long, ChannelBuilder> builders_;
 };
 
-/// Everything that is taken from the frames of one identifier.
+/// Everything that is taken from the frames of one identifier on one bus.
 struct FrameTap {
+  std::string bus;             ///< as the map names it; empty: the only one that it is on
+  std::uint8_t heard_on = 0;   ///< where it is not named: the first one
   FrameChecksum checksum = FrameChecksum::kNone;
   std::vector<CounterWatch> counters;
   std::vector<SignalTap> signals;
@@ -111,13 +109,13 @@ const DbcSignal& signal_in(const DbcFile& dbc, const DbcMessage& message, const 
   if (const DbcSignal* signal = message.find(name)) return *signal;
   std::string known;
   for (const DbcSignal& signal : message.signals) known += (known.empty() ? "" : ", ") + signal.name;
-  throw InputError(place, fmt::format("no signal \"{}\" in frame {} of {}", name, text_of(message.id), dbc.path()),
+  throw InputError(place, fmt::format("no signal \"{}\" in frame {} of {}", name, identifier_text(message.id), dbc.path()),
                    "one of " + known, "Correct the map");
 }
 
 const DbcMessage& message_in(const DbcFile& dbc, std::uint32_t id, const std::string& place) {
   if (const DbcMessage* message = dbc.find(id)) return *message;
-  throw InputError(place, fmt::format("no frame {} in {}", text_of(id), dbc.path()), "a frame of that file",
+  throw InputError(place, fmt::format("no frame {} in {}", identifier_text(id), dbc.path()), "a frame of that file",
                    "Correct the identifier (extended = true for a small one of 29 bits) or the file");
 }
 
@@ -139,7 +137,7 @@ class CanTaps {
     const std::string place = fmt::format("{}: roles.{}", map_.source, role);
     const DbcFile& dbc = dbc_of(source.dbc);
     const DbcMessage& message = message_in(dbc, *source.frame, place);
-    FrameTap& tap = taps_[*source.frame];
+    FrameTap& tap = tap_of(*source.frame, source.bus);
     if (source.checksum != FrameChecksum::kNone) tap.checksum = source.checksum;
     if (!source.counter.empty()) watch(tap, signal_in(dbc, message, source.counter, place));
     if (!source.index.empty()) {
@@ -157,33 +155,17 @@ class CanTaps {
     }
   }
 
-  void take(double time_s, const TimedFrame& timed) {
-    const auto at = taps_.find(timed.frame.id);
+  void take(double time_s, const RecordedFrame& recorded, const std::vector<std::string>& buses) {
+    const auto at = taps_.find(recorded.id);
     if (at == taps_.end()) return;
-    FrameTap& tap = at->second;
-    ++tap.frames;
-    if (!checksum_holds(tap.checksum, timed.frame)) {
-      if (tap.rejected++ == 0) tap.first_rejected_s = time_s;
-      for (SignalTap& signal : tap.signals) signal.mask(time_s, timed.frame, "checksum does not hold");
-      return;
+    for (FrameTap& tap : at->second) {
+      if (is_on_bus(tap, recorded, buses)) take(tap, time_s, recorded);
     }
-    for (CounterWatch& counter : tap.counters) count(tap, counter, time_s, timed.frame);
-    for (SignalTap& signal : tap.signals) signal.take(time_s, timed.frame, timed.has_length);
   }
 
   void finish() {
-    for (auto& [id, tap] : taps_) {
-      if (tap.frames == 0) {
-        log_.defects.push_back(
-            {"frame never seen", "", 0, 0.0, fmt::format("frame {} is not in the recording", text_of(id))});
-        continue;
-      }
-      if (tap.rejected > 0) {
-        log_.defects.push_back({"checksum does not hold", "", tap.rejected, tap.first_rejected_s,
-                                fmt::format("{}: {} of {} frames discarded by their checksum, first at {:.3f} s",
-                                            text_of(id), tap.rejected, tap.frames, tap.first_rejected_s)});
-      }
-      for (SignalTap& signal : tap.signals) signal.finish();
+    for (auto& [id, taps] : taps_) {
+      for (FrameTap& tap : taps) finish(id, tap);
     }
   }
 
@@ -194,6 +176,59 @@ class CanTaps {
     if (!dbc) dbc = std::make_unique<DbcFile>(path);
     return *dbc;
   }
+  FrameTap& tap_of(std::uint32_t id, const std::string& bus) {
+    std::vector<FrameTap>& taps = taps_[id];
+    for (FrameTap& tap : taps) {
+      if (tap.bus == bus) return tap;
+    }
+    taps.emplace_back().bus = bus;
+    return taps.back();
+  }
+
+  /// Two senders behind one identifier are two signals: the map must say which is meant.
+  bool is_on_bus(FrameTap& tap, const RecordedFrame& recorded, const std::vector<std::string>& buses) const {
+    VOLTLAP_DEMAND(recorded.bus < buses.size());
+    const std::string& bus = buses[recorded.bus];
+    if (!tap.bus.empty()) return tap.bus == bus;
+    if (tap.frames == 0) tap.heard_on = recorded.bus;
+    if (tap.heard_on == recorded.bus) return true;
+    throw InputError(
+        fmt::format("{}:{}", log_.path, recorded.line),
+        fmt::format("frame {} on {} and on {}", identifier_text(recorded.id), buses[tap.heard_on], bus),
+        "one sender of a frame that " + map_.source + " reads",
+        fmt::format("Say there which bus is meant: bus = \"{}\" beside frame", buses[tap.heard_on]));
+  }
+
+  void take(FrameTap& tap, double time_s, const RecordedFrame& recorded) {
+    ++tap.frames;
+    Frame frame;
+    frame.id = recorded.id;
+    frame.dlc = std::min<std::uint8_t>(recorded.length, Frame::kMaxBytes);
+    std::copy_n(recorded.data, frame.dlc, frame.data);
+    if (!checksum_holds(tap.checksum, frame)) {
+      if (tap.rejected++ == 0) tap.first_rejected_s = time_s;
+      for (SignalTap& signal : tap.signals) signal.mask(time_s, frame, "checksum does not hold");
+      return;
+    }
+    for (CounterWatch& counter : tap.counters) count(tap, counter, time_s, frame);
+    for (SignalTap& signal : tap.signals) signal.take(time_s, frame, recorded.has_length);
+  }
+
+  void finish(std::uint32_t id, FrameTap& tap) {
+    const std::string name = tap.bus.empty() ? identifier_text(id) : tap.bus + " " + identifier_text(id);
+    if (tap.frames == 0) {
+      log_.defects.push_back(
+          {"frame never seen", "", 0, 0.0, fmt::format("frame {} is not in the recording", name)});
+      return;
+    }
+    if (tap.rejected > 0) {
+      log_.defects.push_back({"checksum does not hold", "", tap.rejected, tap.first_rejected_s,
+                              fmt::format("{}: {} of {} frames discarded by their checksum, first at {:.3f} s", name,
+                                          tap.rejected, tap.frames, tap.first_rejected_s)});
+    }
+    for (SignalTap& signal : tap.signals) signal.finish();
+  }
+
   static void watch(FrameTap& tap, const DbcSignal& signal) {
     const bool known = std::any_of(tap.counters.begin(), tap.counters.end(),
                                    [&](const CounterWatch& counter) { return counter.signal == &signal; });
@@ -215,10 +250,25 @@ class CanTaps {
   DriveLog& log_;
   const RoleMap& map_;
   std::map<std::string, std::unique_ptr<DbcFile>> files_;
-  std::unordered_map<std::uint32_t, FrameTap> taps_;
+  std::unordered_map<std::uint32_t, std::vector<FrameTap>> taps_;  ///< of an identifier, by bus
 };
 
 }  // namespace
+
+/// What is wrong with the recording as a whole, and how its clock was read.
+static void note_summary(DriveLog& log, const std::string& path, const CanSummary& summary, double origin_s) {
+  for (const CanDefect& defect : summary.defects) {
+    log.defects.push_back({defect.kind, "", defect.count, defect.first_s - origin_s,
+                           fmt::format("{}: {} x {}, first in line {}", path, defect.count, defect.kind,
+                                       defect.first_line)});
+  }
+  for (const std::string& note : summary.notes) log.notes.push_back(path + ": " + note);
+  for (const ClockPart& part : summary.parts) {
+    if (part.begin != ClockPart::Begin::kFirst) {
+      log.restarts_s.push_back(part.recorded_begin_s + part.shift_s - origin_s);
+    }
+  }
+}
 
 void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path,
                       const std::map<std::string, RoleSource>& roles, bool main) {
@@ -226,8 +276,12 @@ void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path
   CanTaps taps(log, map);
   for (const auto& [role, source] : roles) taps.add(role, source);
   const double shift_s = roles.begin()->second.shift_s;
-  CanRecording recording(path);
-  TimedFrame frame;
+  CanReading reading;
+  for (const auto& [role, source] : roles) {
+    if (source.period_s) reading.period_s[*source.frame] = *source.period_s;
+  }
+  CanRecording recording(path, reading);
+  RecordedFrame frame;
   bool first = true, absolute = false;
   while (recording.next(frame)) {
     if (first) {
@@ -235,13 +289,9 @@ void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path
       if (main && absolute) log.origin_s = frame.time_s;
       first = false;
     }
-    taps.take(frame.time_s - (absolute ? log.origin_s : 0.0) + shift_s, frame);
+    taps.take(frame.time_s - (absolute ? log.origin_s : 0.0) + shift_s, frame, recording.buses());
   }
-  for (const CanDefect& defect : recording.summary().defects) {
-    log.defects.push_back(
-        {defect.kind, "", defect.count, defect.first_s - (absolute ? log.origin_s : 0.0),
-         fmt::format("{}: {} x {}, first in line {}", path, defect.count, defect.kind, defect.first_line)});
-  }
+  note_summary(log, path, recording.summary(), absolute ? log.origin_s : 0.0);
   taps.finish();
 }
 

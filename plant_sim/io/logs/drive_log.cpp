@@ -12,7 +12,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
-#include "io/logs/can_recording.hpp"
+#include "io/logs/can/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
 
 namespace voltlap::plant {

@@ -39,7 +39,7 @@ void check_keys(const std::string& place, const toml::table& entry, bool frame) 
   constexpr std::array kEither{"unit", "scale",   "offset", "discharge", "index",  "first",
                                "file", "shift_s", "min",    "max",       "invalid"};
   constexpr std::array kColumn{"column", "time"};
-  constexpr std::array kFrame{"frame", "extended", "signal", "dbc", "checksum", "counter"};
+  constexpr std::array kFrame{"frame", "extended", "signal", "dbc", "checksum", "counter", "bus", "period_s"};
   for (const auto& [key, value] : entry) {
     const auto in = [&](const auto& keys) { return std::find(keys.begin(), keys.end(), key.str()) != keys.end(); };
     if (in(kEither) || (frame ? in(kFrame) : in(kColumn))) continue;
@@ -71,6 +71,8 @@ void take_frame(const std::string& place, const toml::table& entry, RoleSource& 
   out.dbc = text_of(place, entry, "dbc", "dbc = \"file.dbc\"");
   out.checksum = checksum_of(place, text_of(place, entry, "checksum", nullptr));
   out.counter = text_of(place, entry, "counter", nullptr);
+  out.bus = text_of(place, entry, "bus", nullptr);
+  out.period_s = entry["period_s"].value<double>();
 }
 
 RoleSource source_of(const std::string& place, const toml::node& node) {

@@ -19,6 +19,8 @@ struct RoleSource {
 
   std::optional<std::uint32_t> frame{};  ///< identifier, bit 31 set for 29 bits; none: the source is a column
   std::string signal{}, dbc{};           ///< of the frame; the path as it stands in the map
+  std::string bus{};                     ///< interface or channel that the frame is on; empty: the only one
+  std::optional<double> period_s{};      ///< between its frames, for recordings without stamps
   FrameChecksum checksum = FrameChecksum::kNone;
   std::string counter{};  ///< signal that counts the frames
 

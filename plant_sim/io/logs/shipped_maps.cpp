@@ -6,7 +6,7 @@
 #include <map>
 
 #include "core/errors.hpp"
-#include "io/logs/can_recording.hpp"
+#include "io/logs/can/can_recording.hpp"
 #include "io/logs/drive_log.hpp"
 
 namespace voltlap::plant {
@@ -23,12 +23,12 @@ struct Seen {
 std::map<std::uint32_t, Seen> frames_of(const std::string& path) {
   std::map<std::uint32_t, Seen> seen;
   CanRecording recording(path);
-  TimedFrame timed;
-  for (std::size_t k = 0; k < kEnough && recording.next(timed); ++k) {
-    Seen& entry = seen[timed.frame.id & ~Frame::kExtendedFlag];
-    if (entry.frames++ == 0) entry.first_s = timed.time_s;
-    entry.last_s = timed.time_s;
-    entry.length = std::max<unsigned>(entry.length, timed.frame.dlc);
+  RecordedFrame frame;
+  for (std::size_t k = 0; k < kEnough && recording.next(frame); ++k) {
+    Seen& entry = seen[frame.id & ~RecordedFrame::kExtendedFlag];
+    if (entry.frames++ == 0) entry.first_s = frame.time_s;
+    entry.last_s = frame.time_s;
+    entry.length = std::max<unsigned>(entry.length, frame.length);
   }
   return seen;
 }

@@ -3,10 +3,11 @@
 // another decoder.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "core/errors.hpp"
-#include "io/logs/can_recording.hpp"
+#include "io/logs/can/can_recording.hpp"
 #include "io/logs/dbc_file.hpp"
 
 int main(int argc, char** argv) {
@@ -15,13 +16,17 @@ int main(int argc, char** argv) {
   try {
     const DbcFile dbc(argv[1]);
     CanRecording recording(argv[2]);
-    TimedFrame timed;
+    RecordedFrame timed;
     while (recording.next(timed)) {
-      const DbcMessage* message = dbc.find(timed.frame.id);
+      voltlap::Frame frame;
+      frame.id = timed.id;
+      frame.dlc = std::min<std::uint8_t>(timed.length, 8);
+      std::copy_n(timed.data, frame.dlc, frame.data);
+      const DbcMessage* message = dbc.find(timed.id);
       if (message == nullptr) continue;
       for (const DbcSignal& signal : message->signals) {
-        const auto raw = raw_value(*message, signal, timed.frame);
-        if (raw) fmt::print("{} {} {} {:.17g}\n", timed.line, timed.frame.id, signal.name, signal.value(*raw));
+        const auto raw = raw_value(*message, signal, frame);
+        if (raw) fmt::print("{} {} {} {:.17g}\n", timed.line, timed.id, signal.name, signal.value(*raw));
       }
     }
   } catch (const InputError& error) {

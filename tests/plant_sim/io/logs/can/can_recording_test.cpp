@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/logs/can_recording.hpp"
+#include "io/logs/can/can_recording.hpp"
 
 #include <fmt/format.h>
 #include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <fstream>
 
 #include "plant_sim/core/scratch.hpp"
 
@@ -14,7 +18,7 @@ TEST_GROUP(CanRecording) {
   Scratch scratch;
   std::vector<double> times_of(CanRecording & recording) {
     std::vector<double> out;
-    TimedFrame frame;
+    RecordedFrame frame;
     while (recording.next(frame)) out.push_back(frame.time_s);
     return out;
   }
@@ -66,16 +70,18 @@ TEST(CanRecording, RelativeStampsAddUpAndTheStampThatWrapsGoesOn) {
   DOUBLES_EQUAL(60.1, wrapped[1], 1e-9);
 }
 
-TEST(CanRecording, FramesBeforeTheLatestTimeAreLeftOutAndCounted) {
+TEST(CanRecording, FramesOutOfOrderAreSortedAndCounted) {
   CanRecording recording(scratch.write(
       "a", "(12.900) c 044#00\n(12.996) c 044#00\n(12.001) c 044#00\n(12.002) c 044#00\n(13.0) c 044#00\n"));
   const auto times = times_of(recording);
-  LONGS_EQUAL(3, times.size());
-  DOUBLES_EQUAL(13.0, times[2], 0.0);
-  const CanDefect* back = defect(recording, "time goes back");
-  CHECK(back != nullptr);
-  LONGS_EQUAL(2, back->count);
-  LONGS_EQUAL(3, back->first_line);
+  LONGS_EQUAL(5, times.size());
+  CHECK(std::is_sorted(times.begin(), times.end()));
+  DOUBLES_EQUAL(12.001, times[0], 0.0);
+  const CanDefect* order = defect(recording, "out of order, sorted");
+  CHECK(order != nullptr);
+  CHECK(order->used);
+  LONGS_EQUAL(2, order->count);
+  LONGS_EQUAL(3, order->first_line);
 }
 
 TEST(CanRecording, OneFrameFarAheadDoesNotSilenceTheRest) {
@@ -88,8 +94,8 @@ TEST(CanRecording, EveryKindOfBadLineIsCountedByItself) {
   CanRecording recording(scratch.write("a",
                                        "(1.0) c 044#00\n(1.0) c 044##100\n(1.0) c 044#R\nrubbish\n(1.1) c "
                                        "20000004#00\n(1.1) c 40000000#00\n(1.2) c 044#00"));
-  LONGS_EQUAL(2, times_of(recording).size());
-  for (const char* kind : {"CAN FD frame, not read", "remote frame, without data", "line that is no frame",
+  LONGS_EQUAL(3, times_of(recording).size());
+  for (const char* kind : {"remote frame, without data", "line that is no frame",
                            "error frame", "identifier beyond 29 bits"}) {
     CHECK_TEXT(defect(recording, kind) != nullptr, kind);
   }

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/can/can_recording.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/demand.hpp"
+#include "core/errors.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr std::array kFormats{CanFormat::kCandump, CanFormat::kScreen, CanFormat::kAsc, CanFormat::kRawHex,
+                              CanFormat::kSlcan};
+constexpr std::size_t kFirstLines = 1000;
+constexpr double kSlcanTurn = 60.0;  // s; the stamp starts again each minute, of some adapters after 65.536 s
+constexpr double kAbsolute = 1e8;    // s; a stamp beyond counts from 1970
+
+/// What the first lines say of a file.
+struct FirstLook {
+  CanFormat format = CanFormat::kCandump;
+  std::size_t frames = 0, untimed = 0;
+  std::vector<double> stamps_s{};
+};
+
+/// A file may begin with anything; the format in which most of its first lines are frames is its own.
+std::optional<FirstLook> look_at(const std::string& path) {
+  std::array<FirstLook, kFormats.size()> looks{};
+  std::array<CanLineState, kFormats.size()> states{};
+  LineReader reader(path, "a recording", BrokenStream::kKeep);
+  std::string_view line;
+  RecordedFrame frame;
+  while (reader.number() < kFirstLines && reader.next(line)) {
+    for (std::size_t k = 0; k < kFormats.size(); ++k) {
+      const CanLine kind = parse_can_line(kFormats[k], line, states[k], frame);
+      looks[k].untimed += kind == CanLine::kUntimed ? 1U : 0U;
+      looks[k].frames += kind == CanLine::kFrame || kind == CanLine::kUntimed ? 1U : 0U;
+      if (kind == CanLine::kFrame) looks[k].stamps_s.push_back(frame.time_s);
+    }
+  }
+  for (std::size_t k = 0; k < kFormats.size(); ++k) looks[k].format = kFormats[k];
+  auto& best = *std::max_element(looks.begin(), looks.end(),
+                                 [](const FirstLook& a, const FirstLook& b) { return a.frames < b.frames; });
+  if (best.frames == 0) return std::nullopt;
+  return std::move(best);
+}
+
+/// Stamps that do not grow are times since the line before (candump -td): half a file later they are as small.
+bool are_differences(const std::vector<double>& stamps_s) {
+  constexpr std::size_t kFewest = 8;
+  if (stamps_s.size() < kFewest) return false;
+  const std::size_t half = stamps_s.size() / 2;
+  std::size_t grown = 0;
+  for (std::size_t k = 0; k < half; ++k) grown += stamps_s[k + half] > stamps_s[k] ? 1U : 0U;
+  return 4 * grown < 3 * half;
+}
+
+FirstLook known_format(const std::string& path) {
+  if (auto look = look_at(path)) return *look;
+  throw InputError(path, "no frame in the first 1000 lines",
+                   "a CAN recording: candump -l, Vector ASC, raw hex (ms x id data) or SLCAN, plain or gzipped",
+                   "Convert the recording to one of these");
+}
+
+const char* kind_of(CanLine line) {
+  switch (line) {
+    case CanLine::kUntimed:
+      return "frame without a stamp";
+    case CanLine::kRemote:
+      return "remote frame, without data";
+    case CanLine::kError:
+      return "error frame";
+    case CanLine::kBeyondBus:
+      return "identifier beyond 29 bits";
+    case CanLine::kNamed:
+      return "frame by name, without identifier";
+    case CanLine::kEmptySlot:
+      return "empty slot";
+    default:
+      return "line that is no frame";
+  }
+}
+
+std::string clock_text(double stamp_s) {
+  if (stamp_s < kAbsolute) return fmt::format("{:.3f} s", stamp_s);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(stamp_s)));
+}
+
+/// In words, where there is more than one part.
+void note_parts(const std::vector<ClockPart>& parts, std::vector<std::string>& notes) {
+  if (parts.size() < 2) return;
+  constexpr std::size_t kShown = 8;
+  for (std::size_t k = 1; k < std::min(parts.size(), kShown); ++k) {
+    const bool anew = parts[k].begin == ClockPart::Begin::kAnew;
+    notes.push_back(fmt::format("line {}: the clock {} from {} to {}: joined, {}", parts[k].first_line,
+                                anew ? "starts anew," : "was set,", clock_text(parts[k - 1].recorded_end_s),
+                                clock_text(parts[k].recorded_begin_s),
+                                anew ? "what lies between is not known" : "one usual interval between the frames"));
+  }
+  notes.push_back(fmt::format("{} parts of the clock in all", parts.size()));
+}
+
+}  // namespace
+
+CanRecording::CanRecording(const std::string& path, CanReading reading)
+    : reader_(path, "a CAN recording", reading.broken),
+      format_(CanFormat::kCandump),
+      reading_(std::move(reading)) {
+  const FirstLook look = known_format(path);
+  format_ = look.format;
+  untimed_ = 2 * look.untimed > look.frames;
+  clock_.emplace(defects_, format_ == CanFormat::kSlcan && !untimed_ ? kSlcanTurn : 0.0);
+  if (format_ == CanFormat::kScreen && are_differences(look.stamps_s)) {
+    state_.differences = true;
+    summary_.notes.emplace_back("the stamps do not grow: read as times since the line before (candump -td)");
+  }
+  if (!untimed_) return;
+  if (reading_.period_s.empty()) {
+    throw InputError(path, fmt::format("{} frames without stamps", name_of(format_)),
+                     "the interval between the frames of one identifier",
+                     "Give it with --frame-period 0x123=10 (ms), as period_s = 0.01 in the role map, or as "
+                     "GenMsgCycleTime in the DBC; or record with stamps");
+  }
+}
+
+void CanRecording::judge_lines() const {
+  if (reader_.number() > kFirstLines || 2 * unreadable_ <= kFirstLines) return;
+  throw InputError(reader_.place(), fmt::format("{} lines that are no frames", unreadable_),
+                   fmt::format("a recording in the format {}, as its other lines are", name_of(format_)),
+                   "Check that the file is whole and of one format");
+}
+
+/// The identifier of the shortest period is the clock; what lies between has the time of its last frame.
+bool CanRecording::time_by_period(RecordedFrame& frame) {
+  const auto clock = std::min_element(reading_.period_s.begin(), reading_.period_s.end(),
+                                      [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (frame.id == clock->first) {
+    period_clock_s_ += period_began_ ? clock->second : 0.0;
+    if (!period_began_) {
+      summary_.notes.push_back(fmt::format("frames without stamps: {} every {:g} ms is the clock",
+                                           identifier_text(clock->first), 1e3 * clock->second));
+    }
+    period_began_ = true;
+  }
+  frame.time_s = period_clock_s_;
+  return true;
+}
+
+/// One line of the file into the clock; false at its end.
+bool CanRecording::read() {
+  std::string_view line;
+  if (!reader_.next(line)) return false;
+  ++summary_.lines;
+  RecordedFrame& frame = clock_->slot();
+  const CanLine kind = parse_can_line(format_, line, state_, frame);
+  if (kind == CanLine::kHeader) return true;
+  ++summary_.frames_in_file;
+  frame.line = reader_.number();
+  if (kind == CanLine::kFrame || (kind == CanLine::kUntimed && untimed_ && time_by_period(frame))) {
+    clock_->push();
+    return true;
+  }
+  if (kind == CanLine::kUnreadable) ++unreadable_;
+  defects_.add(kind_of(kind), reader_.number(), summary_.end_s);
+  judge_lines();
+  return true;
+}
+
+void CanRecording::end() {
+  if (ended_) return;
+  ended_ = true;
+  summary_.broken = reader_.broken();
+  summary_.buses = state_.buses;
+  summary_.parts = clock_->parts();
+  summary_.defects = defects_.all();
+  note_parts(summary_.parts, summary_.notes);
+}
+
+bool CanRecording::next(RecordedFrame& out) {
+  while (!clock_->pop(out)) {
+    if (clock_->finished()) {
+      end();
+      return false;
+    }
+    if (!read()) clock_->finish();
+  }
+  VOLTLAP_DEMAND(summary_.frames == 0 || !(out.time_s < summary_.end_s));
+  VOLTLAP_DEMAND(out.length <= RecordedFrame::kMostBytes);
+  if (summary_.frames++ == 0) summary_.begin_s = out.time_s;
+  summary_.end_s = out.time_s;
+  return true;
+}
+
+bool is_can_recording(const std::string& path) {
+  return look_at(path).has_value();
+}
+
+std::string identifier_text(std::uint32_t id) {
+  return fmt::format("0x{:0{}X}", id & ~RecordedFrame::kExtendedFlag, (id & RecordedFrame::kExtendedFlag) != 0 ? 8 : 3);
+}
+
+}  // namespace voltlap::plant
