@@ -19,33 +19,50 @@ constexpr double kAny = 1e300;
 struct Role {
   std::string_view name;
   RoleRange range;
+  std::string_view quantity;
 };
 // Ranges are wider than any car's: what lies beyond is no measurement. A lithium cell reads 1.0 to 4.45 V; recorded
 // buses carry 0.0, 0.51, 4.48 and 6.55 V for cells without a reading.
-constexpr std::array kRoles{Role{"time", {-kAny, kAny}},
-                            Role{"current", {-5000, 5000}},
-                            Role{"voltage", {-kAny, kAny}},
-                            Role{"pack_voltage", {-kAny, kAny}},
-                            Role{"bus_voltage", {-kAny, kAny}},
-                            Role{"cell_voltage_<n>", {1.0, 4.45}},
-                            Role{"temperature_<n>", {-45, 130}},
-                            Role{"ambient", {-45, 70}},
-                            Role{"charge_ah", {-kAny, kAny}},
-                            Role{"soc", {-0.1, 1.1}},
-                            Role{"speed", {-60, 120}},
-                            Role{"wheel_speed_<n>", {-60, 120}},
-                            Role{"accelerator", {-0.2, 1.2}},
-                            Role{"brake", {-0.2, 1.2}},
-                            Role{"motor_speed", {-40000, 40000}},
-                            Role{"motor_torque", {-5000, 5000}}};
+constexpr std::array kRoles{Role{"time", {-kAny, kAny}, "time"},
+                            Role{"current", {-5000, 5000}, "current"},
+                            Role{"voltage", {-kAny, kAny}, "voltage"},
+                            Role{"pack_voltage", {-kAny, kAny}, "voltage"},
+                            Role{"bus_voltage", {-kAny, kAny}, "voltage"},
+                            Role{"cell_voltage_<n>", {1.0, 4.45}, "voltage"},
+                            Role{"temperature_<n>", {-45, 130}, "temperature"},
+                            Role{"ambient", {-45, 70}, "temperature"},
+                            Role{"charge_ah", {-kAny, kAny}, "charge"},
+                            Role{"soc", {-0.1, 1.1}, "share"},
+                            Role{"speed", {-60, 120}, "speed"},
+                            Role{"wheel_speed_<n>", {-60, 120}, "speed"},
+                            Role{"accelerator", {-0.2, 1.2}, "share"},
+                            Role{"brake", {-0.2, 1.2}, "share"},
+                            Role{"motor_speed", {-40000, 40000}, "rotation"},
+                            Role{"motor_torque", {-5000, 5000}, "torque"}};
 
-constexpr std::array kUnits{Unit{"1", 1, 0},         Unit{"s", 1, 0},       Unit{"ms", 1e-3, 0},
-                            Unit{"min", 60, 0},      Unit{"h", 3600, 0},    Unit{"A", 1, 0},
-                            Unit{"mA", 1e-3, 0},     Unit{"V", 1, 0},       Unit{"mV", 1e-3, 0},
-                            Unit{"degC", 1, 0},      Unit{"K", 1, -273.15}, Unit{"degF", 5.0 / 9.0, -160.0 / 9.0},
-                            Unit{"Ah", 1, 0},        Unit{"mAh", 1e-3, 0},  Unit{"As", 1.0 / 3600, 0},
-                            Unit{"%", 0.01, 0},      Unit{"m/s", 1, 0},     Unit{"km/h", 1 / 3.6, 0},
-                            Unit{"mph", 0.44704, 0}, Unit{"rpm", 1, 0},     Unit{"Nm", 1, 0}};
+constexpr std::array kUnits{
+    Unit{"1", 1, 0, ""},
+    Unit{"s", 1, 0, "time"},
+    Unit{"ms", 1e-3, 0, "time"},
+    Unit{"us", 1e-6, 0, "time"},
+    Unit{"min", 60, 0, "time"},
+    Unit{"h", 3600, 0, "time"},
+    Unit{"A", 1, 0, "current"},
+    Unit{"mA", 1e-3, 0, "current"},
+    Unit{"V", 1, 0, "voltage"},
+    Unit{"mV", 1e-3, 0, "voltage"},
+    Unit{"degC", 1, 0, "temperature"},
+    Unit{"K", 1, -273.15, "temperature"},
+    Unit{"degF", 5.0 / 9.0, -160.0 / 9.0, "temperature"},
+    Unit{"Ah", 1, 0, "charge"},
+    Unit{"mAh", 1e-3, 0, "charge"},
+    Unit{"As", 1.0 / 3600, 0, "charge"},
+    Unit{"%", 0.01, 0, "share"},
+    Unit{"m/s", 1, 0, "speed"},
+    Unit{"km/h", 1 / 3.6, 0, "speed"},
+    Unit{"mph", 0.44704, 0, "speed"},
+    Unit{"rpm", 1, 0, "rotation"},
+    Unit{"Nm", 1, 0, "torque"}};
 
 constexpr std::string_view kNumber = "<n>";
 
@@ -55,10 +72,15 @@ bool fits(std::string_view name, std::string_view role) {
   return number.has_value() && *number > 0 && name[role.find(kNumber)] != '0';
 }
 
+const Role* role_of(std::string_view name) {
+  const auto* at = std::find_if(kRoles.begin(), kRoles.end(), [&](const Role& role) { return fits(name, role.name); });
+  return at == kRoles.end() ? nullptr : at;
+}
+
 }  // namespace
 
 bool is_role(std::string_view name) {
-  return std::any_of(kRoles.begin(), kRoles.end(), [&](const Role& role) { return fits(name, role.name); });
+  return role_of(name) != nullptr;
 }
 
 std::vector<std::string_view> role_names() {
@@ -68,9 +90,21 @@ std::vector<std::string_view> role_names() {
 }
 
 RoleRange role_range(std::string_view name) {
-  const auto at =
-      std::find_if(kRoles.begin(), kRoles.end(), [&](const Role& role) { return fits(name, role.name); });
-  return at == kRoles.end() ? RoleRange{-kAny, kAny} : at->range;
+  const Role* role = role_of(name);
+  return role == nullptr ? RoleRange{-kAny, kAny} : role->range;
+}
+
+bool unit_fits(const Unit& unit, std::string_view name) {
+  const Role* role = role_of(name);
+  return unit.quantity.empty() || role == nullptr || unit.quantity == role->quantity;
+}
+
+std::vector<std::string_view> units_of(std::string_view role) {
+  std::vector<std::string_view> out;
+  for (const Unit& unit : kUnits) {
+    if (unit_fits(unit, role)) out.push_back(unit.name);
+  }
+  return out;
 }
 
 bool is_numbered(std::string_view pattern) {

@@ -51,8 +51,12 @@ struct RoleRange {
 struct Unit {
   std::string_view name;
   double scale, offset;
+  std::string_view quantity;  ///< such as "voltage"; empty: of any
 };
 /// Throws InputError that lists the units there are.
 [[nodiscard]] Unit unit_of(const std::string& place, const std::string& name);
+/// Whether a role can be measured in that unit, and all names of units in which it can.
+[[nodiscard]] bool unit_fits(const Unit& unit, std::string_view role);
+[[nodiscard]] std::vector<std::string_view> units_of(std::string_view role);
 
 }  // namespace voltlap::plant

@@ -122,8 +122,8 @@ CanRecording::CanRecording(const std::string& path, CanReading reading)
   if (reading_.period_s.empty()) {
     throw InputError(path, fmt::format("{} frames without stamps", name_of(format_)),
                      "the interval between the frames of one identifier",
-                     "Give it with --frame-period 0x123=10 (ms), as period_s = 0.01 in the role map, or as "
-                     "GenMsgCycleTime in the DBC; or record with stamps");
+                     "Give period_s = 0.01 beside its frame in the role map, or GenMsgCycleTime in the DBC; or record "
+                     "with stamps");
   }
 }
 

@@ -65,12 +65,13 @@ TEST(RoleMap, UnknownRoleUnitKeyAndSignAreNamed) {
   STRCMP_CONTAINS("gain", complaint_of("[roles]\ncurrent = {column = \"I\", gain = 2}\n").c_str());
   STRCMP_CONTAINS("discharge",
                   complaint_of("[roles]\ncurrent = {column = \"I\", discharge = \"minus\"}\n").c_str());
-  STRCMP_CONTAINS("no [roles]", complaint_of("current = 1\n").c_str());
+  STRCMP_CONTAINS("no [roles]", complaint_of("match = [\"a\"]\n").c_str());
+  STRCMP_CONTAINS("Write [roles] before it", complaint_of("current = {column = \"I\"}\n").c_str());
   STRCMP_CONTAINS("no signal", complaint_of("[roles]\ncurrent = {frame = 1, dbc = \"a.dbc\"}\n").c_str());
   STRCMP_CONTAINS("11 or 29 bits", complaint_of("[roles]\ncurrent = {frame = 0x20000000, signal = \"I\", dbc = "
                                                 "\"a.dbc\"}\n")
                                        .c_str());
-  STRCMP_CONTAINS("checksum = \"md5\"",
+  STRCMP_CONTAINS("checksum = 'md5'",
                   complaint_of("[roles]\ncurrent = {frame = 1, signal = \"I\", dbc = \"a.dbc\", "
                                "checksum = \"md5\"}\n")
                       .c_str());
@@ -99,4 +100,48 @@ TEST(RoleMap, PathsAreRelativeToTheMapAndTheDataFolderIsExpanded) {
   ::unsetenv("VOLTLAP_DATA");
   STRCMP_CONTAINS("VOLTLAP_DATA is not set",
                   complaint([&] { (void)path_in_map(map, "$VOLTLAP_DATA/x.csv"); }).c_str());
+}
+
+TEST(RoleMap, EveryMistakeOfAFileIsSaidWithItsLine) {
+  const std::string message = complaint_of(
+      "[roles]\ncurrent = {column = \"I\", scale = \"2\", discharge = 1, invalid = \"255\", unit = \"degC\"}\n"
+      "\nsoc = {column = 7, unit = \"V\", min = true}\n");
+  for (const char* expected : {":2: roles.current.scale", ":2: roles.current.discharge", ":2: roles.current.invalid",
+                               ":2: roles.current.unit", ":4: roles.soc.column", ":4: roles.soc.unit",
+                               ":4: roles.soc.min"}) {
+    STRCMP_CONTAINS(expected, message.c_str());
+  }
+}
+
+TEST(RoleMap, ValuesOfARightTypeThatMakeNoSenseAreRefused) {
+  const struct {
+    const char *entry, *key;
+  } wrong[] = {{"current = {column = \"I\", scale = 0}", "scale"},
+               {"current = {column = \"I\", scale = inf}", "scale"},
+               {"current = {column = \"I\", offset = nan}", "offset"},
+               {"current = {column = \"\"}", "column"},
+               {"current = {column = \"I<n>\"}", "column"},
+               {"current = {column = \"I\", min = 5, max = 5}", "max"},
+               {"current = {column = \"I\", shift_s = \"1\"}", "shift_s"},
+               {"current = {column = \"I\", invalid = [\"x\"]}", "invalid"},
+               {"current = \"I\"", "current"},
+               {"soc = {column = \"s\", discharge = \"+\"}", "discharge"},
+               {"time = {frame = 1, signal = \"t\", dbc = \"a.dbc\"}", "frame"},
+               {"\"cell_voltage_<n>\" = {column = \"v\"}", "column"},
+               {"\"cell_voltage_<n>\" = {column = \"v\", index = \"n\", first = 1.5}", "first"},
+               {"current = {frame = 1.0, signal = \"I\", dbc = \"a.dbc\"}", "frame"},
+               {"current = {frame = -1, signal = \"I\", dbc = \"a.dbc\"}", "frame"},
+               {"current = {frame = \"0x1\", signal = \"I\", dbc = \"a.dbc\"}", "frame"},
+               {"current = {frame = 1, signal = 2, dbc = \"a.dbc\"}", "signal"},
+               {"current = {frame = 1, extended = 1, signal = \"I\", dbc = \"a.dbc\"}", "extended"},
+               {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", bus = 0}", "bus"},
+               {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", period_s = 0}", "period_s"},
+               {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", column = \"I\"}", "column"}};
+  for (const auto& [entry, key] : wrong) {
+    const std::string message = complaint_of(std::string("[roles]\n\n") + entry + "\n");
+    CHECK_TEXT(message.find(":3: roles.") != std::string::npos, (entry + (" -> " + message)).c_str());
+    CHECK_TEXT(message.find(key) != std::string::npos, message.c_str());
+  }
+  STRCMP_CONTAINS(":1: match", complaint_of("match = \"a,b\"\n[roles]\nsoc = {column = \"s\"}\n").c_str());
+  STRCMP_CONTAINS(":1: match_frames", complaint_of("match_frames = [-1]\n[roles]\nsoc = {column = \"s\"}\n").c_str());
 }
