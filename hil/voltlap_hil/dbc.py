@@ -81,6 +81,14 @@ class Signal:
             return self.states.get(raw, f"{raw} (no name)")
         return raw if self.scale == 1.0 and self.offset == 0.0 else round(raw * self.scale + self.offset, 9)
 
+    @property
+    def range(self) -> tuple[float, float]:
+        """What its bits can carry, and the DBC file allows."""
+        lowest = -(1 << self.length - 1) if self._signed else 0
+        low, high = sorted(raw * self.scale + self.offset for raw in (lowest, lowest + (1 << self.length) - 1))
+        return (low if self.minimum is None else max(low, float(self.minimum)),
+                high if self.maximum is None else min(high, float(self.maximum)))
+
     def bit(self, name: str) -> int:
         """Position of a named bit."""
         if name not in self.bits:
@@ -196,12 +204,8 @@ class Dbc:
         self.messages: dict[str, Message] = {}
         self.by_id: dict[int, Message] = {}
         for path in paths:
-            try:
-                database = cantools.database.load_file(str(path))
-            except (cantools.Error, OSError, ValueError) as error:
-                raise InputError(f"{path}: {error}") from None
-            for raw in database.messages:  # type: ignore[union-attr]
-                self._add(Message(raw, Path(path).name))
+            for message in _messages(path):
+                self._add(message)
         self.nodes = sorted({m.sender for m in self.messages.values() if m.sender})
 
     @classmethod
@@ -243,6 +247,20 @@ class Dbc:
                                  f"Nodes: {', '.join(self.nodes)}")
             found.update((m.name, m) for m in some)
         return list(found.values())
+
+
+def _messages(path: Path) -> list[Message]:
+    try:
+        database = cantools.database.load_file(str(path), database_format="dbc")
+        return [Message(raw, Path(path).name) for raw in database.messages]  # type: ignore[union-attr]
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    except Exception as error:  # the parser ends in any of Python's own on text that only looks like a DBC file
+        text = " ".join(str(error).split())[:300] or type(error).__name__
+        raise InputError(f"{path}: found what is no DBC file that can be read ({text}); expected BO_ and SG_ lines as "
+                         "`can_dbc/car.dbc` has them") from None
 
 
 def can_dbc_folder() -> Path:

@@ -14,6 +14,14 @@ from .frame import EXTENDED, Frame
 SUFFIXES = (".log", ".asc", ".blf")
 
 
+def check_name(path: Path) -> None:
+    """What can be said before a run: the suffix names a form, and there is a folder to write to."""
+    if path.suffix not in SUFFIXES:
+        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(SUFFIXES)}")
+    if not path.parent.is_dir() or path.is_dir():
+        raise InputError(f"{path}: cannot write: {'it is a folder' if path.is_dir() else f'no folder {path.parent}'}")
+
+
 class _CandumpWriter:
     """Lines as `candump -l` writes them; python-can's writer adds a direction, which canplayer does not know."""
 
@@ -37,8 +45,7 @@ class Recorder:
 
     def __init__(self, path: str | Path, channel: str) -> None:
         self._path, self._channel = Path(path), channel
-        if self._path.suffix not in SUFFIXES:
-            raise InputError(f"{path}: found {self._path.suffix or 'no suffix'}, expected one of {', '.join(SUFFIXES)}")
+        check_name(self._path)
         try:
             self._writer = _CandumpWriter(self._path) if self._path.suffix == ".log" else can.Logger(self._path)
         except OSError as error:

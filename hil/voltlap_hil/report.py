@@ -79,11 +79,19 @@ def junit(outcomes: Sequence[Outcome]) -> str:
 WRITERS: dict[str, Callable[[Sequence[Outcome]], str]] = {".xml": junit, ".md": markdown, ".html": html_page}
 
 
+def check_name(path: Path) -> None:
+    """What can be said before a run: the suffix names a form, and there is a folder to write to."""
+    if path.suffix not in WRITERS:
+        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected a name that ends in "
+                         f"{', '.join(WRITERS)}")
+    if not path.parent.is_dir() or path.is_dir():
+        raise InputError(f"{path}: cannot write: {'it is a folder' if path.is_dir() else f'no folder {path.parent}'}")
+
+
 def write(path: str | Path, outcomes: Sequence[Outcome]) -> None:
     """The form follows the suffix. The file is there whole or not at all."""
     path = Path(path)
-    if path.suffix not in WRITERS:
-        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(WRITERS)}")
+    check_name(path)
     part = path.with_name(path.name + ".part")
     try:
         part.write_text(WRITERS[path.suffix](outcomes))

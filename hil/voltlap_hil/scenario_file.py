@@ -6,12 +6,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from . import checks, requirements
+from .car import Car
 from .dbc import Dbc
 from .errors import InputError
+from .nodes import ECUS
 from .quantity import duration_ms
 from .scenario_checks import read_check
-from .scenario_steps import Step, read_step
-from .yaml_node import document
+from .scenario_faults import Step
+from .scenario_steps import read_step
+from .yaml_node import YamlNode, document
 
 
 @dataclass
@@ -52,27 +55,60 @@ def load(path: str | Path, dbc: Dbc) -> Scenario:
     """Reads and checks a file whole, before anything runs."""
     path = Path(path)
     top = document(path).fields(TOP, needed=["scenario", "when", "then"])
-    scenario = Scenario(path, top["scenario"].text())
+    scenario = Scenario(path, _title(top["scenario"]))
     if "proves" in top:
         scenario.proves = [n.value(lambda text: requirements.requirement(text).id) for n in top["proves"].items()]
     if "behind_gateway" in top:
-        scenario.behind = tuple(n.one_of(["bms", "master"]) for n in top["behind_gateway"].items())
+        scenario.behind = _behind(top["behind_gateway"])
     if "arguments" in top:
-        scenario.arguments = [n.text() for n in top["arguments"].items()]
-    for part in ("given", "when", "meanwhile"):
-        if part in top:
-            setattr(scenario, part, [read_step(n, dbc) for n in top[part].items()])
+        scenario.arguments = _arguments(top["arguments"], dbc)
+    _read_steps(scenario, top, Car(dbc, tuple(scenario.arguments)))
     for part in ("then", "always"):
         if part in top:
             setattr(scenario, part, [read_check(n, dbc) for n in top[part].items()])
-    if not scenario.when or not scenario.then:
-        raise InputError(f"{path}: 'when' and 'then' need at least one entry each")
     scenario.observe_ms = top["observe"].value(duration_ms) if "observe" in top else _long_enough(scenario)
     needed_ms = max(check.lasts_ms for check in [*scenario.then, *scenario.always])
     if scenario.observe_ms < needed_ms:
         raise top["observe"].error(f"found {scenario.observe_ms:g} ms, expected at least the {needed_ms:g} ms that the "
                                    "checks need")
     return scenario
+
+
+def _title(node: YamlNode) -> str:
+    title = " ".join(node.words().split())
+    if not title:
+        raise node.error("found nothing, expected a title")
+    return title
+
+
+def _behind(node: YamlNode) -> tuple[str, ...]:
+    behind: list[str] = []
+    for one in node.items():
+        if one.one_of(list(ECUS)) in behind:
+            raise one.error(f"{one.text()!r} stands here twice")
+        behind.append(one.text())
+    return tuple(behind)
+
+
+def _arguments(node: YamlNode, dbc: Dbc) -> list[str]:
+    arguments = [one.words() for one in node.items()]
+    try:
+        Car(dbc, tuple(arguments)).check_arguments()
+    except InputError as error:
+        raise node.error(str(error)) from None
+    return arguments
+
+
+def _read_steps(scenario: Scenario, top: dict[str, YamlNode], car: Car) -> None:
+    killed: set[str] = set()
+    for part in (name for name in ("given", "when", "meanwhile") if name in top):
+        for node in top[part].items():
+            step = read_step(node, car)
+            if step.kills in killed:
+                raise node.error(f"found that {step.kills} is killed twice; it is dead since the first time")
+            if step.kills:
+                killed.add(step.kills)
+            getattr(scenario, part).append(step)
 
 
 def _long_enough(scenario: Scenario) -> float:
