@@ -96,6 +96,8 @@ def _run(options: argparse.Namespace) -> int:
     dbc = Dbc.of_project()
     scenarios = _load_all(_files(options.scenario), dbc)
     for path in options.report:
+        if path.suffix not in report.WRITERS:
+            raise InputError(f"--report {path}: expected a name that ends in {', '.join(report.WRITERS)}")
         _check_flag("--report", report.check_name, path)
     if options.record and len(scenarios) != 1:
         raise InputError(f"--record takes one scenario, found {len(scenarios)}")

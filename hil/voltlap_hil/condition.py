@@ -84,6 +84,6 @@ def _comparable(signal: Signal, operation: str, operand: str) -> float:
                          f" to {with_unit(high, signal.unit)}")
     steps = (value - signal.offset) / signal.scale
     if operation in ("=", "!=") and abs(steps - round(steps)) > 1e-6 * max(1.0, abs(steps)):
-        raise InputError(f"found {operation} {operand!r}, expected a multiple of {with_unit(signal.scale, signal.unit)},"
-                         " in which it is sent")
+        step = with_unit(signal.scale, signal.unit)
+        raise InputError(f"found {operation} {operand!r}, expected a multiple of {step}, in which it is sent")
     return value

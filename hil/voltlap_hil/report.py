@@ -82,8 +82,7 @@ WRITERS: dict[str, Callable[[Sequence[Outcome]], str]] = {".xml": junit, ".md": 
 def check_name(path: Path) -> None:
     """What can be said before a run: the suffix names a form, and there is a folder to write to."""
     if path.suffix not in WRITERS:
-        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected a name that ends in "
-                         f"{', '.join(WRITERS)}")
+        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(WRITERS)}")
     if not path.parent.is_dir() or path.is_dir():
         raise InputError(f"{path}: cannot write: {'it is a folder' if path.is_dir() else f'no folder {path.parent}'}")
 

@@ -10,7 +10,7 @@ from .car import Car
 from .dbc import Dbc
 from .errors import InputError
 from .nodes import ECUS
-from .quantity import duration_ms
+from .quantity import LONGEST_MS, duration_ms
 from .scenario_checks import read_check
 from .scenario_faults import Step
 from .scenario_steps import read_step
@@ -67,6 +67,8 @@ def load(path: str | Path, dbc: Dbc) -> Scenario:
         if part in top:
             setattr(scenario, part, [read_check(n, dbc) for n in top[part].items()])
     scenario.observe_ms = top["observe"].value(duration_ms) if "observe" in top else _long_enough(scenario)
+    if scenario.observe_ms > LONGEST_MS:
+        raise top["then"].error(f"found checks that need more than {LONGEST_MS / 3.6e6:g} h; make their times shorter")
     needed_ms = max(check.lasts_ms for check in [*scenario.then, *scenario.always])
     if scenario.observe_ms < needed_ms:
         raise top["observe"].error(f"found {scenario.observe_ms:g} ms, expected at least the {needed_ms:g} ms that the "
