@@ -38,8 +38,8 @@ SCRAPS = [b"\t", b"\x00", b"\x07", b"\xff", b"\xe4", b"\xc3", b"[", b"]", b"{", 
 
 
 def places(tree, at=()):
-    """Every path into a tree of lists and mappings."""
-    rows = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    """Every path into a tree of lists and mappings; a swap may have put a part of it into itself."""
+    rows = () if len(at) > 8 else tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
     for key, value in rows:
         yield (*at, key)
         yield from places(value, (*at, key))

@@ -2,6 +2,7 @@
 """A scenario as a page of YAML: given, when, meanwhile, then, always. Every mistake is told with its place."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -57,9 +58,9 @@ def load(path: str | Path, dbc: Dbc) -> Scenario:
     top = document(path).fields(TOP, needed=["scenario", "when", "then"])
     scenario = Scenario(path, _title(top["scenario"]))
     if "proves" in top:
-        scenario.proves = [n.value(lambda text: requirements.requirement(text).id) for n in top["proves"].items()]
+        scenario.proves = _each_once(top["proves"], lambda n: n.value(lambda text: requirements.requirement(text).id))
     if "behind_gateway" in top:
-        scenario.behind = _behind(top["behind_gateway"])
+        scenario.behind = tuple(_each_once(top["behind_gateway"], lambda n: n.one_of(list(ECUS))))
     if "arguments" in top:
         scenario.arguments = _arguments(top["arguments"], dbc)
     _read_steps(scenario, top, Car(dbc, tuple(scenario.arguments)))
@@ -83,13 +84,14 @@ def _title(node: YamlNode) -> str:
     return title
 
 
-def _behind(node: YamlNode) -> tuple[str, ...]:
-    behind: list[str] = []
+def _each_once(node: YamlNode, read: Callable[[YamlNode], str]) -> list[str]:
+    found: dict[str, None] = {}
     for one in node.items():
-        if one.one_of(list(ECUS)) in behind:
-            raise one.error(f"{one.text()!r} stands here twice")
-        behind.append(one.text())
-    return tuple(behind)
+        name = read(one)
+        if name in found:
+            raise one.error(f"{name!r} stands here twice")
+        found[name] = None
+    return list(found)
 
 
 def _arguments(node: YamlNode, dbc: Dbc) -> list[str]:
