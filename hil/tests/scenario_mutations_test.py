@@ -17,29 +17,34 @@ MUTATIONS_A_FILE = 16
 LONGEST_S = 2.0
 
 AWKWARD = [
-    None, True, False, "", " ", 0, -1, 1, 2, 7, 15, 16, 17, 63, 64, 255, 256, 65536, 10**9, -10**9, 10**40, 0.0, 0.5, 2.0, -0.5,
-    1e300, float("nan"), float("inf"), float("-inf"), "0 ms", "10 ms", "-10 ms", "5 ms", "15 ms", "1e300 s", "100 min", "24 h",
-    "99999999999 s", "9" * 400 + " s", "10", "ms", "100 GA", "0 %", "120 %", "-1 %", "0 A", "600 A", "1e9 A", "nan A", "-0.05 A",
-    "0x001", "0x7E5", "0x800", "0x1FFFFFFF", "0x20000000", "0xZZ", "0x", "BMS", "PLANT", "MASTER", "Pedals", "CellVoltages",
-    "Sync", "PackBroadcast", "BmsStatus", "BmsStatus.State", "invalid", "BmsStatus.State = Fault", "Sync.Tick > 3",
-    "PackSensor.PackCurrent > 1e9 A", "InverterStatus.PhaseCurrent = 0.05 A", "VehicleIo.AirPlusAux > 1", "and", "= = =",
-    "BmsStatus.Faults has MasterLost", "MST-001", "MST-020", "BMS-999", "ready_to_drive", "low_voltage", "pressed", "bms",
-    "--laps", "--set", "--vehicle", "battery.initial_soc=2", "CellLost", "CellOffset", "BrakeLost", "ClearAll", "automatic",
-    "\x00", "\ud800", "\x85", "\ufeff", "a" * 5000, "über", "!!python/none", "*a", "&a", "<<", [], {}, [[]], [None], [[[]]],
-    {"a": 1}, {"run": "10 ms"}, [{"run": "10 ms"}], {"within": "10 ms"}, ["Pedals", "BMS"], {None: None}]
-NAMES = ["drop", "silence", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender", "every",
-         "by", "copies", "bit", "frames", "counter_ahead", "signals", "for", "within", "after", "condition", "from",
-         "not_before", "during", "at_least", "message", "index", "value", "fault", "run", "kill", "clear", "wait", "send",
-         "plant", "gateway", "driver", "start_up", "observe", "arguments", "behind_gateway", "always", "meanwhile", "<<"]
-SCRAPS = [b"\t", b"\x00", b"\x07", b"\xff", b"\xe4", b"\xc3", b"[", b"]", b"{", b"}", b": ", b"- ", b"#", b"'", b'"', b"|", b">",
-          b"&a ", b"*a ", b"!!python/object:os.system ", b"!x ", b"---\n", b"...\n", b"%YAML 9\n", b"<<: *a\n", b"? ", b"\r",
-          b"\r\n", b"\xef\xbb\xbf", b"\xff\xfe", b"\xe2\x80\xa8", b"\xc2\x85", b'"\\UFFFFFFFF"', b'"\\ud800"', b'"\\0"',
-          b"[" * 2000, b"{a: " * 300, b"- " * 300, b"x" * 2000, b" " * 500]
+    None, True, False, "", " ", 0, -1, 1, 2, 7, 15, 16, 17, 63, 64, 255, 256, 65536, 10**9, -10**9, 10**40, 0.0, 0.5,
+    2.0, -0.5, 1e300, float("nan"), float("inf"), float("-inf"), "0 ms", "10 ms", "-10 ms", "5 ms", "15 ms", "1e300 s",
+    "100 min", "24 h", "99999999999 s", "9" * 400 + " s", "10", "ms", "100 GA", "0 %", "120 %", "-1 %", "0 A", "600 A",
+    "1e9 A", "nan A", "-0.05 A", "0x001", "0x7E5", "0x800", "0x1FFFFFFF", "0x20000000", "0xZZ", "0x", "BMS", "PLANT",
+    "MASTER", "Pedals", "CellVoltages", "Sync", "PackBroadcast", "BmsStatus", "BmsStatus.State", "invalid",
+    "BmsStatus.State = Fault", "Sync.Tick > 3", "PackSensor.PackCurrent > 1e9 A",
+    "InverterStatus.PhaseCurrent = 0.05 A", "VehicleIo.AirPlusAux > 1", "and", "= = =",
+    "BmsStatus.Faults has MasterLost", "MST-001", "MST-020", "BMS-999", "ready_to_drive", "low_voltage", "pressed",
+    "bms", "--laps", "--set", "--vehicle", "battery.initial_soc=2", "CellLost", "CellOffset", "BrakeLost", "ClearAll",
+    "automatic", "\x00", "\ud800", "\x85", "\ufeff", "a" * 5000, "über", "!!python/none", "*a", "&a", "<<", [], {},
+    [[]], [None], [[[]]], {"a": 1}, {"run": "10 ms"}, [{"run": "10 ms"}], {"within": "10 ms"}, ["Pedals", "BMS"],
+    {None: None}]
+NAMES = ["drop", "silence", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender",
+         "every", "by", "copies", "bit", "frames", "counter_ahead", "signals", "for", "within", "after", "condition",
+         "from", "not_before", "during", "at_least", "message", "index", "value", "fault", "run", "kill", "clear",
+         "wait", "send", "plant", "gateway", "driver", "start_up", "observe", "arguments", "behind_gateway", "always",
+         "meanwhile", "<<"]
+SCRAPS = [b"\t", b"\x00", b"\x07", b"\xff", b"\xe4", b"\xc3", b"[", b"]", b"{", b"}", b": ", b"- ", b"#", b"'", b'"',
+          b"|", b">", b"&a ", b"*a ", b"!!python/object:os.system ", b"!x ", b"---\n", b"...\n", b"%YAML 9\n",
+          b"<<: *a\n", b"? ", b"\r", b"\r\n", b"\xef\xbb\xbf", b"\xff\xfe", b"\xe2\x80\xa8", b"\xc2\x85",
+          b'"\\UFFFFFFFF"', b'"\\ud800"', b'"\\0"', b"[" * 2000, b"{a: " * 300, b"- " * 300, b"x" * 2000, b" " * 500]
 
 
 def places(tree, at=()):
     """Every path into a tree of lists and mappings; a swap may have put a part of it into itself."""
-    rows = () if len(at) > 8 else tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    if len(at) > 8 or not isinstance(tree, (dict, list)):
+        return
+    rows = tree.items() if isinstance(tree, dict) else enumerate(tree)
     for key, value in rows:
         yield (*at, key)
         yield from places(value, (*at, key))

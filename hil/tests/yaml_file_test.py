@@ -27,7 +27,8 @@ def complaint_of(tmp_path, dbc):
 
 
 @pytest.mark.parametrize("data", [b"\xef\xbb\xbf" + GOOD.encode(), GOOD.replace("\n", "\r\n").encode(),
-                                  GOOD.replace("\n", "\r").encode(), GOOD.rstrip().encode(), b"---\n" + GOOD.encode() + b"...\n",
+                                  GOOD.replace("\n", "\r").encode(), GOOD.rstrip().encode(),
+                                  b"---\n" + GOOD.encode() + b"...\n",
                                   GOOD.replace(": x", ": Überholen, 100\u00a0 km/h \U0001f3ce").encode(),
                                   b"# \xe2\x82\xac\n" + GOOD.encode()])
 def test_marks_line_ends_and_letters_of_any_editor_are_read(tmp_path, dbc, data):
@@ -71,7 +72,8 @@ def laughs(levels):
     (GOOD + "observe: *b\n", "6: found undefined alias"),
     (GOOD + "proves: [" + "MST-001, " * 9_000 + "]", "6: proves[1]: 'MST-001' stands here twice"),
     (GOOD + "arguments: [" + "a, " * 21_000 + "]", "6: found more than 20000 values"),
-    (GOOD.replace("run: 10 ms", "run: " + "9" * 90_000), "3: when[0].run: found 90000 characters, expected at most 1000"),
+    (GOOD.replace("run: 10 ms", "run: " + "9" * 90_000),
+     "3: when[0].run: found 90000 characters, expected at most 1000"),
     (GOOD + "y" * 90_000 + ": 1\n", "6: while scanning a simple key"),
     (GOOD + "#" * 100_000, "found more than 100 kB"), ("x" * 10_000_000, "found more than 100 kB"),
     (GOOD.replace("x", "!!python/object/apply:os.getcwd []"), "1: found the tag 'tag:yaml.org,2002:python/object"),
@@ -91,7 +93,8 @@ def test_an_alias_stands_for_its_value(tmp_path, dbc):
 
 def test_what_is_no_file_is_told(tmp_path, dbc):
     os.mkfifo(tmp_path / "pipe")
-    for path, complaint in ((tmp_path, "found a folder"), ("/dev/zero", "found a device"), (tmp_path / "pipe", "found a pipe"),
+    for path, complaint in ((tmp_path, "found a folder"), ("/dev/zero", "found a device"),
+                            (tmp_path / "pipe", "found a pipe"),
                             (tmp_path / "none.yaml", "No such file"), (tmp_path / ("x" * 300), "File name too long")):
         with pytest.raises(InputError, match=complaint):
             load(path, dbc)
