@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever becomes of a scenario file, it is read, and then runs, or its mistake is told with a line of the file."""
+import copy
 import pathlib
 import random
 import re
@@ -74,9 +75,9 @@ def changed_tree(text, draw):
         elif change == "rename" and isinstance(parent, dict):
             parent[draw.choice(NAMES)] = parent.pop(key)
         elif change == "add" and isinstance(parent[key], dict):
-            parent[key][draw.choice(NAMES)] = draw.choice(AWKWARD)
+            parent[key][draw.choice(NAMES)] = copy.deepcopy(draw.choice(AWKWARD))
         else:
-            parent[key] = draw.choice(AWKWARD)
+            parent[key] = copy.deepcopy(draw.choice(AWKWARD))
     return written(tree).encode("utf-8", "surrogatepass")
 
 

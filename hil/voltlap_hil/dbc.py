@@ -6,6 +6,7 @@ over the identifier, high byte first, and every byte but the CRC. Role `checksum
 """
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -68,6 +69,11 @@ class Signal:
         else:  # the most significant bit is named, and counts from the left
             first = 8 * (signal.start // 8) + 7 - signal.start % 8
             self._shift = 8 * message.dlc - first - signal.length
+        if not 0 <= self._shift <= 8 * message.dlc - self.length:
+            raise InputError(f"{message.file}: {self.name} has bits outside of the {message.dlc} bytes of its message")
+        if not (math.isfinite(self.scale) and math.isfinite(self.offset) and self.scale):
+            raise InputError(f"{message.file}: {self.name} has the factor {self.scale:g} and the offset {self.offset:g}, "
+                             "expected numbers, and a factor that is not 0")
 
     def raw(self, data: bytes) -> int:
         value = int.from_bytes(data, self._order) >> self._shift & ((1 << self.length) - 1)
@@ -249,8 +255,16 @@ class Dbc:
         return list(found.values())
 
 
+# A message of a thousand bytes or a signal of a thousand bits, for which the parser would take all memory there is.
+_HUGE = re.compile(r"^\s*(?:BO_\s+\d+\s+\w+\s*:\s*|SG_[^:\n]*:\s*(?:\d+\|)?)(\d{4,})", re.MULTILINE)
+
+
 def _messages(path: Path) -> list[Message]:
     try:
+        text = Path(path).read_text(encoding="cp1252", errors="replace")
+        if huge := _HUGE.search(text):
+            line = text.count("\n", 0, huge.start(1)) + 1
+            raise InputError(f"{path}:{line}: found the length or place {huge[1]}, expected that of a CAN frame's bits")
         database = cantools.database.load_file(str(path), database_format="dbc")
         return [Message(raw, Path(path).name) for raw in database.messages]  # type: ignore[union-attr]
     except InputError:
