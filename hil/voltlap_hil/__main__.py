@@ -6,6 +6,8 @@ Exit codes: 0 all is as it must be, 1 a check failed, 2 usage or input, 3 a scen
 from __future__ import annotations
 
 import argparse
+import io
+import os
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -23,6 +25,8 @@ _SIMULATED = "vcan"
 
 def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that cannot show a title shows its escapes
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         return int(options.call(options))
     except InputError as error:
@@ -58,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _files(paths: list[Path]) -> list[Path]:
-    files = [f for path in paths for f in (sorted(path.glob("*.yaml")) if path.is_dir() else [path])]
+    files = [f for path in paths for f in (sorted(path.glob("*.yaml")) if os.path.isdir(path) else [path])]
     if not files:
         raise InputError(f"no .yaml file in {', '.join(map(str, paths))}")
     return files
@@ -72,10 +76,10 @@ def _load_all(files: list[Path], dbc: Dbc) -> list[Scenario]:
             scenarios.append(load(path, dbc))
         except InputError as error:
             mistakes.append(str(error))
-    if len(mistakes) > 1:
+    if len(files) > 1 and mistakes:
         mistakes.append(f"{len(mistakes)} of {len(files)} scenario files have mistakes, and nothing was run")
     if mistakes:
-        raise InputError("\nvoltlap hil: ".join(mistakes))
+        raise InputError("\n".join(mistakes).replace("\n", "\nvoltlap hil: "))
     return scenarios
 
 

@@ -72,8 +72,8 @@ class Signal:
         if not 0 <= self._shift <= 8 * message.dlc - self.length:
             raise InputError(f"{message.file}: {self.name} has bits outside of the {message.dlc} bytes of its message")
         if not (math.isfinite(self.scale) and math.isfinite(self.offset) and self.scale):
-            raise InputError(f"{message.file}: {self.name} has the factor {self.scale:g} and the offset {self.offset:g}, "
-                             "expected numbers, and a factor that is not 0")
+            raise InputError(f"{message.file}: {self.name} has the factor {self.scale:g} and the offset "
+                             f"{self.offset:g}, expected numbers, and a factor that is not 0")
 
     def raw(self, data: bytes) -> int:
         value = int.from_bytes(data, self._order) >> self._shift & ((1 << self.length) - 1)

@@ -8,7 +8,7 @@ from typing import TextIO
 
 import can
 
-from .errors import InputError
+from .errors import InputError, check_place
 from .frame import EXTENDED, Frame
 
 SUFFIXES = (".log", ".asc", ".blf")
@@ -18,8 +18,7 @@ def check_name(path: Path) -> None:
     """What can be said before a run: the suffix names a form, and there is a folder to write to."""
     if path.suffix not in SUFFIXES:
         raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(SUFFIXES)}")
-    if not path.parent.is_dir() or path.is_dir():
-        raise InputError(f"{path}: cannot write: {'it is a folder' if path.is_dir() else f'no folder {path.parent}'}")
+    check_place(path)
 
 
 class _CandumpWriter:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from .checks import Result
-from .errors import InputError
+from .errors import InputError, check_place
 from .runner import Outcome
 
 _COLUMNS = ("scenario", "proves", "run", "check", "measured", "bound", "verdict")
@@ -83,8 +83,7 @@ def check_name(path: Path) -> None:
     """What can be said before a run: the suffix names a form, and there is a folder to write to."""
     if path.suffix not in WRITERS:
         raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(WRITERS)}")
-    if not path.parent.is_dir() or path.is_dir():
-        raise InputError(f"{path}: cannot write: {'it is a folder' if path.is_dir() else f'no folder {path.parent}'}")
+    check_place(path)
 
 
 def write(path: str | Path, outcomes: Sequence[Outcome]) -> None:
@@ -93,7 +92,7 @@ def write(path: str | Path, outcomes: Sequence[Outcome]) -> None:
     check_name(path)
     part = path.with_name(path.name + ".part")
     try:
-        part.write_text(WRITERS[path.suffix](outcomes))
+        part.write_text(WRITERS[path.suffix](outcomes), encoding="utf-8")
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"{path}: cannot write: {error.strerror}") from None

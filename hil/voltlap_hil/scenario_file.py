@@ -2,7 +2,8 @@
 """A scenario as a page of YAML: given, when, meanwhile, then, always. Every mistake is told with its place."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -49,31 +50,58 @@ class Scenario:
 
 
 _AFTER_MS = 500.0
+_MOST_MISTAKES = 20
 TOP = ["scenario", "proves", "behind_gateway", "arguments", "given", "when", "meanwhile", "then", "always", "observe"]
+
+
+class _Mistakes:
+    """All that is wrong with a file, so that it is mended in one go."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._texts: list[str] = []
+
+    @contextmanager
+    def noted(self) -> Iterator[None]:
+        """What is wrong in here is kept, and the reading goes on behind it."""
+        try:
+            yield
+        except InputError as error:
+            self._texts.append(str(error))
+        if len(self._texts) == _MOST_MISTAKES:
+            self._texts.append(f"{self._path}: more may follow; reading ended here")
+            self.tell()
+
+    def tell(self) -> None:
+        if self._texts:
+            raise InputError("\n".join(self._texts))
 
 
 def load(path: str | Path, dbc: Dbc) -> Scenario:
     """Reads and checks a file whole, before anything runs."""
     path = Path(path)
     top = document(path).fields(TOP, needed=["scenario", "when", "then"])
-    scenario = Scenario(path, _title(top["scenario"]))
+    scenario, mistakes = Scenario(path, ""), _Mistakes(path)
+    with mistakes.noted():
+        scenario.title = _title(top["scenario"])
     if "proves" in top:
-        scenario.proves = _each_once(top["proves"], lambda n: n.value(lambda text: requirements.requirement(text).id))
+        with mistakes.noted():
+            scenario.proves = _each_once(top["proves"], lambda n: n.value(requirements.requirement).id)
     if "behind_gateway" in top:
-        scenario.behind = tuple(_each_once(top["behind_gateway"], lambda n: n.one_of(list(ECUS))))
+        with mistakes.noted():
+            scenario.behind = tuple(_each_once(top["behind_gateway"], lambda n: n.one_of(list(ECUS))))
     if "arguments" in top:
-        scenario.arguments = _arguments(top["arguments"], dbc)
-    _read_steps(scenario, top, Car(dbc, tuple(scenario.arguments)))
-    for part in ("then", "always"):
-        if part in top:
-            setattr(scenario, part, [read_check(n, dbc) for n in top[part].items()])
-    scenario.observe_ms = top["observe"].value(duration_ms) if "observe" in top else _long_enough(scenario)
-    if scenario.observe_ms > LONGEST_MS:
-        raise top["then"].error(f"found checks that need more than {LONGEST_MS / 3.6e6:g} h; make their times shorter")
-    needed_ms = max(check.lasts_ms for check in [*scenario.then, *scenario.always])
-    if scenario.observe_ms < needed_ms:
-        raise top["observe"].error(f"found {scenario.observe_ms:g} ms, expected at least the {needed_ms:g} ms that the "
-                                   "checks need")
+        with mistakes.noted():
+            scenario.arguments = _arguments(top["arguments"], dbc)
+    _read_steps(scenario, top, Car(dbc, tuple(scenario.arguments)), mistakes)
+    for part, node in _entries(top, ("then", "always"), mistakes):
+        with mistakes.noted():
+            getattr(scenario, part).append(read_check(node, dbc))
+    if "observe" in top:
+        with mistakes.noted():
+            scenario.observe_ms = top["observe"].value(duration_ms)
+    mistakes.tell()
+    _settle_observation(scenario, top)
     return scenario
 
 
@@ -103,16 +131,38 @@ def _arguments(node: YamlNode, dbc: Dbc) -> list[str]:
     return arguments
 
 
-def _read_steps(scenario: Scenario, top: dict[str, YamlNode], car: Car) -> None:
+def _entries(top: dict[str, YamlNode], parts: Iterable[str], mistakes: _Mistakes) -> Iterator[tuple[str, YamlNode]]:
+    for part in parts:
+        nodes: list[YamlNode] = []
+        if part in top:
+            with mistakes.noted():
+                nodes = list(top[part].items())
+        for node in nodes:
+            yield part, node
+
+
+def _read_steps(scenario: Scenario, top: dict[str, YamlNode], car: Car, mistakes: _Mistakes) -> None:
     killed: set[str] = set()
-    for part in (name for name in ("given", "when", "meanwhile") if name in top):
-        for node in top[part].items():
+    for part, node in _entries(top, ("given", "when", "meanwhile"), mistakes):
+        with mistakes.noted():
             step = read_step(node, car)
             if step.kills in killed:
                 raise node.error(f"found that {step.kills} is killed twice; it is dead since the first time")
             if step.kills:
                 killed.add(step.kills)
             getattr(scenario, part).append(step)
+
+
+def _settle_observation(scenario: Scenario, top: dict[str, YamlNode]) -> None:
+    """Long enough for every check, by itself or because the file says so."""
+    needed_ms = max(check.lasts_ms for check in [*scenario.then, *scenario.always])
+    if "observe" not in top:
+        scenario.observe_ms = _long_enough(scenario)
+    elif scenario.observe_ms < needed_ms:
+        raise top["observe"].error(f"found {scenario.observe_ms:g} ms, expected at least the {needed_ms:g} ms that the "
+                                   "checks need")
+    if scenario.observe_ms > LONGEST_MS:
+        raise top["then"].error(f"found checks that need more than {LONGEST_MS / 3.6e6:g} h; make their times shorter")
 
 
 def _long_enough(scenario: Scenario) -> float:
