@@ -48,6 +48,7 @@ def test_marks_line_ends_and_letters_of_any_editor_are_read(tmp_path, dbc, data)
     (GOOD.replace("10 ms", "10\x00ms"), "3: found the control character U+0000"),
     (GOOD.replace("x", r'"\0"'), "1: scenario: found the control character U+0000"),
     (GOOD.replace("x", r'"\ud800"'), "1: scenario: found the control character U+D800"),
+    (GOOD.replace("x", r'"\U00110000"'), "1: found an escape that stands for no character"),
     (GOOD.replace("x", r'"\UFFFFFFFF"'), "1: found an escape that stands for no character"),
     ("", "1: the file is empty"), ("# nothing\n\n", "1: the file is empty"), ("~\n", "1: file: found nothing"),
     (GOOD.replace("  - run", "\t- run"), "3: found a tab; indent with spaces"),
