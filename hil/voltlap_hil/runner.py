@@ -10,7 +10,7 @@ from pathlib import Path
 from .checks import Result
 from .rig import Rig
 from .scenario_file import Scenario
-from .scenario_faults import Step
+from .step import Step
 
 
 @dataclass

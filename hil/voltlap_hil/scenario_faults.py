@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -14,20 +12,8 @@ from .errors import InputError
 from .faults import Fault
 from .frame import EXTENDED, LOCKSTEP_FIRST, LOCKSTEP_LAST, is_lockstep
 from .quantity import TICK_MS, number, ticks, whole
-from .rig import Rig
+from .step import Step
 from .yaml_node import YamlNode
-
-
-@dataclass(frozen=True)
-class Step:
-    """`needs`: signals it looks at; `kills`: the node that is dead after it."""
-
-    text: str
-    act: Callable[[Rig], None]
-    needs: tuple[str, ...] = ()
-    needs_gateway: bool = False
-    kills: str = ""
-
 
 # What each fault of the bus may say besides its messages and `for`, and what Fault calls it.
 _WORDS = {"drop": {"every": "every"}, "silence": {}, "delay": {"by": "delay_ticks"}, "duplicate": {"copies": "copies"},

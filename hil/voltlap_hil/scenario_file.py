@@ -14,8 +14,8 @@ from .errors import InputError
 from .nodes import ECUS
 from .quantity import LONGEST_MS, duration_ms
 from .scenario_checks import read_check
-from .scenario_faults import Step
 from .scenario_steps import read_step
+from .step import Step
 from .yaml_node import YamlNode, document
 
 

@@ -11,7 +11,8 @@ from .dbc import LOCKSTEP_FILE
 from .nodes import ECUS
 from .quantity import TICK_MS, duration_ms, number, ticks, whole
 from .rig import STAGES, START_UP_NEEDS, SWITCHES
-from .scenario_faults import Step, read_gateway, read_signals
+from .scenario_faults import read_gateway, read_signals
+from .step import Step
 from .yaml_node import YamlNode
 
 
