@@ -109,3 +109,36 @@ def test_a_crc_that_crosses_a_byte_is_refused(tmp_path):
     (tmp_path / "car.dbc").write_text(text[:at] + text[at:].replace(" SG_ Crc : 56|8@", " SG_ Crc : 54|8@", 1))
     with pytest.raises(InputError, match="car.dbc: Pedals.Crc crosses a byte"):
         Dbc([tmp_path / "car.dbc"])
+
+
+@pytest.mark.parametrize("right, wrong, complaint", [
+    ("BO_ 54 CellBroadcast: 8", "BO_ 54 CellBroadcast: 999999999999", "orion.dbc:13: found the length or place 9999"),
+    ("7|8@0+", "7|2147483648@0+", "orion.dbc:14: found the length or place 2147483648"),
+    ("(0.0001,0)", "(0,0)", "has the factor 0"), ("(0.0001,0)", "(1e999,0)", "has the factor inf"),
+    ("BO_ 54", "BO_ x", "no DBC file that can be read"), ('"mOhm"', '"mOhm', "no DBC file that can be read")])
+def test_a_dbc_file_that_cannot_be_used_is_told(tmp_path, right, wrong, complaint):
+    text = (can_dbc_folder() / "orion.dbc").read_text()
+    assert right in text
+    (tmp_path / "orion.dbc").write_text(text.replace(right, wrong, 1))
+    with pytest.raises(InputError, match=complaint):
+        Dbc([tmp_path / "orion.dbc"])
+
+
+def test_any_damage_to_a_dbc_file_is_told_or_harmless(tmp_path):
+    seed = random.randrange(2**32)
+    draw, good, path = random.Random(seed), (can_dbc_folder() / "orion.dbc").read_bytes(), tmp_path / "orion.dbc"
+    for number in range(60):
+        data = bytearray(good[:draw.randrange(len(good))] if draw.random() < 0.3 else good)
+        for _ in range(draw.choice((1, 3)) if data else 0):
+            at = draw.randrange(len(data))
+            data[at:at + 1] = draw.choice((b"", b"9" * 20, b"-", b'"', b"\xff", b"\0", b"SG_ ", bytes([data[at] ^ 1])))
+        path.write_bytes(data)
+        try:
+            for message in Dbc([path]).messages.values():
+                payload = draw.randbytes(message.dlc)
+                message.read(payload)
+                message.seal(payload, 3)
+        except InputError:
+            pass
+        except Exception as error:
+            raise AssertionError(f"seed {seed}, file {number}: {error!r} of {bytes(data)!r}") from error

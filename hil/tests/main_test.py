@@ -47,3 +47,56 @@ def test_a_fault_of_the_bus_needs_a_second_channel(file, capsys):
     file.write_text(SCENARIO.replace("run: 10 ms", "gateway: {drop: Pedals}"))
     assert main(["run", str(file), "--channel", "can0"]) == 2
     assert "name the channel behind the gateway with --far" in capsys.readouterr().err
+
+
+def test_every_file_with_a_mistake_is_told_and_nothing_runs(file, capsys):
+    for name, (old, new) in {"a": ("run:", "rnu:"), "b": ("10 ms", "0 ms"), "c": ("x", "y")}.items():
+        (file.parent / f"{name}.yaml").write_text(SCENARIO.replace(old, new, 1))
+    for more in (["--check-only"], []):
+        assert main(["run", str(file.parent), *more]) == 2
+        out = capsys.readouterr()
+        assert f"{file.parent}/a.yaml:3: when[0].rnu" in out.err and f"{file.parent}/b.yaml:3: when[0].run" in out.err
+        assert "2 of 4 scenario files have mistakes, and nothing was run" in out.err
+        assert "[1/" not in out.err and not out.out
+
+
+@pytest.mark.parametrize("arguments", [[""], ["s.yaml", "--record", ""], ["s.yaml", "--report", ""]])
+def test_an_empty_name_is_no_file(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["run", *arguments])
+    assert ended.value.code == 2 and "found an empty name, expected a file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("more, complaint", [
+    (["--record", "none/x.log"], "--record none/x.log: cannot write: no folder none"),
+    (["--record", "x.txt"], "--record x.txt: found .txt, expected one of .log, .asc, .blf"),
+    (["--report", "none/x.md"], "--report none/x.md: cannot write: no folder none")])
+def test_where_nothing_can_be_written_is_told_before_anything_runs(file, capsys, more, complaint):
+    assert main(["run", str(file), "--check-only", *more]) == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_dbc_files_that_cannot_be_read_are_told(file, capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("VOLTLAP_CAN_DBC", str(tmp_path / "dbc"))
+    assert main(["run", str(file), "--check-only"]) == 2
+    assert "no car.dbc in" in capsys.readouterr().err
+    (tmp_path / "dbc").mkdir()
+    (tmp_path / "dbc" / "car.dbc").write_text("VERSION 1")
+    assert main(["run", str(file), "--check-only"]) == 2
+    assert "found what is no DBC file that can be read" in capsys.readouterr().err
+
+
+def test_all_mistakes_of_a_file_are_told_in_one_go_until_they_are_too_many(file, capsys):
+    file.write_text(SCENARIO.replace("run: 10 ms", "run: 0 ms\n  - kill: hil").replace("1 s", "1 h"))
+    assert main(["run", str(file), "--check-only"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(": ")[1] for line in lines] == [f"{file}:{n}" for n in (3, 4, 6)]
+    file.write_text(SCENARIO.replace("  - run: 10 ms\n", "  - rnu: 10 ms\n" * 3000))
+    assert main(["run", str(file), "--check-only"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 21 and "more may follow" in lines[-1]
+
+
+def test_a_name_too_long_for_a_file_is_told(capsys):
+    assert main(["run", "x" * 300, "--check-only"]) == 2
+    assert "File name too long" in capsys.readouterr().err

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import json
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -53,6 +54,22 @@ def test_text_that_is_no_log_is_refused(tmp_path, capsys):
     path.write_text("this is no log\n")
     assert main(["--log", str(path)]) == 2
     assert str(path) in capsys.readouterr().err
+
+
+def test_any_damage_to_a_log_is_told_or_passed_over(log, capsys):
+    seed = random.randrange(2**32)
+    draw, good = random.Random(seed), log.read_bytes()
+    for number in range(8):
+        data = bytearray(good[:draw.randrange(len(good))] if draw.random() < 0.3 else good)
+        for _ in range(draw.choice((1, 3, 10)) if data else 0):
+            at = draw.randrange(len(data))
+            data[at:at + 1] = draw.choice((b"", b"9" * 20, b"#", b"nan", b"\xff", b"\0", b"\n", bytes([data[at] ^ 1])))
+        log.write_bytes(data)
+        try:
+            assert main(["--log", str(log), "--json"]) in (0, 2)
+        except Exception as error:
+            raise AssertionError(f"seed {seed}, file {number}: {error!r}") from error
+        capsys.readouterr()
 
 
 def test_empty_log_is_told(tmp_path, capsys):

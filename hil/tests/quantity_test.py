@@ -2,7 +2,7 @@
 import pytest
 
 from voltlap_hil.errors import InputError
-from voltlap_hil.quantity import duration_ms, number, ticks
+from voltlap_hil.quantity import duration_ms, number, ticks, whole
 
 
 def test_times_carry_their_unit():
@@ -26,3 +26,17 @@ def test_a_number_carries_its_own_unit_and_no_other():
     for text, unit in (("3 V", "A"), ("3", "A"), ("3 A", "")):
         with pytest.raises(InputError, match="expected a number"):
             number(text, unit)
+
+
+def test_every_hundredth_of_a_second_is_a_whole_number_of_ticks():
+    assert [ticks(f"{n / 100:g} s") for n in range(1000)] == list(range(1000))
+
+
+@pytest.mark.parametrize("read, text", [
+    (whole, "1.0"), (whole, "1e3"), (whole, "0x1"), (whole, "9" * 400), (whole, "\u0661"), (whole, "true"), (whole, ""),
+    (lambda text: number(text, "A"), "9" * 400 + " A"), (lambda text: number(text, "A", 0.0, 5.0), "5.1 A"),
+    (lambda text: number(text, "A"), "nan A"), (duration_ms, "9" * 400 + " s"), (duration_ms, "1441 min"),
+    (duration_ms, "inf s"), (lambda text: duration_ms(text, 10.0), "9 ms"), (lambda text: ticks(text, 1), "0 ms")])
+def test_a_number_out_of_its_range_is_refused(read, text):
+    with pytest.raises(InputError, match="^found .*, expected"):
+        read(text)

@@ -35,3 +35,14 @@ def test_a_file_that_is_not_there_is_told(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="VOLTLAP_REQUIREMENTS"):
         requirements.requirement("BMS-013")
     requirements.requirements.cache_clear()
+
+
+@pytest.mark.parametrize("data", [b"\xff", b"[[requirement]", b"a = 1", b"[[requirement]]\nid = 1", b"requirement = 3",
+                                  b"requirement = [1]"])
+def test_a_file_that_cannot_be_used_is_told(tmp_path, monkeypatch, data):
+    (tmp_path / "x.toml").write_bytes(data)
+    monkeypatch.setenv("VOLTLAP_REQUIREMENTS", str(tmp_path / "x.toml"))
+    requirements.requirements.cache_clear()
+    with pytest.raises(InputError, match=r"x.toml: .*Set VOLTLAP_REQUIREMENTS"):
+        requirements.requirement("BMS-013")
+    requirements.requirements.cache_clear()

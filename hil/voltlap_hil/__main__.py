@@ -6,12 +6,14 @@ Exit codes: 0 all is as it must be, 1 a check failed, 2 usage or input, 3 a scen
 from __future__ import annotations
 
 import argparse
+import io
+import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from . import report
+from . import record, report
 from .dbc import Dbc
 from .errors import HilError, InputError
 from .rig import Bench, Rig
@@ -23,6 +25,8 @@ _SIMULATED = "vcan"
 
 def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that cannot show a title shows its escapes
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         return int(options.call(options))
     except InputError as error:
@@ -41,16 +45,16 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     runs = commands.add_parser("run", help="run scenario files and say what each check measured")
     runs.set_defaults(call=_run)
-    runs.add_argument("scenario", nargs="+", type=Path, help="a YAML file, or a folder of them")
+    runs.add_argument("scenario", nargs="+", type=_path, help="a YAML file, or a folder of them")
     runs.add_argument("--channel", default="vcan0", help="the plant's channel (vcan0); with can0 the nodes are not "
                       "started and times are those of the bus")
     runs.add_argument("--far", metavar="CHANNEL", help="channel behind the fault gateway (vcan1 with vcan0)")
     runs.add_argument("--nodes", choices=["started", "running"], help="whether plant and ECUs are started here; "
                       "default: started on a vcan channel")
     runs.add_argument("--without-event", action="store_true", help="leave out `when`; then no check of `then` may hold")
-    runs.add_argument("--record", type=Path, metavar="FILE", help="all frames: .log (candump -l), .asc or .blf; "
+    runs.add_argument("--record", type=_path, metavar="FILE", help="all frames: .log (candump -l), .asc or .blf; "
                       "for one scenario")
-    runs.add_argument("--report", type=Path, metavar="FILE", action="append", default=[],
+    runs.add_argument("--report", type=_path, metavar="FILE", action="append", default=[],
                       help="results as .xml (JUnit), .md or .html; may be given several times")
     runs.add_argument("--check-only", action="store_true", help="read the files and say whether they are right")
     parser.epilog = "\n" + runs.format_help()  # the help of all is the help of its one command
@@ -58,20 +62,51 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _files(paths: list[Path]) -> list[Path]:
-    files = [f for path in paths for f in (sorted(path.glob("*.yaml")) if path.is_dir() else [path])]
+    files = [f for path in paths for f in (sorted(path.glob("*.yaml")) if os.path.isdir(path) else [path])]
     if not files:
         raise InputError(f"no .yaml file in {', '.join(map(str, paths))}")
     return files
 
 
+def _load_all(files: list[Path], dbc: Dbc) -> list[Scenario]:
+    """Every file is read before any runs, and every file with a mistake is told."""
+    scenarios, mistakes = [], []
+    for path in files:
+        try:
+            scenarios.append(load(path, dbc))
+        except InputError as error:
+            mistakes.append(str(error))
+    if len(files) > 1 and mistakes:
+        mistakes.append(f"{len(mistakes)} of {len(files)} scenario files have mistakes, and nothing was run")
+    if mistakes:
+        raise InputError("\n".join(mistakes).replace("\n", "\nvoltlap hil: "))
+    return scenarios
+
+
+def _check_flag(flag: str, check: Callable[[Path], None], path: Path) -> None:
+    try:
+        check(path)
+    except InputError as error:
+        raise InputError(f"{flag} {error}") from None
+
+
+def _path(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("found an empty name, expected a file")
+    return Path(text)
+
+
 def _run(options: argparse.Namespace) -> int:
     dbc = Dbc.of_project()
-    scenarios = [load(path, dbc) for path in _files(options.scenario)]
+    scenarios = _load_all(_files(options.scenario), dbc)
     for path in options.report:
         if path.suffix not in report.WRITERS:
             raise InputError(f"--report {path}: expected a name that ends in {', '.join(report.WRITERS)}")
+        _check_flag("--report", report.check_name, path)
     if options.record and len(scenarios) != 1:
         raise InputError(f"--record takes one scenario, found {len(scenarios)}")
+    if options.record:
+        _check_flag("--record", record.check_name, options.record)
     if options.check_only:
         print(f"{len(scenarios)} scenario files are right")
         return 0

@@ -11,11 +11,11 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from .dbc import Dbc, Signal, Value
+from .dbc import LOCKSTEP_FILE, Dbc, Signal, Value
 from .errors import InputError, did_you_mean
-from .quantity import number
+from .quantity import number, with_unit
 
-_CLAUSE = re.compile(r"\s*([\w.]+)\s*(!=|<=|>=|=|<|>|\bhas\b|\blacks\b)\s*(.+?)\s*")
+_CLAUSE = re.compile(r"([\w.]+)\s*(!=|<=|>=|=|<|>|\bhas\b|\blacks\b)\s*(\S.*)", re.DOTALL)
 _COMPARE: dict[str, Callable[[float, float], bool]] = {
     "=": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
@@ -54,11 +54,13 @@ class Condition:
 
 
 def _clause(text: str, dbc: Dbc) -> Clause:
-    match = _CLAUSE.fullmatch(text)
+    match = _CLAUSE.fullmatch(text.strip())
     if match is None:
         raise InputError(f"found {text.strip()!r}, expected a condition such as 'BmsStatus.State = Fault', "
                          "'PackSensor.PackCurrent > 100 A' or 'BmsStatus.Faults has MasterLost'")
     signal, operation, operand = dbc.signal(match[1]), match[2], match[3]
+    if signal.message.file == LOCKSTEP_FILE:
+        raise InputError(f"{signal.name} is of the frames that keep the nodes in step; expected a signal of the car")
     if operation in ("has", "lacks"):
         return Clause(signal, operation, float(1 << signal.bit(operand)))
     if signal.states:
@@ -68,6 +70,20 @@ def _clause(text: str, dbc: Dbc) -> Clause:
                              f"Expected = or != and one of {', '.join(signal.states.values())}")
         return Clause(signal, operation, operand)
     try:
-        return Clause(signal, operation, number(operand, signal.unit))
+        return Clause(signal, operation, _comparable(signal, operation, operand))
     except InputError as error:
         raise InputError(f"{signal.name}: {error}") from None
+
+
+def _comparable(signal: Signal, operation: str, operand: str) -> float:
+    """A number that the signal can be compared with: the answer may be yes or no."""
+    low, high = signal.range
+    value = number(operand, signal.unit, low, high)
+    if (operation, value) in ((">", high), ("<", low)):
+        raise InputError(f"found {operation} {operand!r}, which never holds; it goes from {with_unit(low, signal.unit)}"
+                         f" to {with_unit(high, signal.unit)}")
+    steps = (value - signal.offset) / signal.scale
+    if operation in ("=", "!=") and abs(steps - round(steps)) > 1e-6 * max(1.0, abs(steps)):
+        step = with_unit(signal.scale, signal.unit)
+        raise InputError(f"found {operation} {operand!r}, expected a multiple of {step}, in which it is sent")
+    return value

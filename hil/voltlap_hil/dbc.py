@@ -6,6 +6,7 @@ over the identifier, high byte first, and every byte but the CRC. Role `checksum
 """
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -68,6 +69,11 @@ class Signal:
         else:  # the most significant bit is named, and counts from the left
             first = 8 * (signal.start // 8) + 7 - signal.start % 8
             self._shift = 8 * message.dlc - first - signal.length
+        if not 0 <= self._shift <= 8 * message.dlc - self.length:
+            raise InputError(f"{message.file}: {self.name} has bits outside of the {message.dlc} bytes of its message")
+        if not (math.isfinite(self.scale) and math.isfinite(self.offset) and self.scale):
+            raise InputError(f"{message.file}: {self.name} has the factor {self.scale:g} and the offset "
+                             f"{self.offset:g}, expected numbers, and a factor that is not 0")
 
     def raw(self, data: bytes) -> int:
         value = int.from_bytes(data, self._order) >> self._shift & ((1 << self.length) - 1)
@@ -80,6 +86,14 @@ class Signal:
         if self.states:
             return self.states.get(raw, f"{raw} (no name)")
         return raw if self.scale == 1.0 and self.offset == 0.0 else round(raw * self.scale + self.offset, 9)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """What its bits can carry, and the DBC file allows."""
+        lowest = -(1 << self.length - 1) if self._signed else 0
+        low, high = sorted(raw * self.scale + self.offset for raw in (lowest, lowest + (1 << self.length) - 1))
+        return (low if self.minimum is None else max(low, float(self.minimum)),
+                high if self.maximum is None else min(high, float(self.maximum)))
 
     def bit(self, name: str) -> int:
         """Position of a named bit."""
@@ -196,12 +210,8 @@ class Dbc:
         self.messages: dict[str, Message] = {}
         self.by_id: dict[int, Message] = {}
         for path in paths:
-            try:
-                database = cantools.database.load_file(str(path))
-            except (cantools.Error, OSError, ValueError) as error:
-                raise InputError(f"{path}: {error}") from None
-            for raw in database.messages:  # type: ignore[union-attr]
-                self._add(Message(raw, Path(path).name))
+            for message in _messages(path):
+                self._add(message)
         self.nodes = sorted({m.sender for m in self.messages.values() if m.sender})
 
     @classmethod
@@ -243,6 +253,28 @@ class Dbc:
                                  f"Nodes: {', '.join(self.nodes)}")
             found.update((m.name, m) for m in some)
         return list(found.values())
+
+
+# A message of a thousand bytes or a signal of a thousand bits, for which the parser would take all memory there is.
+_HUGE = re.compile(r"^\s*(?:BO_\s+\d+\s+\w+\s*:\s*|SG_[^:\n]*:\s*(?:\d+\|)?)(\d{4,})", re.MULTILINE)
+
+
+def _messages(path: Path) -> list[Message]:
+    try:
+        text = Path(path).read_text(encoding="cp1252", errors="replace")
+        if huge := _HUGE.search(text):
+            line = text.count("\n", 0, huge.start(1)) + 1
+            raise InputError(f"{path}:{line}: found the length or place {huge[1]}, expected that of a CAN frame's bits")
+        database = cantools.database.load_file(str(path), database_format="dbc")
+        return [Message(raw, Path(path).name) for raw in database.messages]  # type: ignore[union-attr]
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    except Exception as error:  # the parser ends in any of Python's own on text that only looks like a DBC file
+        text = " ".join(str(error).split())[:300] or type(error).__name__
+        raise InputError(f"{path}: found what is no DBC file that can be read ({text}); expected BO_ and SG_ lines as "
+                         "`can_dbc/car.dbc` has them") from None
 
 
 def can_dbc_folder() -> Path:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Iterable
+from pathlib import Path
 
 
 class HilError(Exception):
@@ -12,6 +14,14 @@ class HilError(Exception):
 
 class InputError(HilError):
     """Something that a person wrote is wrong: a name, a number, a file."""
+
+
+def check_place(path: Path) -> None:
+    """That a file can stand there, before the work whose result it takes is done."""
+    if os.path.isdir(path):
+        raise InputError(f"{path}: cannot write: it is a folder")
+    if not os.path.isdir(path.parent):
+        raise InputError(f"{path}: cannot write: no folder {path.parent}")
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

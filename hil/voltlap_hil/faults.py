@@ -12,12 +12,15 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .dbc import Dbc, Value
+from .dbc import Dbc, Message, Value
 from .errors import InputError, did_you_mean
 from .frame import Frame, is_lockstep
 
 KINDS = ("drop", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender", "silence")
 HISTORY = 16  # frames of one id that can be replayed
+MOST_BABBLE = 1000  # frames a tick on all its ids; a bus of 500 kbit/s carries 45
+_RANGES = {"every": (1, 1_000_000), "number of frames or copies": (1, 100), "delay": (0, 8_640_000),
+           "counter_ahead": (0, 15)}
 _MARKS = {"PLANT": "Sync", "BMS": "DoneBms", "MASTER": "DoneMaster"}
 
 
@@ -49,16 +52,29 @@ class Fault:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(f"no fault {self.kind!r}.{did_you_mean(self.kind, KINDS)} Faults: {', '.join(KINDS)}")
-        for what, value, least in (("every", self.every, 1), ("number of frames or copies", self.copies, 1),
-                                   ("delay", self.delay_ticks, 0), ("bit", self.bit or 0, 0)):
-            if value < least:
-                raise InputError(f"{self.kind}: found {what} {value}, expected at least {least}")
+        for what, value in (("every", self.every), ("number of frames or copies", self.copies),
+                            ("delay", self.delay_ticks), ("counter_ahead", self.counter_ahead)):
+            least, most = _RANGES[what]
+            if not least <= value <= most:
+                raise InputError(f"{self.kind}: found {what} {value}, expected at least {least} and at most {most}")
+        if self.bit is not None and self.bit < 0:
+            raise InputError(f"{self.kind}: found bit {self.bit}, expected at least 0")
+        if self.kind == "replay" and self.copies > HISTORY:
+            raise InputError(f"replay: found {self.copies} frames, expected at most the {HISTORY} that are kept")
         if self.until_tick is not None and self.until_tick <= self.from_tick:
             raise InputError(f"{self.kind}: found that it ends before it begins, expected a time above 0")
 
     def check_fits(self, dbc: Dbc) -> None:
-        """The bit is one of each message that the DBC files know."""
-        for message in filter(None, map(dbc.by_id.get, sorted(self.ids))):
+        """Each message that the DBC files know has what the fault is about, and the bus room for it."""
+        messages = [dbc.by_id[can_id] for can_id in sorted(self.ids) if can_id in dbc.by_id]
+        if self.kind == "babble" and self.copies * len(self.ids) > MOST_BABBLE:
+            raise InputError(f"found {self.copies} frames a tick on each of {len(self.ids)} identifiers, expected at "
+                             f"most {MOST_BABBLE} in all")
+        if self.kind == "stuck_counter" and not any(message.counter for message in messages):
+            raise InputError("found no message with a rolling counter, which could stand still")
+        for message in messages:
+            for name, value in self.signals.items():
+                message.encode({name: value})
             if self.bit is not None and self.bit >= 8 * message.dlc:
                 raise InputError(f"found bit {self.bit}, expected one below {8 * message.dlc}: {message.name} has "
                                  f"{message.dlc} bytes")
@@ -174,16 +190,25 @@ class Gateway:
         data[bit // 8] ^= 1 << bit % 8
         return frame._replace(data=bytes(data))
 
+    def _of_dbc(self, frame: Frame) -> Message | None:
+        """None for somebody else's frame: of no message, or of another length than the DBC files say."""
+        message = self._dbc.by_id.get(frame.id)
+        return message if message and message.dlc == len(frame.data) else None
+
     def _replayed(self, fault: Fault, frame: Frame, count: int) -> list[Frame]:
         old = list(self._history.get(frame.id, ()))[-fault.copies:]
         return [old[count % len(old)]] if old else [frame]
 
     def _stuck(self, frame: Frame) -> Frame:
-        message, old = self._dbc.by_id[frame.id], self._history.get(frame.id)
+        message, old = self._of_dbc(frame), self._history.get(frame.id)
+        if message is None:
+            return frame
         counter = message.counter_of(old[-1].data) if old else 0
         return frame._replace(data=message.seal(frame.data, counter))
 
     def _second(self, fault: Fault, frame: Frame) -> Frame:
-        message = self._dbc.by_id[frame.id]
+        message = self._of_dbc(frame)
+        if message is None:
+            return frame
         data = message.encode(fault.signals, frame.data)
         return frame._replace(data=message.seal(data, message.counter_of(frame.data) + fault.counter_ahead))

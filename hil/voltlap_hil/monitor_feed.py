@@ -56,8 +56,9 @@ def _frames_of(path: Path, until_s: float | None) -> Iterator[Frame]:
                 yield to_frame(m, round(time_s * 1e3, 3))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, IndexError, can.CanError) as error:
-        raise InputError(f"{path}: not a log that can be read ({error}); expected candump -l, .asc or .blf") from None
+    except Exception as error:  # the readers end in any of Python's own on bytes that only look like a log
+        text = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"{path}: not a log that can be read ({text}); expected candump -l, .asc or .blf") from None
 
 
 def _listen(bus: Bus, state: BusState, for_s: float) -> None:

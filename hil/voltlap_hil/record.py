@@ -8,10 +8,17 @@ from typing import TextIO
 
 import can
 
-from .errors import InputError
+from .errors import InputError, check_place
 from .frame import EXTENDED, Frame
 
 SUFFIXES = (".log", ".asc", ".blf")
+
+
+def check_name(path: Path) -> None:
+    """What can be said before a run: the suffix names a form, and there is a folder to write to."""
+    if path.suffix not in SUFFIXES:
+        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(SUFFIXES)}")
+    check_place(path)
 
 
 class _CandumpWriter:
@@ -37,8 +44,7 @@ class Recorder:
 
     def __init__(self, path: str | Path, channel: str) -> None:
         self._path, self._channel = Path(path), channel
-        if self._path.suffix not in SUFFIXES:
-            raise InputError(f"{path}: found {self._path.suffix or 'no suffix'}, expected one of {', '.join(SUFFIXES)}")
+        check_name(self._path)
         try:
             self._writer = _CandumpWriter(self._path) if self._path.suffix == ".log" else can.Logger(self._path)
         except OSError as error:

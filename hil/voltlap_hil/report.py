@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from .checks import Result
-from .errors import InputError
+from .errors import InputError, check_place
 from .runner import Outcome
 
 _COLUMNS = ("scenario", "proves", "run", "check", "measured", "bound", "verdict")
@@ -79,14 +79,20 @@ def junit(outcomes: Sequence[Outcome]) -> str:
 WRITERS: dict[str, Callable[[Sequence[Outcome]], str]] = {".xml": junit, ".md": markdown, ".html": html_page}
 
 
+def check_name(path: Path) -> None:
+    """What can be said before a run: the suffix names a form, and there is a folder to write to."""
+    if path.suffix not in WRITERS:
+        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(WRITERS)}")
+    check_place(path)
+
+
 def write(path: str | Path, outcomes: Sequence[Outcome]) -> None:
     """The form follows the suffix. The file is there whole or not at all."""
     path = Path(path)
-    if path.suffix not in WRITERS:
-        raise InputError(f"{path}: found {path.suffix or 'no suffix'}, expected one of {', '.join(WRITERS)}")
+    check_name(path)
     part = path.with_name(path.name + ".part")
     try:
-        part.write_text(WRITERS[path.suffix](outcomes))
+        part.write_text(WRITERS[path.suffix](outcomes), encoding="utf-8")
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"{path}: cannot write: {error.strerror}") from None

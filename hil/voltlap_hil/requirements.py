@@ -32,10 +32,15 @@ def requirements() -> dict[str, Requirement]:
     named = os.environ.get("VOLTLAP_REQUIREMENTS")
     path = Path(named) if named else Path(__file__).resolve().parents[2] / "firmware" / "requirements.toml"
     try:
-        rows = tomllib.loads(path.read_text())["requirement"]
-    except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
-        raise InputError(f"{path}: {error}. Set VOLTLAP_REQUIREMENTS to the file of the requirements.") from None
-    return {row["id"]: Requirement(row["id"], row["text"], row["bound"], row.get("within_ms")) for row in rows}
+        rows = tomllib.loads(path.read_text(encoding="utf-8"))["requirement"]
+        return {row["id"]: Requirement(row["id"], row["text"], row["bound"], row.get("within_ms")) for row in rows}
+    except OSError as error:
+        reason = error.strerror
+    except KeyError as error:
+        reason = f"{error} is missing"
+    except (ValueError, TypeError, AttributeError) as error:  # no UTF-8, no TOML, or tables of another shape
+        reason = str(error)
+    raise InputError(f"{path}: {reason}. Set VOLTLAP_REQUIREMENTS to the file of the requirements.")
 
 
 def requirement(wanted: str) -> Requirement:

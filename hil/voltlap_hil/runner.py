@@ -10,7 +10,7 @@ from pathlib import Path
 from .checks import Result
 from .rig import Rig
 from .scenario_file import Scenario
-from .scenario_steps import Step
+from .step import Step
 
 
 @dataclass
@@ -58,7 +58,7 @@ def run(scenario: Scenario, open_rig: Callable[..., Rig], with_event: bool = Tru
             take(scenario.when)
         take(scenario.meanwhile)
         rest = outcome.event_ms + scenario.observe_ms - rig.now_ms
-        rig.run(f"{max(0.0, rest):g} ms")
+        rig.run(f"{max(0.0, rest):.3f} ms")
         outcome.then = [check.measure(rig.trace, outcome.event_ms) for check in scenario.then]
         outcome.always = [check.measure(rig.trace, outcome.event_ms) for check in scenario.always]
     outcome.wall_s = time.monotonic() - begin

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import yaml
 
 from . import checks, requirements
 from .condition import Condition
-from .dbc import Dbc
-from .quantity import duration_ms, number
+from .dbc import LOCKSTEP_FILE, Dbc
+from .quantity import TICK_MS, duration_ms, whole
 from .yaml_node import YamlNode
 
 _SIMPLE = {"torque_zero_within": checks.torque_zero_within, "contactors_open_within": checks.contactors_open_within,
@@ -30,6 +31,10 @@ def _bound(text: str) -> float:
     return requirements.bound_ms(text) if requirements.ID.fullmatch(text) else duration_ms(text)
 
 
+def _lasting(text: str) -> float:
+    return duration_ms(text, TICK_MS)
+
+
 def _condition(node: YamlNode, dbc: Dbc) -> Condition:
     return node.value(lambda text: Condition.parse(text, dbc))  # type: ignore[no-any-return]
 
@@ -48,8 +53,11 @@ def _simple(name: str, node: YamlNode, dbc: Dbc) -> checks.Check:
 
 def _reached(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["condition", "within", "not_before", "after"], needed=["condition", "within"])
+    within = fields["within"].value(_bound)
     earliest = fields["not_before"].value(duration_ms) if "not_before" in fields else 0.0
-    check = checks.reached(_condition(fields["condition"], dbc), fields["within"].value(_bound), earliest)
+    if earliest > within:
+        raise fields["not_before"].error(f"found {earliest:g} ms, expected no more than 'within', {within:g} ms")
+    check = checks.reached(_condition(fields["condition"], dbc), within, earliest)
     return _starting(check, fields, dbc)
 
 
@@ -63,15 +71,15 @@ def _settled(node: YamlNode, dbc: Dbc) -> checks.Check:
 def _stays(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["condition", "from", "for", "after"], needed=["condition", "for"])
     begin = fields["from"].value(duration_ms) if "from" in fields else 0.0
-    check = checks.stays(_condition(fields["condition"], dbc), fields["for"].value(duration_ms), begin)
+    check = checks.stays(_condition(fields["condition"], dbc), fields["for"].value(_lasting), begin)
     return _starting(check, fields, dbc)
 
 
 def _counted(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["message", "at_least", "during"], needed=["message", "at_least", "during"])
-    return checks.counted(fields["message"].one_of(list(dbc.messages)),
-                          int(fields["at_least"].value(lambda text: number(text, ""))),
-                          fields["during"].value(duration_ms))
+    return checks.counted(fields["message"].one_of([m.name for m in dbc.messages.values() if m.file != LOCKSTEP_FILE]),
+                          fields["at_least"].value(partial(whole, low=1, high=1_000_000)),
+                          fields["during"].value(_lasting))
 
 
 _READERS: dict[str, Callable[[YamlNode, Dbc], checks.Check]] = {

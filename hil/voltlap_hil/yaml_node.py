@@ -2,6 +2,7 @@
 """A YAML file as a tree that knows where each value stands, so that a mistake is told with file, line and field."""
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,10 @@ from typing import Any
 import yaml
 
 from .errors import InputError, did_you_mean
+from .yaml_file import compose, line_of
+
+_MOST_CHARACTERS = 1000
+_NULL, _BOOL = "tag:yaml.org,2002:null", "tag:yaml.org,2002:bool"
 
 
 class YamlNode:
@@ -18,24 +23,38 @@ class YamlNode:
         self.raw, self.path, self.name = raw, path, name
 
     def error(self, text: str) -> InputError:
-        return InputError(f"{self.path}:{self.raw.start_mark.line + 1}: {self.name or 'file'}: {text}")
+        return InputError(f"{self.path}:{line_of(self.raw.start_mark)}: {self.name or 'file'}: {text}")
 
     def text(self) -> str:
-        if not isinstance(self.raw, yaml.ScalarNode):
-            raise self.error(f"found a {self.kind}, expected text or a number")
-        return str(self.raw.value)
+        if not isinstance(self.raw, yaml.ScalarNode) or self.raw.tag == _NULL:
+            raise self.error(f"found {self.kind}, expected text or a number")
+        text = str(self.raw.value)
+        if len(text) > _MOST_CHARACTERS:
+            raise self.error(f"found {len(text)} characters, expected at most {_MOST_CHARACTERS}")
+        odd = next((c for c in text if unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t"), None)
+        if odd is not None:
+            raise self.error(f"found the control character U+{ord(odd):04X}, expected text; take it out")
+        return text
+
+    def words(self) -> str:
+        """Text for people or programs, where YAML's truth values are a mistake."""
+        text = self.text()
+        if self.raw.tag == _BOOL:
+            raise self.error(f"found {text}, which YAML takes for a truth value; expected text: put it in quotes")
+        return text
 
     @property
     def kind(self) -> str:
-        return {yaml.MappingNode: "mapping", yaml.SequenceNode: "list"}.get(type(self.raw), "single value")
+        if isinstance(self.raw, yaml.ScalarNode):
+            return "nothing" if self.raw.tag == _NULL else "a single value"
+        return "a mapping" if isinstance(self.raw, yaml.MappingNode) else "a list"
 
     def value(self, read: Callable[[str], Any]) -> Any:
         """What `read` makes of the text; its complaint gets the place."""
+        text = self.text()
         try:
-            return read(self.text())
+            return read(text)
         except InputError as error:
-            if str(error).startswith(str(self.path)):
-                raise
             raise self.error(str(error)) from None
 
     def one_of(self, known: list[str]) -> str:
@@ -45,30 +64,43 @@ class YamlNode:
         return text
 
     def items(self) -> Iterator[YamlNode]:
-        """A list; a single value counts as a list of one."""
+        """A list of at least one; a single value counts as a list of one."""
         if not isinstance(self.raw, yaml.SequenceNode):
             yield self
             return
+        if not self.raw.value:
+            raise self.error("found an empty list, and lists need at least one entry")
         for i, row in enumerate(self.raw.value):
             yield YamlNode(row, self.path, f"{self.name}[{i}]")
 
-    def fields(self, known: list[str] | None = None, needed: list[str] | None = None) -> dict[str, YamlNode]:
+    def fields(self, known: list[str], needed: list[str] | None = None) -> dict[str, YamlNode]:
         if not isinstance(self.raw, yaml.MappingNode):
-            raise self.error(f"found a {self.kind}, expected a mapping with {', '.join(known or ['fields'])}")
+            raise self.error(f"found {self.kind}, expected a mapping with {', '.join(known)}")
         found: dict[str, YamlNode] = {}
         for key, value in self.raw.value:
-            name = str(key.value)
+            name = self._key(key, known)
             inner = YamlNode(value, self.path, f"{self.name}.{name}" if self.name else name)
-            at_key = YamlNode(key, self.path, inner.name)
-            if known is not None and name not in known:
-                raise at_key.error(f"found {name!r}, expected one of {', '.join(known)}.{did_you_mean(name, known)}")
             if name in found:
-                raise at_key.error(f"{name!r} stands here twice")
+                raise YamlNode(key, self.path, inner.name).error(f"{name!r} stands here twice")
             found[name] = inner
         for name in needed or []:
             if name not in found:
                 raise self.error(f"{name!r} is missing")
         return found
+
+    def _key(self, raw: yaml.Node, known: list[str]) -> str:
+        here = YamlNode(raw, self.path, self.name)
+        if not isinstance(raw, yaml.ScalarNode):
+            raise here.error(f"found {here.kind} as a name, expected one of {', '.join(known)}")
+        name = str(raw.value)
+        if name == "<<":
+            raise here.error("found the merge key '<<', which is not read; write its fields out")
+        if name not in known:
+            short = name if len(name) <= 60 else f"{name[:60]}..."
+            if short.isprintable():
+                here.name = f"{self.name}.{short}" if self.name else short
+            raise here.error(f"found {short!r}, expected one of {', '.join(known)}.{did_you_mean(short, known)}")
+        return name
 
     def single(self, known: list[str]) -> tuple[str, YamlNode]:
         """The one `name: value` of a step or check."""
@@ -79,13 +111,4 @@ class YamlNode:
 
 
 def document(path: Path) -> YamlNode:
-    try:
-        raw = yaml.compose(path.read_text(), Loader=yaml.SafeLoader)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise InputError(f"{path}:{line}: {error.problem}; this is no YAML") from None
-    if raw is None:
-        raise InputError(f"{path}: the file is empty")
-    return YamlNode(raw, path, "")
+    return YamlNode(compose(path), path, "")
