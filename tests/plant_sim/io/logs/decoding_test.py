@@ -133,7 +133,8 @@ def compare(path, tmp_path, seed=7):
     got = {}
     for line in result.stdout.splitlines():
         if not line.startswith("refused"):
-            number, signal, value = line.split(" ")
+            number, rest = line.split(" ", 1)
+            signal, value = rest.rsplit(" ", 1)
             got.setdefault(int(number) - 1, {})[signal] = float(value)
     count = 0
     for k, (message, data) in enumerate(frames):
