@@ -8,6 +8,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "io/logs/can/can_recording.hpp"
 #include "io/logs/isolated_code.hpp"
 #include "io/logs/wrapped_signal.hpp"
 
@@ -38,11 +39,6 @@ bool is_possible(const DbcSignal& signal, const RoleSource& source, std::string_
 }
 
 }  // namespace
-
-std::string frame_text(std::uint32_t id) {
-  constexpr std::uint32_t kFlag = RecordedFrame::kExtendedFlag;
-  return fmt::format("0x{:0{}X}", id & ~kFlag, (id & kFlag) != 0 ? 8 : 3);
-}
 
 void SignalSamples::add(double time_s, std::uint64_t raw) {
   time_s_.push_back(time_s);
@@ -148,7 +144,7 @@ void SignalTap::finish() {
 
 void SignalTap::finish(long n, const SignalSamples& samples) {
   const std::string channel = channel_of(n);
-  ChannelBuilder builder(log_, channel, source_, fmt::format("{} {}", frame_text(message_.id), signal_.name));
+  ChannelBuilder builder(log_, channel, source_, fmt::format("{} {}", identifier_text(message_.id), signal_.name));
   std::vector<std::uint64_t> raw;
   if (signal_.is_integer()) raw = samples.raw_values(signal_);
   const Kind kind = kind_in(raw, channel);
@@ -183,7 +179,7 @@ Kind SignalTap::kind_in(const std::vector<std::uint64_t>& raw, const std::string
       {"declared unsigned, wraps as signed", channel, verdict.negative, 0.0,
        fmt::format("{} ({} {}): declared unsigned, but its values wrap around 0 as a signed one does: read as signed "
                    "({} of {} samples are below 0); correct the DBC ({})",
-                   channel, frame_text(message_.id), signal_.name, verdict.negative, raw.size(), place)});
+                   channel, identifier_text(message_.id), signal_.name, verdict.negative, raw.size(), place)});
   return Kind::kSigned;
 }
 

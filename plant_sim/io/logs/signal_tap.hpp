@@ -68,7 +68,4 @@ class SignalTap {
   std::map<long, SignalSamples> samples_;
 };
 
-/// 0x6B0, 0x1806E5F4: as many digits as the identifier's kind has.
-[[nodiscard]] std::string frame_text(std::uint32_t id);
-
 }  // namespace voltlap::plant
