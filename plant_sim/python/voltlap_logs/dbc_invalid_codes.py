@@ -14,8 +14,9 @@ DENIED = re.compile(r"\b(?:no|not|without|non)\s+(?:\w+\s+)?(?:error|err|fault\w
                     r"\berror\s+free\b", re.IGNORECASE)
 CODE = r"(?:0x[0-9a-f]+|\b[0-9a-f]*[0-9][0-9a-f]*h\b|\bff+\b|-?\b\d+(?:\.\d+)?\b)"
 LINK = r"\s*['\"]?\s*(?:=+>?|:|->|means?|is|are|indicates?|denotes?|stands\s+for|signals|\(|if|when|,)\s*['\"]?\s*"
+OF_WHAT = r"(?:(?:sensor|signal|value|data|measurement|reading|communication)\s+)?"
 # "0xFFFF = invalid", "65535: not available", "FF means error"
-CODE_FIRST = re.compile(rf"(?P<code>{CODE}){LINK}(?:the\s+|an?\s+)?{NO_VALUE}\b", re.IGNORECASE)
+CODE_FIRST = re.compile(rf"(?P<code>{CODE}){LINK}(?:the\s+|an?\s+)?{OF_WHAT}{NO_VALUE}\b", re.IGNORECASE)
 # "invalid = 0xFFFF", "not available: 255", "SNA (0xFF)", "invalid value 0x8000"
 WORD_FIRST = re.compile(rf"\b{NO_VALUE}(?:\s+(?:value|code))?(?:{LINK}|\s+(?=0x))(?P<code>{CODE})", re.IGNORECASE)
 ATTRIBUTE = re.compile(r"invalid|sna$|notavail", re.IGNORECASE)

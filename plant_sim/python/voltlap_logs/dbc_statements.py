@@ -136,6 +136,21 @@ def syntax(units: list[Unit]) -> None:
     DbcParser().parse("\n" * (units[0].line - 1) + "\n".join(unit.text for unit in units))
 
 
+def without_noise(entry: Refused) -> tuple[Unit | None, Refused]:
+    """A frame has no end of its own: what stands in the lines behind it and is no statement is not part of it."""
+    unit = entry.unit
+    last = unit.statements[-1].begin - unit.statements[0].begin
+    cut = unit.text.find("\n", last)
+    if not unit.is_frame or cut < 0:
+        return None, entry
+    frame = Unit(unit.statements, unit.text[:cut])
+    line = unit.line + unit.text.count("\n", 0, cut) + 1
+    noise = Unit([Statement("", line, unit.statements[0].begin + cut, words=["noise"])], unit.text[cut + 1:])
+    if failing([frame], syntax, time.monotonic()):
+        return None, entry
+    return frame, Refused(noise, entry.reason)
+
+
 def readable_units(text: str, deadline: float) -> tuple[list[Unit], list[Refused]]:
     """The units that follow the grammar. A string that is never closed would hide everything to the next quote: such
     a statement ends before the next line that begins with a keyword, and what follows is looked at anew."""
@@ -147,8 +162,12 @@ def readable_units(text: str, deadline: float) -> tuple[list[Unit], list[Refused
         bad = failing(units, syntax, deadline)
         torn = next((entry for entry in bad if FIRST_IN_LINE.search(entry.unit.text)), None)
         if torn is None or time.monotonic() > deadline:
-            left_out = {id(entry.unit) for entry in bad}
-            return good + [unit for unit in units if id(unit) not in left_out], refused + bad
+            mended = {id(entry.unit): without_noise(entry) for entry in bad}
+            for unit in units:
+                frame, entry = mended.get(id(unit), (unit, None))
+                good += [frame] if frame else []
+                refused += [entry] if entry else []
+            return good, refused
         before = units[:units.index(torn.unit)]
         left_out = {id(entry.unit) for entry in bad}
         good += [unit for unit in before if id(unit) not in left_out]

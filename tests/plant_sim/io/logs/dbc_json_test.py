@@ -146,6 +146,7 @@ def test_names_of_values_that_are_none(name, expected):
     ('0|16@1+ (0.1,0) [0|0] "V"', "0xFFFF = invalid", [65535]),
     ('0|16@1+ (0.1,0) [0|0] "V"', "65535: not available", [65535]),
     ('0|8@1+ (1,0) [0|0] "V"', "FF means error", [255]),
+    ('0|8@1+ (1,0) [0|0] "V"', "254 is a sensor fault", [254]),
     ('0|16@1- (1,0) [0|0] "V"', "invalid: 0x8000", [0x8000]),
     ('0|16@1- (1,0) [0|0] "V"', "-32768 is invalid", [0x8000]),
     ('0|16@1+ (1,0) [0|0] "V"', "SNA (0xFFFE), error = 65535", [0xFFFE, 0xFFFF]),
