@@ -13,6 +13,7 @@ constexpr unsigned kShortest = 8, kLongest = 63;  // bits
 constexpr std::size_t kLeastSamples = 3, kLeastCrossings = 5;
 constexpr std::size_t kMostBetween = 1000;  // one sample of so many may lie in the middle: a glitch
 constexpr std::uint64_t kSmallStep = 64;    // part of the range
+constexpr std::uint64_t kCodes = 3;         // below all ones: not available, error, ...
 constexpr std::uint64_t kSingleSteps = 4;   // around all ones
 
 /// The steps between the lowest and the highest quarter, counted around the end.
@@ -61,7 +62,7 @@ WrapVerdict wrapped_signal(std::span<const std::uint64_t> raw, unsigned length,
   if (!fits_signed || steps.empty()) return out;
   const std::uint64_t usual = median_of(steps);
   const bool often = steps.size() >= kLeastCrossings;
-  if (out.lowest == mask) {  // all ones alone
+  if (out.lowest >= mask - kCodes) {
     if (!fits_unsigned && often && usual <= kSingleSteps) out.wrapping = Wrapping::kSigned;
     return out;
   }

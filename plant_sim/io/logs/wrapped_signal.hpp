@@ -32,7 +32,8 @@ struct WrapVerdict {
 ///   fits as signed only                                     signed, from 3 samples on
 ///   fits as both: crossed at least 5 times, at most
 ///   by 1/64 of the range as a rule                          signed, else doubtful from 3 samples on
-/// When the upper end is all ones alone it may be a code for "no value": then it has to be crossed by single steps.
+/// When the upper end is nothing but the last four values these may be codes for "no value" and "error": then it has to
+/// be crossed by single steps.
 [[nodiscard]] WrapVerdict wrapped_signal(std::span<const std::uint64_t> raw, unsigned length,
                                          const std::function<bool(std::uint64_t raw, bool is_signed)>& fits);
 

@@ -80,11 +80,13 @@ TEST(WrappedSignal, UnsignedSignalsStayUnsigned) {
 }
 
 TEST(WrappedSignal, AllOnesFarFromTheOthersAreACodeAndNoMinusOne) {
-  std::vector<std::uint64_t> voltage, around_zero;
+  std::vector<std::uint64_t> voltage, two_codes, around_zero;
   for (unsigned k = 0; k < 1000; ++k) {
     voltage.push_back(k % 50 == 0 ? 0xFFFF : 9600 + k % 7);
+    two_codes.push_back(k % 50 == 0 ? 0xFFFF : k % 70 == 0 ? 0xFFFE : 960 + k % 7);
     around_zero.push_back((k % 3 - 1) & 0xFFFFU);
   }
   CHECK(judged(voltage, 16, fits_signed) == Wrapping::kNone);
+  CHECK(judged(two_codes, 16, fits_signed) == Wrapping::kNone);
   CHECK(judged(around_zero, 16, fits_signed) == Wrapping::kSigned);
 }
