@@ -2,9 +2,12 @@
 #include "workloads.hpp"
 
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "apps/firmware_loop.hpp"
 #include "can_dbc/tables.hpp"
@@ -13,6 +16,8 @@
 #include "core/errors.hpp"
 #include "core/parameter_file.hpp"
 #include "io/bus/trace_hash.hpp"
+#include "io/logs/can/can_line.hpp"
+#include "io/logs/dbc_decoder.hpp"
 #include "race/endurance.hpp"
 #include "race/track/lap_solver.hpp"
 #include "race/track/track.hpp"
@@ -148,6 +153,50 @@ class RaceObserver : public EnduranceObserver {
   TraceHash hash_;
 };
 
+/// The frames of car.dbc in a lap of the race as candump -l writes them.
+class LapLog : public EnduranceObserver {
+ public:
+  explicit LapLog(const Scene& scene) : dbc(VOLTLAP_CAR_DBC), decoder(dbc) {
+    FirmwareLoop firmware(scene.car);
+    static_cast<void>(run_endurance(race(scene, 1, true), firmware, *this));
+  }
+  void on_frame(std::uint32_t tick, Sender, const Frame& frame) override {
+    if (decoder.find(frame.id) == nullptr) return;  // Orion's, of another file
+    time_s = tick * kTick_s;
+    std::string line = fmt::format("({:.6f}) can0 {:03X}#", time_s, frame.id & ~Frame::kExtendedFlag);
+    for (std::size_t k = 0; k < frame.dlc; ++k) line += fmt::format("{:02X}", frame.data[k]);
+    lines.push_back(std::move(line));
+  }
+  void on_sample(const TimeSample&) override {}
+  void on_progress(double, double) override {}
+  [[nodiscard]] bool stop_requested() override { return false; }
+
+  std::vector<std::string> lines;
+  double time_s = 0.0;
+  DbcFile dbc;
+  DbcDecoder decoder;
+};
+
+Amount run_decoding(const LapLog& log, Stopwatch& watch) {
+  constexpr std::size_t kFrames = 20000;
+  CanLineState state;
+  std::vector<double> values(log.decoder.most_signals());
+  std::vector<std::uint64_t> present(presence_words(values.size()));
+  std::size_t frames = 0;
+  watch.start();
+  for (const std::string& line : log.lines) {
+    RecordedFrame frame;
+    if (parse_can_line(CanFormat::kCandump, line, state, frame) != CanLine::kFrame) continue;
+    const CompiledMessage* message = log.decoder.find(frame.id);
+    message->decode_all(frame, values, present);
+    benchmark::DoNotOptimize(values.data());
+    benchmark::ClobberMemory();
+    if (++frames % kFrames == 0) watch.split();
+  }
+  watch.split();
+  return {static_cast<double>(frames), log.time_s};
+}
+
 std::vector<FrameRecording::Tick> record_a_lap(const Scene& scene) {
   FrameRecording recording(scene.car);
   RaceObserver nobody(nullptr);
@@ -200,6 +249,7 @@ Amount run_endurances(const Scene& scene, bool representative, Stopwatch& watch)
 std::vector<Workload> workloads() {
   const auto scene = load_scene();
   const auto ticks = std::make_shared<const std::vector<FrameRecording::Tick>>(record_a_lap(*scene));
+  const auto log = std::make_shared<const LapLog>(*scene);
   return {
       {"plant_step", "1 ms of the whole car, 24 cells", 20, [=](Stopwatch& w) { return run_plant_steps(*scene, w); }},
       {"cell_step", "1 ms of one cell, in a pack of 24", 20, [=](Stopwatch& w) { return run_cell_steps(*scene, w); }},
@@ -210,6 +260,8 @@ std::vector<Workload> workloads() {
        [=](Stopwatch& w) { return run_endurances(*scene, false, w); }},
       {"endurance_representative", "27 laps, one cell for all", 8,
        [=](Stopwatch& w) { return run_endurances(*scene, true, w); }},
+      {"decode_frame", "a candump line parsed and all signals of its frame decoded", 20,
+       [=](Stopwatch& w) { return run_decoding(*log, w); }},
   };
 }
 

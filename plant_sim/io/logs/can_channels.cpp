@@ -12,11 +12,10 @@
 #include "io/logs/can/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
 #include "io/logs/dbc_file.hpp"
+#include "io/logs/signal_tap.hpp"
 
 namespace voltlap::plant {
 namespace {
-
-constexpr long kMostNumbers = 1000;
 
 /// Rolling counter of one sender's frames.
 struct CounterWatch {
@@ -24,64 +23,6 @@ struct CounterWatch {
   bool known = false;
   std::uint64_t last = 0;
   double last_s = 0.0;
-};
-
-/// One signal, or one signal and its index, for the channels it feeds.
-class SignalTap {
- public:
-  SignalTap(DriveLog& log, const std::string& role, const RoleSource& source, const DbcMessage& message,
-            const DbcSignal& signal, const DbcSignal* index)
-      : log_(log), role_(role), source_(source), message_(message), signal_(signal), index_(index) {
-    if (index_ == nullptr) make(0);
-  }
-
-  void take(double time_s, const Frame& frame, bool has_length) {
-    const auto raw = raw_value(message_, signal_, frame);
-    if (!raw) {
-      const bool is_short = has_length && signal_.bytes() > frame.dlc;
-      if (is_short && index_ == nullptr) builders_.at(0).mask(time_s, "frame too short for the signal");
-      return;
-    }
-    ChannelBuilder* builder = builder_for(frame);
-    if (builder == nullptr) return;
-    const double value = signal_.value(*raw);
-    if (signal_.is_invalid_code(*raw)) return builder->mask(time_s, "invalid code");
-    builder->add(time_s, value);
-  }
-  void mask(double time_s, const Frame& frame, const char* reason) {
-    if (!raw_value(message_, signal_, frame)) return;
-    // An index in a frame that cannot be trusted tells nothing.
-    if (index_ == nullptr) builders_.at(0).mask(time_s, reason);
-  }
-  void add_lost_frames(double from_s, double to_s, std::size_t frames) {
-    if (index_ == nullptr) builders_.at(0).add_lost_frames(from_s, to_s, frames);
-  }
-  void finish() {
-    for (auto& [n, builder] : builders_) builder.finish();
-  }
-
- private:
-  ChannelBuilder* builder_for(const Frame& frame) {
-    if (index_ == nullptr) return &builders_.at(0);
-    const auto raw = raw_value(message_, *index_, frame);
-    if (!raw) return nullptr;
-    const long n = static_cast<long>(index_->value(*raw)) - source_.first.value_or(0) + 1;
-    if (n < 1 || n > kMostNumbers) return nullptr;
-    const auto at = builders_.find(n);
-    return at != builders_.end() ? &at->second : &make(n);
-  }
-  ChannelBuilder& make(long n) {
-    const std::string described = fmt::format("{} {}", identifier_text(message_.id), signal_.name);
-    return builders_.try_emplace(n, log_, n > 0 ? with_number(role_, n) : role_, source_, described).first->second;
-  }
-
-  DriveLog& log_;
-  std::string role_;
-  const RoleSource& source_;
-  const DbcMessage& message_;
-  const DbcSignal& signal_;
-  const DbcSignal* index_;
-  std::map<long, ChannelBuilder> builders_;
 };
 
 /// Everything that is taken from the frames of one identifier on one bus.
@@ -96,10 +37,10 @@ struct FrameTap {
 };
 
 /// Byte 7 is the sum of the others, with identifier and length in Orion's own rule.
-bool checksum_holds(FrameChecksum rule, const Frame& frame) {
+bool checksum_holds(FrameChecksum rule, const RecordedFrame& frame) {
   if (rule == FrameChecksum::kNone) return true;
-  if (frame.dlc < Frame::kMaxBytes) return false;
-  unsigned sum = rule == FrameChecksum::kOrion ? (frame.id & ~Frame::kExtendedFlag) + frame.dlc : 0;
+  if (frame.length != Frame::kMaxBytes) return false;
+  unsigned sum = rule == FrameChecksum::kOrion ? (frame.id & ~Frame::kExtendedFlag) + frame.length : 0;
   for (std::size_t k = 0; k + 1 < Frame::kMaxBytes; ++k) sum += frame.data[k];
   return (sum & 0xFFU) == frame.data[Frame::kMaxBytes - 1];
 }
@@ -114,6 +55,7 @@ const DbcSignal& signal_in(const DbcFile& dbc, const DbcMessage& message, const 
 }
 
 const DbcMessage& message_in(const DbcFile& dbc, std::uint32_t id, const std::string& place) {
+  dbc.check_usable(id);
   if (const DbcMessage* message = dbc.find(id)) return *message;
   throw InputError(place, fmt::format("no frame {} in {}", identifier_text(id), dbc.path()), "a frame of that file",
                    "Correct the identifier (extended = true for a small one of 29 bits) or the file");
@@ -199,19 +141,15 @@ class CanTaps {
         fmt::format("Say there which bus is meant: bus = \"{}\" beside frame", buses[tap.heard_on]));
   }
 
-  void take(FrameTap& tap, double time_s, const RecordedFrame& recorded) {
+  void take(FrameTap& tap, double time_s, const RecordedFrame& frame) {
     ++tap.frames;
-    Frame frame;
-    frame.id = recorded.id;
-    frame.dlc = std::min<std::uint8_t>(recorded.length, Frame::kMaxBytes);
-    std::copy_n(recorded.data, frame.dlc, frame.data);
     if (!checksum_holds(tap.checksum, frame)) {
       if (tap.rejected++ == 0) tap.first_rejected_s = time_s;
       for (SignalTap& signal : tap.signals) signal.mask(time_s, frame, "checksum does not hold");
       return;
     }
     for (CounterWatch& counter : tap.counters) count(tap, counter, time_s, frame);
-    for (SignalTap& signal : tap.signals) signal.take(time_s, frame, recorded.has_length);
+    for (SignalTap& signal : tap.signals) signal.take(time_s, frame);
   }
 
   void finish(std::uint32_t id, FrameTap& tap) {
@@ -234,8 +172,9 @@ class CanTaps {
                                    [&](const CounterWatch& counter) { return counter.signal == &signal; });
     if (!known) tap.counters.push_back({&signal});
   }
-  static void count(FrameTap& tap, CounterWatch& counter, double time_s, const Frame& frame) {
-    const std::uint64_t now = counter.signal->raw(frame), turn = (std::uint64_t{1} << counter.signal->length) - 1;
+  static void count(FrameTap& tap, CounterWatch& counter, double time_s, const RecordedFrame& frame) {
+    if (counter.signal->bytes() > frame.length) return;
+    const std::uint64_t now = counter.signal->raw(frame.data), turn = counter.signal->bits.mask();
     if (counter.known && now != counter.last) {
       const std::uint64_t missing = (now - counter.last - 1) & turn;
       for (SignalTap& signal : tap.signals) {

@@ -53,9 +53,9 @@ void ChannelBuilder::add(double time_s, double recorded) {
   }
   const double value = recorded * source_.scale + source_.offset;
   if (!std::isfinite(value)) return mask(time_s, "no number");
-  if (std::find(source_.invalid.begin(), source_.invalid.end(), recorded) != source_.invalid.end()) {
-    return mask(time_s, "invalid code");
-  }
+  // A code of a signal has been multiplied with its scale: 65535 x 0.0001 V is 6.5535 V but for the last bit.
+  const auto is_code = [&](double code) { return std::abs(recorded - code) <= 1e-9 * std::max(1.0, std::abs(code)); };
+  if (std::any_of(source_.invalid.begin(), source_.invalid.end(), is_code)) return mask(time_s, "invalid code");
   if (value < range_.min || value > range_.max) return mask(time_s, "impossible value");
   channel_.time_s.push_back(time_s);
   channel_.value.push_back(value);

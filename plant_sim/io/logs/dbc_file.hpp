@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames and signals of a DBC file, as far as decoding a recording needs them: start, length, byte order, sign or
-// floating point, scale, offset, range and simple multiplexing.
+// Frames and signals of a DBC file (KCD, SYM and ARXML as well) as far as decoding a recording needs them. cantools
+// reads the file (dbc_json.hpp); here is what it found in the form that frames are decoded with.
 //   value = raw * scale + offset
-// Start bit: of an Intel signal (@1) its lowest bit, of a Motorola signal (@0) its highest; bit 8 b + k is bit k of
-// byte b.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -11,70 +9,87 @@
 #include <string_view>
 #include <vector>
 
-#include "base/can_frame.hpp"
+#include "io/logs/bit_field.hpp"
+#include "io/logs/recorded_frame.hpp"
 
 namespace voltlap::plant {
 
-struct DbcSignal {
-  enum class Mux { kNone, kSwitch, kCase };
-  enum class Kind { kUnsigned, kSigned, kFloat, kDouble };
+/// Raw values as bits, without sign.
+struct RawRange {
+  std::uint64_t first, last;
+  [[nodiscard]] bool holds(std::uint64_t raw) const { return raw >= first && raw <= last; }
+};
 
-  std::string name;
-  unsigned start = 0, length = 1;
-  bool big_endian = false;
+struct DbcSignal {
+  enum class Kind { kUnsigned, kSigned, kHalf, kFloat, kDouble };
+
+  std::string name, unit;
+  unsigned length = 1;
   Kind kind = Kind::kUnsigned;
   double scale = 1.0, offset = 0.0;
-  double min = 0.0, max = 0.0;  ///< both 0: none given
-  Mux mux = Mux::kNone;
-  std::uint64_t mux_case = 0;  ///< of kCase: value of the frame's switch under which it is there
-  std::string unit;
+  std::optional<double> min, max;  ///< of the value, as far as the file gives them
+  std::optional<std::size_t> multiplexer;  ///< the signal of the frame on whose value it depends
+  std::vector<RawRange> cases;             ///< values of the multiplexer under which it is there
+  std::vector<RawRange> invalid_codes;     ///< what the file says is no measurement
   std::size_t line = 0;
+  BitField bits;
 
   /// Bytes that a frame must have for it.
-  [[nodiscard]] unsigned bytes() const;
-  [[nodiscard]] std::uint64_t raw(const Frame& frame) const;
-  [[nodiscard]] double value(std::uint64_t raw) const;
-  /// The raw value by which senders say "not available": all ones, of a signed signal either end of its range.
-  /// Signals below 8 bits have none.
+  [[nodiscard]] unsigned bytes() const { return bits.bytes(); }
+  [[nodiscard]] bool is_integer() const { return kind == Kind::kUnsigned || kind == Kind::kSigned; }
+  [[nodiscard]] std::uint64_t raw(const std::uint8_t* data) const { return bits.raw(data); }
+  [[nodiscard]] double value(std::uint64_t raw) const { return value_as(kind, raw); }
+  /// The value if its kind were another, such as signed where the file says unsigned.
+  [[nodiscard]] double value_as(Kind other, std::uint64_t raw) const;
+  /// Whether the file says that this raw value is no measurement: in its value table, in a comment, or by SAE J1939.
   [[nodiscard]] bool is_invalid_code(std::uint64_t raw) const;
+  /// All ones, or either end of a signed signal, where the file's range [min|max] does not reach it: what senders put
+  /// there when they have no value. A range that is the whole of the raw values says nothing.
+  [[nodiscard]] bool is_end_beyond_range(std::uint64_t raw) const { return is_end_beyond_range(kind, raw); }
+  [[nodiscard]] bool is_end_beyond_range(Kind as, std::uint64_t raw) const;
 };
 
 struct DbcMessage {
   std::uint32_t id = 0;  ///< bit 31 set: 29-bit identifier
   std::string name;
+  std::string file;  ///< that it stands in
   unsigned length = 0;
+  bool flexible = false;  ///< CAN FD
   std::size_t line = 0;
   std::vector<DbcSignal> signals;
 
   [[nodiscard]] const DbcSignal* find(std::string_view signal) const;
-  /// The signal that chooses between the others; nullptr when there is none.
-  [[nodiscard]] const DbcSignal* mux_switch() const;
+};
+
+/// A frame of the file that cannot be used, and why.
+struct DbcRefusal {
+  std::uint32_t id = 0;  ///< bit 31 set: 29-bit identifier
+  std::string name;
+  std::size_t line = 0;  ///< 0: the format has no lines
+  std::string found, expected, action;
 };
 
 class DbcFile {
  public:
-  /// Throws InputError with file and line for what cannot be read exactly: a frame given twice, a signal name twice
-  /// in a frame, a signal beyond its frame, nested multiplexing, a broken line. Nothing is half-read.
+  /// Throws InputError for a file that is no DBC. What is wrong with one frame hurts only who asks for that frame.
   explicit DbcFile(const std::string& path);
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::vector<DbcMessage>& messages() const { return messages_; }
+  [[nodiscard]] const std::vector<DbcRefusal>& refused() const { return refused_; }
   [[nodiscard]] const DbcMessage* find(std::uint32_t id) const;
+  /// Throws InputError with file, line and reason for a frame that is there and cannot be used.
+  void check_usable(std::uint32_t id) const;
 
  private:
-  void add_message(std::string_view text, std::size_t line);
-  void add_signal(std::string_view text, std::size_t line);
-  void add_value_type(std::string_view text, std::size_t line);
-  void add_long_name(std::string_view text, std::size_t line);
-  [[nodiscard]] std::string place(std::size_t line) const;
-
   std::string path_;
   std::vector<DbcMessage> messages_;
-  bool skipping_ = false;  ///< signals of the pseudo frame that holds unused ones
+  std::vector<DbcRefusal> refused_;
 };
 
-/// Value of a signal in a frame; nothing when the frame is too short for it or its multiplexer is on another case.
+/// Raw value of a signal in a frame; nothing when the frame is too short for it or when a multiplexer that it depends
+/// on is on another case.
 [[nodiscard]] std::optional<std::uint64_t> raw_value(const DbcMessage& message, const DbcSignal& signal,
-                                                     const Frame& frame);
+                                                     const RecordedFrame& frame);
 
 }  // namespace voltlap::plant

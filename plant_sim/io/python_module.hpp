@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs one of the project's Python modules (plant_sim/python): what the field has a parser or a writer for in Python is
+// done by that. Which Python: $VOLTLAP_PYTHON, else the one that the build was configured with, else python3.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace voltlap::plant {
+
+/// Runs `python -m module arguments...`, without a shell, and gives its standard output. Standard error is kept for the
+/// message. Ctrl-C reaches both processes. Throws InputError with the module's own words when it ends with exit code 2
+/// (an input that a person can mend), and with the command that installs what is missing when there is no Python or no
+/// package; std::runtime_error for every other end.
+[[nodiscard]] std::string run_python_module(const std::string& module, const std::vector<std::string>& arguments);
+
+/// The same with the standard output in a file, which is there whole or not at all (AtomicFile).
+void run_python_module_into(const std::string& path, const std::string& module,
+                            const std::vector<std::string>& arguments);
+
+/// The Python that is used, for messages.
+[[nodiscard]] std::string python_program();
+
+}  // namespace voltlap::plant
