@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The two formats that are python-can's own: its CSV (which has no channel: `can0`) and its SQLite table `messages`
+(channel N is `canN`, a name stays). Neither says whether a frame was FD: more than eight bytes are."""
+from __future__ import annotations
+
+import sqlite3
+from base64 import b64decode
+from collections.abc import Iterator
+
+from ..candump import BUS_ERROR, ERROR, EXTENDED, FD_LENGTHS, ID_MASK, NS, Frame, line
+from ..errors import BrokenOff, LogError
+from ..source import Source
+from ..tally import Tally
+
+CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
+EXACT_S = 4e6  # up to here a double tells nanoseconds apart; the time since 1970 only microseconds
+Row = tuple[float, int, int, int, int, int, bytes]
+
+
+def text_of(row: Row, bus: str) -> str:
+    seconds, id, extended, remote, error, length, data = row
+    exact = abs(seconds) < EXACT_S
+    time_ns = round(seconds * NS) if exact else round(seconds * 1_000_000) * 1000
+    decimals = 9 if exact and time_ns % 1000 else 6
+    if length not in FD_LENGTHS or not (remote or len(data) == length):
+        raise ValueError(length)
+    if error:
+        return line(Frame(time_ns, bus, ERROR | (id & ID_MASK or BUS_ERROR), data), decimals)
+    tagged = (id & ID_MASK) | (EXTENDED if extended else 0)
+    if remote:
+        return line(Frame(time_ns, bus, tagged, b"", None, length), decimals)
+    return line(Frame(time_ns, bus, tagged, data, 0 if length > 8 else None), decimals)
+
+
+def read_csv(source: Source, tally: Tally) -> Iterator[str]:
+    for number, text in source.lines():
+        if number == 1 or not text.strip():
+            continue
+        try:
+            time, id, extended, remote, error, length, data = text.split(",")
+            yield text_of((float(time), int(id, 16), int(extended), int(remote), int(error), int(length),
+                           b64decode(data, validate=True)), "can0")
+        except ValueError:
+            tally.unreadable(source, number, text)
+
+
+def bus_name(channel: object) -> str:
+    name = "_".join(str(channel).split()) if channel is not None else ""
+    return f"can{name}" if name.isdigit() else name or "can0"
+
+
+def read_sqlite(source: Source, tally: Tally) -> Iterator[str]:
+    path = source.file()
+    connection = sqlite3.connect(path.resolve().as_uri() + "?mode=ro", uri=True)
+    try:
+        columns = [row[1] for row in connection.execute("PRAGMA table_info(messages)")]
+        wanted = ["ts", "arbitration_id", "extended", "remote", "error", "dlc", "data"]
+        if missing := [name for name in wanted if name not in columns]:
+            raise LogError(f"{path}: an SQLite file whose table 'messages' has no column {missing[0]}; expected what "
+                           f"python-can's SqliteWriter makes ({', '.join(wanted)})")
+        channel = "channel" if "channel" in columns else "NULL"
+        # python-can's own reader goes by rowid too
+        for number, row in enumerate(connection.execute(f"SELECT {', '.join(wanted)}, {channel} FROM messages"), 1):
+            try:
+                yield text_of((*row[:6], bytes(row[6] or b"")), bus_name(row[7]))
+            except (ValueError, TypeError):
+                tally.skip("unreadable rows", f"row {number}: {row}")
+    except sqlite3.DatabaseError as error:
+        raise BrokenOff(f"the SQLite file is damaged ({error})") from error
+    finally:
+        connection.close()
