@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two formats that are python-can's own: its CSV (which has no channel: `can0`) and its SQLite table `messages`
-(channel N is `canN`, a name stays). Neither says whether a frame was FD: more than eight bytes are."""
+(`can0` too, unless a column or table beside it has channels: N is `canN`, a name stays). Neither says whether a frame was FD: more than eight bytes are."""
 from __future__ import annotations
 
 import sqlite3
@@ -58,9 +58,12 @@ def read_sqlite(source: Source, tally: Tally) -> Iterator[str]:
         if missing := [name for name in wanted if name not in columns]:
             raise LogError(f"{path}: an SQLite file whose table 'messages' has no column {missing[0]}; expected what "
                            f"python-can's SqliteWriter makes ({', '.join(wanted)})")
-        channel = "channel" if "channel" in columns else "NULL"
-        # python-can's own reader goes by rowid too
-        for number, row in enumerate(connection.execute(f"SELECT {', '.join(wanted)}, {channel} FROM messages"), 1):
+        # python-can has no channel; the table `channels` beside it is of writers/database.py
+        beside = connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'channels'").fetchone()
+        channel = "channel" if "channel" in columns or beside else "NULL"
+        join = "LEFT JOIN channels ON message = messages.rowid" if beside and "channel" not in columns else ""
+        query = f"SELECT {', '.join(wanted)}, {channel} FROM messages {join} ORDER BY messages.rowid"
+        for number, row in enumerate(connection.execute(query), 1):
             try:
                 yield text_of((*row[:6], bytes(row[6] or b"")), bus_name(row[7]))
             except (ValueError, TypeError):

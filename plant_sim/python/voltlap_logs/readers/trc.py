@@ -28,7 +28,7 @@ INTERFACE = re.compile(r"\s*\d+\)\s+[\d.]+\s+([A-Za-z]+\d+)\s+[RT]x\s")
 def start_ns(text: str) -> int:
     """Days since 1899-12-30, or a date and time."""
     try:
-        return int((Decimal(text) - DAYS_TO_1970) * 86400 * NS)
+        return round((Decimal(text) - DAYS_TO_1970) * 86400 * 1_000_000) * 1000
     except InvalidOperation:
         moment = datetime.fromisoformat(text.strip()).replace(tzinfo=timezone.utc)
         return int(moment.timestamp()) * NS + moment.microsecond * 1000
