@@ -25,9 +25,10 @@ ROWS = 1 << 17  # of one row group
 LEADING = ("time_s", "frame", "bus")
 
 
-def about(column: Column) -> dict[str, str]:
+def about(group: Group, column: Column) -> dict[str, str]:
     texts = json.dumps({f"{value:g}": text for value, text in column.choices.items()}) if column.choices else ""
-    given = {"unit": column.unit, "comment": column.comment, "choices": texts}
+    given = {"unit": column.unit, "comment": column.comment, "choices": texts, "frame": group.name,
+             "bus": group.bus}
     return {key: value for key, value in given.items() if value}
 
 
@@ -36,7 +37,7 @@ def schema(signals: Signals) -> Any:
     word = arrow.dictionary(arrow.int32(), arrow.string())
     fields = [arrow.field("time_s", arrow.float64(), metadata={"unit": "s"}), arrow.field("frame", word),
               arrow.field("bus", word)]
-    fields += [arrow.field(column_name(column), arrow.float64(), metadata=about(column))
+    fields += [arrow.field(column_name(column), arrow.float64(), metadata=about(group, column))
                for group in signals.groups for column in group.columns]
     return arrow.schema(fields, metadata={"source": signals.source, "origin_s": repr(signals.origin_s)})
 
