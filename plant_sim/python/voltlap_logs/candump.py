@@ -36,6 +36,11 @@ def fd_code(length: int) -> int:
     return next(code for code, size in enumerate(FD_LENGTHS) if size >= length)
 
 
+def microseconds(time_ns: int) -> int:
+    """To the nearest one, by whole numbers: a double has no nanoseconds left since 1970."""
+    return (time_ns + 500) // 1000
+
+
 def stamp(time_ns: int, decimals: int = 9) -> str:
     sign, time_ns = ("-", -time_ns) if time_ns < 0 else ("", time_ns)
     seconds, ns = divmod(time_ns, NS)

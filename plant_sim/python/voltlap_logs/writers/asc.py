@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..candump import microseconds
 from ..errors import need
 from ..spool import Spool
 from .blf import message
@@ -14,6 +15,6 @@ def write(path: Path, spool: Spool) -> None:
     writer = need("can").ASCWriter(str(path))
     try:
         for frame in spool.frames():
-            writer.on_message_received(message(frame, round(frame.time_ns / 1000) * 1e-6, channels[frame.bus] - 1))
+            writer.on_message_received(message(frame, microseconds(frame.time_ns) * 1e-6, channels[frame.bus] - 1))
     finally:
         writer.stop()

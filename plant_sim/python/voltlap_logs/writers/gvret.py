@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..candump import ERROR, EXTENDED, ID_MASK
+from ..candump import ERROR, EXTENDED, ID_MASK, microseconds
 from ..spool import Spool
 
 
@@ -20,5 +20,5 @@ def write(path: Path, spool: Spool) -> None:
                 spool.changed["FD frames without their flags, short ones as classic frames"] += 1
             extended = "true" if frame.id & EXTENDED else "false"
             cells = "".join(f"{byte:02X}," for byte in frame.data)
-            out.write(f"{round(frame.time_ns / 1000)},{frame.id & ID_MASK:08X},{extended},Rx,{channels[frame.bus]},"
+            out.write(f"{microseconds(frame.time_ns)},{frame.id & ID_MASK:08X},{extended},Rx,{channels[frame.bus]},"
                       f"{len(frame.data)},{cells}\n")

@@ -82,4 +82,5 @@ def write(path: Path, spool: Spool) -> None:
         for kind, columns in collected(spool, channels):
             if columns.time_ns or kind == "CAN_DataFrame":
                 mdf.append(columns.signal(kind, start_ns), comment="CAN bus logging")
-        mdf.save(path, overwrite=True, compression=COMPRESSED)
+        with path.open("wb+") as out:  # given a name, asammdf may write to another one
+            mdf.save(out, compression=COMPRESSED)

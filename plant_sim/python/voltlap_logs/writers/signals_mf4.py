@@ -70,5 +70,6 @@ def write(path: Path, signals: Signals) -> None:
             append(mdf, group)
             progress.tell(f"{number} of {len(signals.groups)} groups")
         progress.tell("compressing")
-        mdf.save(path, overwrite=True, compression=COMPRESSED)
+        with path.open("wb+") as out:  # given a name, asammdf may write to another one
+            mdf.save(out, compression=COMPRESSED)
     progress.done()

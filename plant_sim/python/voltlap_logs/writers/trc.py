@@ -7,7 +7,7 @@ from datetime import datetime, timezone
 from decimal import Decimal
 from pathlib import Path
 
-from ..candump import BRS, ERROR, ESI, EXTENDED, LINE_ERRORS, NS, Frame, fd_code
+from ..candump import BRS, ERROR, ESI, EXTENDED, LINE_ERRORS, NS, Frame, fd_code, microseconds
 from ..spool import Spool
 
 MILLISECOND = 1_000_000
@@ -55,4 +55,4 @@ def write(path: Path, spool: Spool) -> None:
         for number, frame in enumerate(spool.frames(), 1):
             if frame.id & ERROR:
                 spool.changed["error frames without their class"] += 1
-            out.write(row(number, frame, round((frame.time_ns - start_ns) / 1000), channels[frame.bus]))
+            out.write(row(number, frame, microseconds(frame.time_ns - start_ns), channels[frame.bus]))
