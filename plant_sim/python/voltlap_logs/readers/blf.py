@@ -195,6 +195,7 @@ def read(source: Source, tally: Tally) -> Iterator[str]:
         raise LogError(f"{source.path}: a BLF file of {len(raw)} bytes; its header alone has 144: record it again")
     header = FILE_HEADER.unpack(raw)
     file.read(max(header[1] - FILE_HEADER.size, 0))
+    end = header[1]
     objects = Objects(header[2], start_of(header[14:22]), tally)
     for at, kind, body, base in top_level(file, header[1]):
         try:
@@ -202,5 +203,8 @@ def read(source: Source, tally: Tally) -> Iterator[str]:
         except (zlib.error, struct.error) as error:
             raise BrokenOff(f"the container at byte {at} is damaged ({error})") from error
         yield from objects.feed(data, f"the container at byte {at}")
+        end = at + len(base) + len(body)
+    if header[10] > end + 4:  # 0 or the header's size where the recorder did not close the file
+        raise BrokenOff(f"it says that it has {header[10]} bytes and has {end}")
     if objects.unfinished:
         raise BrokenOff("the last object continues in a container that is not there")

@@ -85,6 +85,8 @@ def read(source: Source, tally: Tally) -> Iterator[str]:
                 continue
             try:
                 frame = session.frame(words)
+                if not source.last_line_ends and frame.data and len(words[-1]) == 1:
+                    raise ValueError("half a byte")
             except ValueError:
                 tally.unreadable(source, number, text)
                 continue

@@ -36,6 +36,9 @@ def read(source: Source, tally: Tally) -> Iterator[str]:
                                "'Time Stamp,ID,Extended,Dir,Bus,LEN,D1,...': save it again from SavvyCAN as GVRET")
         elif text.strip():
             try:
-                yield line(frame(cells, place), 6)
+                found = frame(cells, place)
+                if not source.last_line_ends and len(cells[-1]) == 1:
+                    raise ValueError("half a byte")
+                yield line(found, 6)
             except (ValueError, KeyError, IndexError):
                 tally.unreadable(source, number, text)

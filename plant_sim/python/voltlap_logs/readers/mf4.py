@@ -109,10 +109,20 @@ class Group:
                 zip(stamps, self.bus[rows].tolist(), ids, tails, strict=True)]
 
 
+def closed(mdf: Any) -> None:
+    """In place of asammdf's own `__del__`, which tells on stderr what it misses on a file that could not be opened."""
+    try:
+        mdf.close()
+    except Exception:
+        return
+
+
 def opened(path: Path) -> Any:
     """asammdf's view of the file; what it says about its own doings stays quiet."""
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)
     asammdf = need("asammdf")
+    for version in (3, 4):
+        setattr(getattr(need(f"asammdf.blocks.mdf_v{version}"), f"MDF{version}"), "__del__", closed)
     try:
         return asammdf.MDF(path)
     except Exception as error:  # asammdf raises whatever its parser ran into

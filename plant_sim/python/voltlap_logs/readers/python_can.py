@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import sqlite3
+import struct
 from base64 import b64decode
 from collections.abc import Iterator
+from pathlib import Path
 
 from ..candump import BUS_ERROR, ERROR, EXTENDED, FD_LENGTHS, ID_MASK, NS, Frame, line
 from ..errors import BrokenOff, LogError
@@ -49,6 +51,15 @@ def bus_name(channel: object) -> str:
     return f"can{name}" if name.isdigit() else name or "can0"
 
 
+def missing_bytes(path: Path) -> int:
+    """How much less of the file there is than its header says."""
+    with path.open("rb") as file:
+        header = file.read(100).ljust(100, b"\0")
+    page, changed, pages, valid = *struct.unpack_from(">H", header, 16), *struct.unpack_from(">II", header, 24), \
+        *struct.unpack_from(">I", header, 92)
+    return (page if page > 1 else 65536) * pages - path.stat().st_size if changed == valid else 0
+
+
 def read_sqlite(source: Source, tally: Tally) -> Iterator[str]:
     path = source.file()
     connection = sqlite3.connect(path.resolve().as_uri() + "?mode=ro", uri=True)
@@ -64,6 +75,8 @@ def read_sqlite(source: Source, tally: Tally) -> Iterator[str]:
         join = "LEFT JOIN channels ON message = messages.rowid" if beside and "channel" not in columns else ""
         query = f"SELECT {', '.join(wanted)}, {channel} FROM messages {join} ORDER BY messages.rowid"
         for number, row in enumerate(connection.execute(query), 1):
+            if beside and row[7] is None:
+                raise BrokenOff(f"the bus of row {number} is missing")
             try:
                 yield text_of((*row[:6], bytes(row[6] or b"")), bus_name(row[7]))
             except (ValueError, TypeError):
@@ -72,3 +85,5 @@ def read_sqlite(source: Source, tally: Tally) -> Iterator[str]:
         raise BrokenOff(f"the SQLite file is damaged ({error})") from error
     finally:
         connection.close()
+    if (missing := missing_bytes(path)) > 0:
+        raise BrokenOff(f"the last {missing} bytes of the SQLite file are missing")
