@@ -20,7 +20,10 @@ class Channel:
 
     @property
     def header(self) -> str:
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        """`name [unit]`; a name that ends in its unit, as those of a run do (pack_voltage_v), stays alone."""
+        if not self.unit or self.name.lower().endswith(f"_{self.unit.lower()}"):
+            return self.name
+        return f"{self.name} [{self.unit}]"
 
 
 @dataclass

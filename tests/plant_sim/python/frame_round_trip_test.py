@@ -76,6 +76,18 @@ def test_channels_below_the_first_of_a_format_are_moved_up_together(key, tmp_pat
     assert sorted(frame.bus for frame in again.frames) == sorted(expected)
 
 
+@pytest.mark.parametrize("key", HOLDS)
+@pytest.mark.parametrize("first_ns", [0, 123_456_000, -2_500_000_000])
+def test_a_clock_that_does_not_count_from_1970_keeps_its_times(key, first_ns, tmp_path, capsys, monkeypatch):
+    frames = drawn("own clock", 50)
+    frames = [frame._replace(time_ns=frame.time_ns - frames[0].time_ns + first_ns) for frame in frames]
+    moved = write(capsys, monkeypatch, tmp_path / "a", key, frames).report.get("moved_s", 0.0)
+    assert moved == (2.5 if key == "blf" and first_ns < 0 else 0.0)
+    got = read(capsys, tmp_path / "a").frames
+    expected = sorted(frame.time_ns for frame in frames if HOLDS[key](frame))
+    assert [frame.time_ns - moved * 1e9 for frame in got] == pytest.approx(expected, abs=600)
+
+
 READERS = {"blf": can.BLFReader, "trc": can.TRCReader, "db": can.SqliteReader, "asc": can.ASCReader, "mf4": can.MF4Reader}
 
 

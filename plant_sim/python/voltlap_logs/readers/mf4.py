@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..candump import BUS_ERROR, ERROR, EXTENDED, FD_LENGTHS, ID_MASK, LINE_ERRORS, NS, PROTOCOL_ERROR, identifier
+from ..candump import BUS_ERROR, ERROR, EXTENDED, FD_LENGTHS, ID_MASK, LINE_ERRORS, PROTOCOL_ERROR, identifier, stamp
 from ..errors import BrokenOff, LogError, need
 from ..source import Source
 from ..tally import Tally
@@ -105,7 +105,7 @@ class Group:
                      zip(self.fd[rows].tolist(), self.fd_flags[rows].tolist(), strict=True)]
             tails = [mark + text[k * width:k * width + 2 * length]
                      for k, (mark, length) in enumerate(zip(marks, self.length[rows].tolist(), strict=True))]
-        return [f"({time_ns // NS}.{time_ns % NS:09d}) can{bus} {names[id]}{tail}\n" for time_ns, bus, id, tail in
+        return [f"({stamp(time_ns)}) can{bus} {names[id]}{tail}\n" for time_ns, bus, id, tail in
                 zip(stamps, self.bus[rows].tolist(), ids, tails, strict=True)]
 
 

@@ -28,6 +28,8 @@ def write(path: Path, spool: Spool) -> None:
     channels = spool.channels(1)
     dated = spool.first_ns >= EPOCH_NS
     start_ns = spool.first_ns // MILLISECOND * MILLISECOND if dated or spool.first_ns < 0 else 0
+    if spool.first_ns < 0:
+        spool.tally.facts["moved_s"] = -start_ns * 1e-9  # a BLF file has no time before 0
     writer = need("can").BLFWriter(str(path))
     try:
         writer.start_timestamp = 0.0

@@ -75,7 +75,7 @@ def collected(spool: Spool, channels: dict[str, int]) -> Iterator[tuple[str, Col
 def write(path: Path, spool: Spool) -> None:
     asammdf = need("asammdf")
     channels = spool.channels(1)
-    start_ns = spool.first_ns
+    start_ns = max(spool.first_ns, 0)  # MF4 has no start before 1970
     with asammdf.MDF(version="4.11") as mdf:
         mdf.header.start_time = datetime.fromtimestamp(start_ns // NS, timezone.utc)
         mdf.header.abs_time = start_ns  # to the nanosecond, which a datetime has not

@@ -27,14 +27,15 @@ PACKAGE = "voltlap"
 
 def identifiers(names: Iterable[str]) -> list[str]:
     """Names that protobuf takes, each once."""
-    taken: list[str] = []
+    taken, lower = list[str](), set[str]()
     for name in names:
         name = re.sub(r"\W", "_", name, flags=re.ASCII) or "_"
         name = f"_{name}" if name[0].isdigit() else name
         unique, number = name, 2
-        while unique.lower() in {other.lower() for other in taken}:
+        while unique.lower() in lower:
             unique, number = f"{name}_{number}", number + 1
         taken.append(unique)
+        lower.add(unique.lower())
     return taken
 
 

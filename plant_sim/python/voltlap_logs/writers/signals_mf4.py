@@ -47,9 +47,9 @@ def signal(column: Column, order: Any, times: Doubles) -> Any:
         invalidation_bits=absent if absent.any() else None)
 
 
-def append(mdf: Any, group: Group) -> None:
+def append(mdf: Any, group: Group, shift_s: float) -> None:
     np = need("numpy")
-    times = np.asarray(group.times())
+    times = np.asarray(group.times()) + shift_s
     order = slice(None) if np.all(np.diff(times) >= 0) else np.argsort(times, kind="stable")
     columns = [signal(column, order, times[order]) for column in group.columns]
     if not columns:  # a frame without signals is still a time at which it came
@@ -62,12 +62,12 @@ def write(path: Path, signals: Signals) -> None:
     asammdf = need("asammdf")
     progress = Progress(str(path.name))
     with asammdf.MDF(version="4.11") as mdf:
-        origin_ns = round(signals.origin_s * NS)
+        origin_ns = max(round(signals.origin_s * NS), 0)  # MF4 has no start before 1970
         mdf.header.start_time = datetime.fromtimestamp(origin_ns // NS, timezone.utc)
         mdf.header.abs_time = origin_ns
         mdf.header.comment = f"Decoded from {signals.source}"
         for number, group in enumerate(signals.groups, 1):
-            append(mdf, group)
+            append(mdf, group, min(signals.origin_s, 0.0))
             progress.tell(f"{number} of {len(signals.groups)} groups")
         progress.tell("compressing")
         with path.open("wb+") as out:  # given a name, asammdf may write to another one
