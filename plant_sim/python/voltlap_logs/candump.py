@@ -63,7 +63,7 @@ def line(frame: Frame, decimals: int = 9) -> str:
 
 
 def error_line(time_ns: int, bus: str, kind: int | None, decimals: int = 9) -> str:
-    """An error frame of a recorder that says at most which error was on the line: 1 bit, 2 form, 4 stuff, else other."""
+    """An error frame of a recorder that says at most which error it was: 1 bit, 2 form, 4 stuff, else other."""
     protocol = LINE_ERRORS.get(kind or 0, 0)
     data = bytes((0, 0, protocol, 0, 0, 0, 0, 0))
     return line(Frame(time_ns, bus, ERROR | BUS_ERROR | (PROTOCOL_ERROR if protocol else 0), data), decimals)

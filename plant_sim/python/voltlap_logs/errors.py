@@ -36,7 +36,7 @@ def run(program: str, main: Callable[[], int]) -> int:
         print(f"{program}: {error}", file=sys.stderr)
     except OSError as error:
         if isinstance(error, BrokenPipeError):  # who read the frames has seen enough
-            sys.stdout = None  # type: ignore[assignment]
+            sys.stdout = None
             return 141
         print(f"{program}: {error.filename or 'a file'}: {error.strerror or error}", file=sys.stderr)
     except KeyboardInterrupt:

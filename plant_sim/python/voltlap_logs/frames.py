@@ -88,8 +88,8 @@ def convert(path: Path, key: str | None) -> int:
     for kind, where in tally.first.items():
         print(f"{PROGRAM}: {path}: {tally.skipped[kind]} {kind}, the first: {where}", file=sys.stderr)
     if not tally.frames and not broken and tally.skipped.get("unreadable lines"):
-        raise LogError(f"{path}: no line of it is a frame of {tally.format}; expected that format: leave --format out, or "
-                       "look at the file")
+        raise LogError(f"{path}: no line of it is a frame of {tally.format}; expected that format: leave --format "
+                       "out, or look at the file")
     if broken:
         print(f"{PROGRAM}: {path}: breaks off: {broken}; {tally.frames} frames before that were read", file=sys.stderr)
     print(tally.json(), file=sys.stderr)

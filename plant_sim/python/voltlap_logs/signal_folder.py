@@ -109,7 +109,7 @@ def load(folder: Path) -> Signals:
                        "decode the recording again") from error
     signals.groups = [group for group in groups if group.rows]
     if not signals.groups:
-        raise LogError(f"{path}: no frame of the recording was decoded, so there is nothing to write; give the DBC file "
-                       "of this car")
+        raise LogError(f"{path}: no frame of the recording was decoded, so there is nothing to write; give the DBC "
+                       "file of this car")
     name_uniquely(signals.groups)
     return signals

@@ -15,7 +15,7 @@ NATIVE, READ, TABLE, KNOWN = "native", "read", "table", "known"
 class Format(NamedTuple):
     key: str  # for --format
     name: str
-    how: str = READ  # NATIVE: the programs read it; READ: this package; TABLE: signals, no frames; KNOWN: read by nothing
+    how: str = READ  # by: NATIVE: the programs; READ: this package; TABLE: the same, as signals; KNOWN: nothing
     advice: str = ""
 
 

@@ -69,8 +69,8 @@ class Spool:
         progress.done()
 
     def channels(self, lowest: int) -> dict[str, int]:
-        """A number for each bus: canN keeps N, all are moved up where one lies below `lowest`; other names get the lowest
-        free ones."""
+        """A number for each bus: canN keeps N, all are moved up where one lies below `lowest`; other names get the
+        lowest free ones."""
         own = {bus: int(found[1]) for bus in self.buses if (found := NUMBERED.match(bus))}
         taken: dict[int, str] = {}
         for bus, number in own.items():

@@ -43,7 +43,7 @@ def show(tables: Tables, path: Path) -> None:
     for number, table in enumerate(tables.tables):
         print(f"{number:>4} {table.name}: {table.rows} rows")
         for channel in table.channels:
-            print(f"       {channel.header}" + (f"   {' '.join(channel.comment.split())[:60]}" if channel.comment else ""))
+            print(f"       {channel.header}   {' '.join(channel.comment.split())[:60]}".rstrip())
 
 
 def show_json(tables: Tables) -> None:
@@ -60,8 +60,9 @@ def work(options: argparse.Namespace) -> int:
         elif found == PARQUET:
             tables, mdf = parquet_tables.read(source), None
         else:
-            raise LogError(f"{options.file}: {found.name if found else 'of no format that is known'}; expected MF4, MDF or "
-                           "Parquet; a recording of frames is read by `python -m voltlap_logs.frames`")
+            told = found.name if found else "of no format that is known"
+            raise LogError(f"{options.file}: {told}; expected MF4, MDF or Parquet; a recording of frames is read by "
+                           "`python -m voltlap_logs.frames`")
         try:
             if options.csv is not None:
                 write_csv(chosen(tables, options.csv, options.file), sys.stdout)
@@ -77,7 +78,7 @@ def work(options: argparse.Namespace) -> int:
 
 
 def main(given: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(PROGRAM, description="Lists the tables of a measurement file, or writes one as CSV.")
+    parser = argparse.ArgumentParser(PROGRAM, description="Lists the tables of a measurement file, or writes one.")
     parser.add_argument("file", type=Path)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", metavar="GROUP", help="number or name of a group: write it as CSV to stdout")

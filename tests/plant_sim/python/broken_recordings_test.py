@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A recording that is cut or damaged anywhere: what stood before is given, the place is told, nothing is made up, and no
-Python shows."""
+"""A recording that is cut or damaged anywhere: what stood before is given, the place is told, nothing is made up, and
+no Python shows."""
 import gzip
 import os
 import signal

@@ -88,7 +88,8 @@ def test_a_clock_that_does_not_count_from_1970_keeps_its_times(key, first_ns, tm
     assert [frame.time_ns - moved * 1e9 for frame in got] == pytest.approx(expected, abs=600)
 
 
-READERS = {"blf": can.BLFReader, "trc": can.TRCReader, "db": can.SqliteReader, "asc": can.ASCReader, "mf4": can.MF4Reader}
+READERS = {"blf": can.BLFReader, "trc": can.TRCReader, "db": can.SqliteReader, "asc": can.ASCReader,
+           "mf4": can.MF4Reader}
 
 
 def seen_by_python_can(message):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decoded signals as MF4, MCAP and Parquet, read back by the libraries that a user has: the same numbers at the same times,
-with names, units and value texts."""
+"""Decoded signals as MF4, MCAP and Parquet, read back by the libraries that a user has: the same numbers at the same
+times, with names, units and value texts."""
 import json
 import math
 import random

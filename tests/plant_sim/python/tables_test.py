@@ -92,7 +92,8 @@ def test_scaled_signals_texts_and_strings_of_another_program(version, tmp_path, 
     times = np.arange(5) / 10
     with asammdf.MDF(version=version) as file:
         file.append([
-            asammdf.Signal(np.arange(5, dtype=np.int16), times, name="Speed", unit="km/h", conversion={"a": 0.5, "b": 3.0}),
+            asammdf.Signal(np.arange(5, dtype=np.int16), times, name="Speed", unit="km/h",
+                           conversion={"a": 0.5, "b": 3.0}),
             asammdf.Signal(np.array([0, 1, 0, 1, 1], np.uint8), times, name="Gear", conversion={
                 "val_0": 0, "text_0": b"neutral", "val_1": 1, "text_1": b"first", "default_addr": b""}),
             asammdf.Signal(np.array([b"a", b"b,c", b'"', b"", b"e"]), times, name="Note", encoding="utf-8")])

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from datetime import datetime, timezone
 
 from ..candump import EXTENDED, ID_MASK, LAST_STANDARD, NS, Frame, line
+from ..errors import LogError
 from ..source import Source
 from ..tally import Tally
 
@@ -44,7 +45,7 @@ class Session:
 
     def time(self, text: str) -> int:
         hour, minute, second, tenths = text.split(":")
-        since = (int(hour) * 3600 + int(minute) * 60 + int(second)) * NS + int(tenths) * 10**(9 - len(tenths))
+        since = (int(hour) * 3600 + int(minute) * 60 + int(second)) * NS + int((tenths + "00000000")[:9])
         if self.mode == "SYSTEM":
             now = self.midnight_ns + since
             while self._last_ns is not None and now < self._last_ns - DAY_NS // 2:  # past midnight
@@ -77,7 +78,11 @@ def read(source: Source, tally: Tally) -> Iterator[str]:
     session = Session()
     for number, text in source.lines():
         if text.startswith("***"):
-            session.header(text)
+            try:
+                session.header(text)
+            except ValueError as error:
+                raise LogError(f"{source.path}: line {number}: '{text}': {error}; expected a date and a time such as "
+                               "17:4:2017 15:36:20:384") from error
         elif text.strip():
             words = text.split()
             if session.protocol != "CAN":

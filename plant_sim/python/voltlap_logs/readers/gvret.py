@@ -16,7 +16,7 @@ YES = {"true": EXTENDED, "1": EXTENDED, "false": 0, "0": 0}
 
 def frame(cells: list[str], place: dict[str, int]) -> Frame:
     length = int(cells[place["len"]])
-    data = bytes.fromhex("".join(cell.strip().zfill(2) for cell in cells[place["d1"]:place["d1"] + length]))
+    data = bytes(int(cell, 16) for cell in cells[place["d1"]:place["d1"] + length])
     if len(data) != length or length not in FD_LENGTHS:
         raise ValueError(length)
     time_ns = int(float(cells[place["time stamp"]])) * 1000
@@ -40,5 +40,5 @@ def read(source: Source, tally: Tally) -> Iterator[str]:
                 if not source.last_line_ends and len(cells[-1]) == 1:
                     raise ValueError("half a byte")
                 yield line(found, 6)
-            except (ValueError, KeyError, IndexError):
+            except (ValueError, KeyError, IndexError, OverflowError):
                 tally.unreadable(source, number, text)

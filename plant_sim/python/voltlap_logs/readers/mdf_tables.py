@@ -50,8 +50,8 @@ def columns(mdf: Any, number: int, path: object) -> list[Any]:
         raise
     except Exception as error:  # asammdf raises whatever its parser ran into
         told = " ".join(str(error).split()) or type(error).__name__
-        raise LogError(f"{path}: the values of {group_name(mdf, number)} cannot be read ({told}): the file is damaged or "
-                       "was cut; copy it again") from error
+        raise LogError(f"{path}: the values of {group_name(mdf, number)} cannot be read ({told}): the file is damaged "
+                       "or was cut; copy it again") from error
 
 
 def read(source: Source) -> tuple[Tables, Any]:

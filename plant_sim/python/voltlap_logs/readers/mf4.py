@@ -50,12 +50,13 @@ class Group:
         np = need("numpy")
         if name not in self._at:
             return np.zeros(rows, np.uint8)  # type: ignore[no-any-return]
-        return self._mdf.get(group=self._number, index=self._at[name], samples_only=True)[0]  # type: ignore[no-any-return]
+        samples, _ = self._mdf.get(group=self._number, index=self._at[name], samples_only=True)
+        return samples  # type: ignore[no-any-return]
 
     def _bus(self, rows: int) -> np.ndarray[Any, Any]:
         np = need("numpy")
         if "BusChannel" in self._at:
-            return self._column("BusChannel", rows).astype(np.int64)  # type: ignore[no-any-return]
+            return self._column("BusChannel", rows).astype(np.int64)
         group = self._mdf.groups[self._number].channel_group
         names = [group.acq_name, *((group.acq_source.name, group.acq_source.path) if group.acq_source else ())]
         digits = next((found[1] for name in names if name and (found := re.search(r"(\d+)\D*$", name))), "0")
@@ -127,8 +128,8 @@ def opened(path: Path) -> Any:
         return asammdf.MDF(path)
     except Exception as error:  # asammdf raises whatever its parser ran into
         told = " ".join(str(error).split()) or type(error).__name__
-        raise LogError(f"{path}: cannot be read as MDF ({told}): the file is damaged or was not closed; open and save it "
-                       "with the logger's own program, or copy it again") from error
+        raise LogError(f"{path}: cannot be read as MDF ({told}): the file is damaged or was not closed; open and save "
+                       "it with the logger's own program, or copy it again") from error
 
 
 def bus_groups(mdf: Any, tally: Tally) -> list[tuple[int, str]]:

@@ -130,10 +130,14 @@ def blocks(file: BinaryIO, section: Section) -> Iterator[tuple[int, int, bytes]]
 def read_pcapng(source: Source, tally: Tally) -> Iterator[str]:
     section = Section()
     for at, kind, body in blocks(source.stream(), section):
-        if kind == 1:
-            section.describe(body)
-        elif kind == 6:
-            interface, time_ns, packet = section.packet(body)
+        try:
+            if kind == 1:
+                section.describe(body)
+            packed = section.packet(body) if kind == 6 else None
+        except (IndexError, struct.error) as error:
+            raise BrokenOff(f"the block at byte {at} is damaged ({error})") from error
+        if packed:
+            interface, time_ns, packet = packed
             found = frame(packet, time_ns, interface.bus) if interface.link == SOCKETCAN else None
             if found:
                 yield line(found, 9 if interface.ticks_s > 1_000_000 else 6)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two formats that are python-can's own: its CSV (which has no channel: `can0`) and its SQLite table `messages`
-(`can0` too, unless a column or table beside it has channels: N is `canN`, a name stays). Neither says whether a frame was FD: more than eight bytes are."""
+(`can0` too, unless a column or table beside it has channels: N is `canN`, a name stays). Neither says whether a
+frame was FD: more than eight bytes are."""
 from __future__ import annotations
 
 import sqlite3
@@ -42,7 +43,7 @@ def read_csv(source: Source, tally: Tally) -> Iterator[str]:
             time, id, extended, remote, error, length, data = text.split(",")
             yield text_of((float(time), int(id, 16), int(extended), int(remote), int(error), int(length),
                            b64decode(data, validate=True)), "can0")
-        except ValueError:
+        except (ValueError, OverflowError):
             tally.unreadable(source, number, text)
 
 
@@ -79,11 +80,11 @@ def read_sqlite(source: Source, tally: Tally) -> Iterator[str]:
                 raise BrokenOff(f"the bus of row {number} is missing")
             try:
                 yield text_of((*row[:6], bytes(row[6] or b"")), bus_name(row[7]))
-            except (ValueError, TypeError):
+            except (ValueError, TypeError, OverflowError):
                 tally.skip("unreadable rows", f"row {number}: {row}")
-    except sqlite3.DatabaseError as error:
+    except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
         raise BrokenOff(f"the SQLite file is damaged ({error})") from error
     finally:
         connection.close()
-    if (missing := missing_bytes(path)) > 0:
-        raise BrokenOff(f"the last {missing} bytes of the SQLite file are missing")
+    if (lacking := missing_bytes(path)) > 0:
+        raise BrokenOff(f"the last {lacking} bytes of the SQLite file are missing")

@@ -70,6 +70,7 @@ class Trc:
         kind, rest = field.get("T", "Rx"), words[len(names):]
         time_ns, bus = self.start_ns + milliseconds(field["O"]), f"can{int(field.get('B', '1'))}"
         if kind == "Error":
+            payload(rest, int(field["L"]))  # all of the line is there
             return error_line(time_ns, bus, int(field["I"], 16), 6)
         if kind in EVENTS or field.get("I") == "FFFFFFFF":
             tally.skip(EVENTS.get(kind, "hardware status"))
@@ -91,10 +92,10 @@ class Trc:
             return None
         time_ns, bus = self.start_ns + milliseconds(field["O"]), f"can{int(field.get('B', '1'))}"
         if kind == "ER":
-            return error_line(time_ns, bus, int(rest[0], 16) if rest else None, 6)
-        code = int(field["L"]) if "L" in field else None
+            return error_line(time_ns, bus, next(iter(payload(rest, int(field.get("L") or field["l"]))), None), 6)
+        code = int(field["L"]) if "L" in names else None
         if kind == "RR":
-            return line(Frame(time_ns, bus, tagged(field["I"]), b"", None, int(field.get("l", code or 0))), 6)
+            return line(Frame(time_ns, bus, tagged(field["I"]), b"", None, int(field["l"]) if code is None else code), 6)
         if kind in FD_TYPES:
             length = FD_LENGTHS[code] if code is not None else int(field["l"])
             return line(Frame(time_ns, bus, tagged(field["I"]), payload(rest, length), FD_TYPES[kind]), 6)

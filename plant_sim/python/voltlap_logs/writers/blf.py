@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..candump import ERROR, EXTENDED, ESI, BRS, ID_MASK, Frame
+from ..candump import BRS, ERROR, ESI, EXTENDED, ID_MASK, Frame
 from ..errors import need
 from ..spool import Spool
 

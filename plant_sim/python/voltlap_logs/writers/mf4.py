@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MF4 with ASAM bus logging by asammdf: CAN_DataFrame, CAN_RemoteFrame and CAN_ErrorFrame, each a group. The error frame's
-ID is SocketCAN's class of error, as python-can writes it."""
+"""MF4 with ASAM bus logging by asammdf: CAN_DataFrame, CAN_RemoteFrame and CAN_ErrorFrame, each a group. The error
+frame's ID is SocketCAN's class of error, as python-can writes it."""
 from __future__ import annotations
 
 from array import array

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decoded signals as MCAP: one channel a frame, topic `/bus/frame`, protobuf messages whose fields are all doubles, in the
-order of their times. Foxglove, Lichtblick and PlotJuggler open it. A signal that a frame did not carry is NaN. Units and
-value texts stand in the channel's metadata."""
+"""Decoded signals as MCAP: one channel a frame, topic `/bus/frame`, protobuf messages whose fields are all doubles, in
+the order of their times. Foxglove, Lichtblick and PlotJuggler open it. A signal that a frame did not carry is NaN.
+Units and value texts stand in the channel's metadata."""
 from __future__ import annotations
 
 import json

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decoded signals as one Parquet file by pyarrow: a row a frame in the order of their times, a column a signal, null where
-that frame does not carry it; columns `time_s` (seconds since 1970), `frame` and `bus` (dictionaries) before them. Units,
-comments and value texts stand in each field's metadata.
+"""Decoded signals as one Parquet file by pyarrow: a row a frame in the order of their times, a column a signal,
+null where that frame does not carry it; columns `time_s` (seconds since 1970), `frame` and `bus` (dictionaries) before
+them. Units, comments and value texts stand in each field's metadata.
 
     data = pandas.read_parquet("drive.parquet"); data.loc[data["frame"] == "BmsStatus", ["time_s", "PackVoltage"]]
 """

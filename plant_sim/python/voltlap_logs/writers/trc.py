@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""PEAK TRC 2.1, written plainly: python-can's writer knows data frames only. Stamps to the microsecond. Of an error frame
-it holds which error was on the line."""
+"""PEAK TRC 2.1, written plainly: python-can's writer knows data frames only. Stamps to the microsecond. Of an error
+frame it holds which error was on the line."""
 from __future__ import annotations
 
 from datetime import datetime, timezone
