@@ -11,10 +11,12 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string_view>
 
@@ -25,7 +27,7 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr int kExitInput = 2, kExitPackageMissing = 3, kExitNotFound = 127;
+constexpr int kExitInput = 2, kExitPackageMissing = 3, kExitBrokeOff = 3, kExitNotFound = 127;
 constexpr std::size_t kMostWords = 4000;  // of standard error in a message
 constexpr std::string_view kNoModule = "No module named ";
 
@@ -87,11 +89,12 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
                    how_to_install());
 }
 
-pid_t start(const std::string& program, std::vector<std::string> command, const Pipe& out, const Pipe& errors) {
+pid_t start(const std::string& program, std::vector<std::string> command, const std::string& in, const Pipe& out,
+            const Pipe& errors) {
   std::vector<std::string> surroundings = environment();
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, in.empty() ? "/dev/null" : in.c_str(), O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, out.write, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, errors.write, STDERR_FILENO);
   // The program may ignore or block signals; the module has them as usual, so that Ctrl-C ends it, too.
@@ -188,18 +191,30 @@ class Running {
   throw std::runtime_error(fmt::format("{} ended with exit code {}: {}", module, code, words));
 }
 
-void run(const std::string& module, const std::vector<std::string>& arguments, const Sink& sink) {
+struct End {
+  int status;
+  std::string words;
+};
+
+End run_to_end(const std::string& module, const std::vector<std::string>& arguments, const std::string& in,
+               const Sink& sink) {
   VOLTLAP_DEMAND(!module.empty());
   const std::string program = python_program();
   std::vector<std::string> command{program, "-m", module};
   command.insert(command.end(), arguments.begin(), arguments.end());
   Pipe out, errors;
-  Running process(start(program, std::move(command), out, errors));
+  Running process(start(program, std::move(command), in, out, errors));
   Pipe::close_end(out.write);
   Pipe::close_end(errors.write);
   std::string words;
   drain(out, errors, sink, words);
-  if (const int status = process.wait(); status != 0) refuse(module, status, std::move(words));
+  const int status = process.wait();
+  return {status, std::move(words)};
+}
+
+void run(const std::string& module, const std::vector<std::string>& arguments, const Sink& sink) {
+  End end = run_to_end(module, arguments, "", sink);
+  if (end.status != 0) refuse(module, end.status, std::move(end.words));
 }
 
 }  // namespace
@@ -223,6 +238,24 @@ void run_python_module_into(const std::string& path, const std::string& module,
   AtomicFile file(path);
   run(module, arguments, [&](std::string_view text) { file.write(text); });
   file.commit();
+}
+
+PythonReport run_recording_module(const std::string& module, const std::vector<std::string>& arguments,
+                                  const PythonStreams& streams) {
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(nullptr, std::fclose);
+  if (!streams.out.empty()) {
+    out.reset(std::fopen(streams.out.c_str(), "wb"));
+    if (!out) throw OutputError(fmt::format("{} cannot be written: {}", streams.out, std::strerror(errno)));
+  }
+  bool whole = true;
+  End end = run_to_end(module, arguments, streams.in, [&](std::string_view text) {
+    if (out) whole = whole && std::fwrite(text.data(), 1, text.size(), out.get()) == text.size();
+  });
+  if (out) whole = std::fclose(out.release()) == 0 && whole;
+  if (!whole) throw OutputError(fmt::format("{} cannot be written: the disk is full", streams.out));
+  const bool broke_off = WIFEXITED(end.status) && WEXITSTATUS(end.status) == kExitBrokeOff;
+  if (end.status != 0 && !broke_off) refuse(module, end.status, std::move(end.words));
+  return {broke_off, std::move(end.words)};
 }
 
 }  // namespace voltlap::plant

@@ -17,6 +17,19 @@ namespace voltlap::plant {
 void run_python_module_into(const std::string& path, const std::string& module,
                             const std::vector<std::string>& arguments);
 
+/// A module that reads or writes recordings, and tells on standard error what it met.
+struct PythonReport {
+  bool broke_off = false;  ///< the recording ends before its end (exit code 3): what stood before it was read
+  std::string words;       ///< standard error
+};
+struct PythonStreams {
+  std::string in{};   ///< file for standard input; empty: none
+  std::string out{};  ///< file for standard output, written as it comes; empty: thrown away
+};
+/// Throws as run_python_module does for every other end.
+PythonReport run_recording_module(const std::string& module, const std::vector<std::string>& arguments,
+                                  const PythonStreams& streams);
+
 /// The Python that is used, for messages.
 [[nodiscard]] std::string python_program();
 

@@ -10,6 +10,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "io/logs/can/foreign_format.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -27,6 +28,15 @@ struct FirstLook {
   std::vector<double> stamps_s{};
 };
 
+/// The next line; false at the end, and in a file without lines.
+bool next_line(LineReader& reader, std::string_view& line) {
+  try {
+    return reader.next(line);
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 /// A file may begin with anything; the format in which most of its first lines are frames is its own.
 std::optional<FirstLook> look_at(const std::string& path) {
   std::array<FirstLook, kFormats.size()> looks{};
@@ -34,7 +44,7 @@ std::optional<FirstLook> look_at(const std::string& path) {
   LineReader reader(path, "a recording", BrokenStream::kKeep);
   std::string_view line;
   RecordedFrame frame;
-  while (reader.number() < kFirstLines && reader.next(line)) {
+  while (reader.number() < kFirstLines && next_line(reader, line)) {
     for (std::size_t k = 0; k < kFormats.size(); ++k) {
       const CanLine kind = parse_can_line(kFormats[k], line, states[k], frame);
       looks[k].untimed += kind == CanLine::kUntimed ? 1U : 0U;
@@ -62,7 +72,8 @@ bool are_differences(const std::vector<double>& stamps_s) {
 FirstLook known_format(const std::string& path) {
   if (auto look = look_at(path)) return *look;
   throw InputError(path, "no frame in the first 1000 lines",
-                   "a CAN recording: candump -l, Vector ASC, raw hex (ms x id data) or SLCAN, plain or gzipped",
+                   "a CAN recording: candump, Vector ASC, raw hex (ms x id data), SLCAN, BLF, TRC, MF4, GVRET CSV, "
+                   "BUSMASTER, PCAP, plain or compressed",
                    "Convert the recording to one of these");
 }
 
@@ -106,11 +117,16 @@ void note_parts(const std::vector<ClockPart>& parts, std::vector<std::string>& n
 
 }  // namespace
 
-CanRecording::CanRecording(const std::string& path, CanReading reading)
-    : reader_(path, "a CAN recording", reading.broken),
+CanRecording::CanRecording(const std::string& path, CanReading reading) : CanRecording(source_of(path), reading) {}
+
+CanRecording::CanRecording(const Source& source, const CanReading& reading)
+    : path_(source.path),
+      reader_(source.file, "a CAN recording", reading.broken),
       format_(CanFormat::kCandump),
-      reading_(std::move(reading)) {
-  const FirstLook look = known_format(path);
+      reading_(reading) {
+  const std::string& path = path_;
+  if (source.foreign != nullptr) take_foreign(*source.foreign);
+  const FirstLook look = known_format(source.file);
   format_ = look.format;
   untimed_ = 2 * look.untimed > look.frames;
   clock_.emplace(defects_, format_ == CanFormat::kSlcan && !untimed_ ? kSlcanTurn : 0.0);
@@ -127,10 +143,30 @@ CanRecording::CanRecording(const std::string& path, CanReading reading)
   }
 }
 
+CanRecording::Source CanRecording::source_of(const std::string& path) {
+  if (look_at(path) || !may_be_foreign(path)) return {path, path, nullptr};
+  const ForeignRecording& foreign = read_foreign(path);
+  return {path, foreign.candump, &foreign};
+}
+
+/// What of the recording did not come to be a line of candump.
+void CanRecording::take_foreign(const ForeignRecording& foreign) {
+  format_name_ = foreign.format;
+  if (!foreign.broken.empty() && reading_.broken == BrokenStream::kRefuse) {
+    throw InputError(path_, foreign.broken, "a whole file",
+                     "Copy the recording again; `voltlap log convert` keeps what can be read of it");
+  }
+  summary_.broken = foreign.broken;
+  for (const CanDefect& skipped : foreign.skipped) {
+    for (std::size_t k = 0; k < skipped.count; ++k) defects_.add(skipped.kind.c_str(), 0, 0.0);
+    summary_.frames_in_file += skipped.count;
+  }
+}
+
 void CanRecording::judge_lines() const {
   if (reader_.number() > kFirstLines || 2 * unreadable_ <= kFirstLines) return;
-  throw InputError(reader_.place(), fmt::format("{} lines that are no frames", unreadable_),
-                   fmt::format("a recording in the format {}, as its other lines are", name_of(format_)),
+  throw InputError(place(), fmt::format("{} lines that are no frames", unreadable_),
+                   fmt::format("a recording in the format {}, as its other lines are", format_name()),
                    "Check that the file is whole and of one format");
 }
 
@@ -173,7 +209,7 @@ bool CanRecording::read() {
 void CanRecording::end() {
   if (ended_) return;
   ended_ = true;
-  summary_.broken = reader_.broken();
+  if (!reader_.broken().empty()) summary_.broken = reader_.broken();
   summary_.buses = state_.buses;
   summary_.parts = clock_->parts();
   summary_.defects = defects_.all();
@@ -195,8 +231,12 @@ bool CanRecording::next(RecordedFrame& out) {
   return true;
 }
 
+std::string CanRecording::place() const {
+  return fmt::format("{}:{}", path_, reader_.number());
+}
+
 bool is_can_recording(const std::string& path) {
-  return look_at(path).has_value();
+  return look_at(path).has_value() || may_be_foreign(path);
 }
 
 std::string identifier_text(std::uint32_t id) {

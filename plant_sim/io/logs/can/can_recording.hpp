@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings of a CAN bus, read frame by frame, plain, gzip or zstd, in the text formats of can_line.hpp.
+// Recordings of a CAN bus, read frame by frame, plain, gzip or zstd: the text formats of can_line.hpp, and what
+// foreign_format.hpp makes into one of them.
 // Recordings of real cars have defects. None is repaired in silence: a frame that cannot be trusted is left out and
 // counted by its kind, with the line of the first one; what is mended is counted as well. Frames used and frames left
 // out are together the frames of the file.
@@ -14,6 +15,8 @@
 #include "io/logs/can/frame_clock.hpp"
 
 namespace voltlap::plant {
+
+struct ForeignRecording;
 
 struct CanReading {
   BrokenStream broken = BrokenStream::kRefuse;
@@ -49,18 +52,28 @@ class CanRecording {
   CanRecording& operator=(const CanRecording&) = delete;
 
   [[nodiscard]] CanFormat format() const { return format_; }
+  /// In words, such as "Vector BLF".
+  [[nodiscard]] std::string format_name() const { return format_name_.empty() ? name_of(format_) : format_name_; }
   /// Names of the buses that have spoken so far, by RecordedFrame::bus.
   [[nodiscard]] const std::vector<std::string>& buses() const { return state_.buses; }
   [[nodiscard]] const CanSummary& summary() const { return summary_; }
-  /// "file:line" of the line read last.
-  [[nodiscard]] std::string place() const { return reader_.place(); }
+  /// "file:line" of the line read last; of a format without lines, the number of the frame.
+  [[nodiscard]] std::string place() const;
 
  private:
+  struct Source {
+    std::string path, file;           ///< as given; what is read
+    const ForeignRecording* foreign;  ///< nullptr: read natively
+  };
+  static Source source_of(const std::string& path);
+  CanRecording(const Source& source, const CanReading& reading);
+  void take_foreign(const ForeignRecording& foreign);
   bool read();
   bool time_by_period(RecordedFrame& frame);
   void judge_lines() const;
   void end();
 
+  std::string path_, format_name_;
   LineReader reader_;
   CanFormat format_;
   CanLineState state_;
