@@ -9,7 +9,7 @@
 #include "apps/guarded_main.hpp"
 #include "apps/lap_command.hpp"
 #include "apps/list_command.hpp"
-#include "apps/log_command.hpp"
+#include "apps/log_record_command.hpp"
 #include "apps/new_command.hpp"
 #include "apps/other_programs.hpp"
 #include "apps/plant_command.hpp"
@@ -27,7 +27,7 @@ int run(int argc, char** argv) {
   hand_over(argc, argv);
   try {
     return run_commands<EnduranceCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand, NewCommand,
-                        PlantCommand, EcuCommand, LogCommand, TrackCommand>(argc, argv, add_other_commands);
+                        PlantCommand, EcuCommand, LogRecordCommand, TrackCommand>(argc, argv, add_other_commands);
   } catch (const voltlap::port::BusSetupError& error) {
     throw InputError(error.what());
   } catch (const voltlap::port::BusDownError& error) {

@@ -22,6 +22,7 @@ struct OtherCommand {
 constexpr OtherCommand kOthers[] = {
     {"bench-test", "voltlap-learn", "Plan, rehearse and run battery tests on a virtual bench"},
     {"explain", "voltlap-explain", "What a simulation gets wrong about a log: the cause, its size, the gain"},
+    {"log", "voltlap-logs", "Recordings of a CAN bus: record, look at, check, decode, convert"},
     {"identify", "voltlap-learn", "Parameter tables of a cell from its measured tests or drives"},
     {"validate", "voltlap-learn", "A cell file against recordings of that cell that it was not made from"},
 };
@@ -38,6 +39,19 @@ bool asks_for_causes(int argc, char** argv) {
          std::any_of(argv + 2, argv + argc, [](const char* word) { return std::strcmp(word, "causes") == 0; });
 }
 
+[[noreturn]] void become(const char* program, char** argv) {
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  execv((folder / program).c_str(), argv);
+  throw InputError(std::string("voltlap ") + argv[1], (folder / program).string() + " is not there or does not start",
+                   "the program that has this command, built",
+                   std::string("Start it with ./voltlap, which builds it, or build the target ") + program);
+}
+
+/// What a bus carries is recorded by the program that drives.
+bool records(int argc, char** argv) {
+  return argc > 2 && std::strcmp(argv[1], "log") == 0 && std::strcmp(argv[2], "record") == 0;
+}
+
 }  // namespace
 
 const char* what_it_does(const char* command) {
@@ -47,19 +61,22 @@ const char* what_it_does(const char* command) {
 }
 
 void add_other_commands(CLI::App& app) {
-  for (const OtherCommand& other : kOthers) app.add_subcommand(other.name, other.what);
+  for (const OtherCommand& other : kOthers) {
+    const auto has = [&](CLI::App* command) { return command->get_name() == other.name; };
+    if (app.get_subcommands(has).empty()) app.add_subcommand(other.name, other.what);
+  }
 }
 
 void hand_over(int argc, char** argv) {
-  if (argc < 2) return;
+  if (argc < 2 || records(argc, argv)) return;
   const OtherCommand* other = asks_for_causes(argc, argv) ? find("explain") : find(argv[1]);
   if (other == nullptr) return;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  execv((folder / other->program).c_str(), argv);
-  throw InputError(std::string("voltlap ") + argv[1],
-                   (folder / other->program).string() + " is not there or does not start",
-                   "the program that has this command, built",
-                   std::string("Start it with ./voltlap, which builds it, or build the target ") + other->program);
+  become(other->program, argv);
+}
+
+
+void hand_record_over(int argc, char** argv) {
+  if (records(argc, argv)) become("voltlap", argv);
 }
 
 }  // namespace voltlap::plant

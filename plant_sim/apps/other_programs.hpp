@@ -10,6 +10,9 @@ namespace voltlap::plant {
 /// InputError when that program is not built.
 void hand_over(int argc, char** argv);
 
+/// The way back: becomes `voltlap` for its `log record`.
+void hand_record_over(int argc, char** argv);
+
 /// Adds the commands of the other programs, for the help and for the nearest name of a wrong one.
 void add_other_commands(CLI::App& app);
 

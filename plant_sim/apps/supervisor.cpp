@@ -99,7 +99,7 @@ class Supervisor {
       start(m, port::member_name(m), ecu);
     }
     if (!candump.empty()) {
-      std::vector<std::string> log = {"log", "--candump=" + candump};
+      std::vector<std::string> log = {"log", "record", "--candump=" + candump};
       const auto where = given_flags(command, {"bus", "realtime"}, true);
       log.insert(log.end(), where.begin(), where.end());
       start(can::Member::kLogger, "logger", log);

@@ -28,6 +28,8 @@ class BitField {
     shift_ = static_cast<std::uint8_t>(big_endian ? (end > kWord ? 0 : kWord - end) : begin - 8U * first_);
   }
 
+  [[nodiscard]] bool operator==(const BitField&) const = default;
+
   /// Bytes that a frame must have for it.
   [[nodiscard]] unsigned bytes() const { return bytes_; }
   [[nodiscard]] std::uint64_t mask() const { return mask_; }

@@ -38,7 +38,7 @@ def started():
 
 def test_processes_by_hand_drive_the_run_of_one_process(tmp_path, drive, started):
     units = [started("ecu", which, "--bus", BUS) for which in ("master", "bms")]
-    log = started("log", "--bus", BUS, "--candump", tmp_path / "bus.log")
+    log = started("log", "record", "--bus", BUS, "--candump", tmp_path / "bus.log")
     plant = run("plant", "--bus", BUS, "--members", "bms,master,logger", *drive, "--json", tmp_path / "bus.json")
     assert plant.returncode == 0, plant.stderr
     assert [p.wait(HANG_S) for p in (*units, log)] == [0, 0, 0]
@@ -179,7 +179,7 @@ def test_interface_that_goes_down_ends_everybody_with_the_reason(started):
 def test_interfaces_that_cannot_be_used_are_named_with_the_way_out():
     subprocess.run(["ip", "link", "set", "vcan1", "down"], check=True)
     try:
-        for command in (["endurance", "--laps", 1], ["plant"], ["ecu", "bms"], ["log", "--candump", "/dev/null"]):
+        for command in (["endurance", "--laps", 1], ["plant"], ["ecu", "bms"], ["log", "record", "--candump", "/dev/null"]):
             for interface, words in {"vcan7": ["no such interface", "ip link add dev vcan7 type vcan", "with-vcan"],
                                      "lo": ["no CAN interface"], "vcan1": ["is down", "ip link set vcan1 up"],
                                      "a-name-far-too-long": ["1 to 15 characters"]}.items():

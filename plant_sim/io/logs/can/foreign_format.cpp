@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/logs/can/foreign_format.hpp"
 
-#include <unistd.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -14,34 +14,12 @@
 #include "core/input_files.hpp"
 #include "io/byte_source.hpp"
 #include "io/python_module.hpp"
+#include "io/temporary_folder.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 constexpr std::size_t kHead = 4096;
-
-/// A folder for the candump files of this process.
-class Workshop {
- public:
-  Workshop() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "voltlap-frames-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) throw OutputError(pattern + ": no folder for the frames can be made");
-    path_ = pattern;
-  }
-  ~Workshop() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Workshop(const Workshop&) = delete;
-  Workshop& operator=(const Workshop&) = delete;
-
-  [[nodiscard]] std::string file(std::size_t number) const {
-    return (path_ / (std::to_string(number) + ".log")).string();
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 std::string head_of(const std::string& path) {
   ByteSource source(path, "a recording");
@@ -95,13 +73,13 @@ bool may_be_foreign(const std::string& path) {
 }
 
 const ForeignRecording& read_foreign(const std::string& path) {
-  static const Workshop workshop;
+  static const TemporaryFolder workshop;
   static std::map<std::string, ForeignRecording> read;
   std::error_code ignored;
   const std::string whole = std::filesystem::weakly_canonical(path, ignored).string();
   if (const auto at = read.find(whole); at != read.end()) return at->second;
   ForeignRecording out;
-  out.candump = workshop.file(read.size());
+  out.candump = fmt::format("{}/{}.log", workshop.path(), read.size());
   note_input(path);
   const PythonReport report = run_recording_module("voltlap_logs.frames", {path}, {{}, out.candump});
   take_tally(report.words, out);

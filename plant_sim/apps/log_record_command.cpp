@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/log_command.hpp"
+#include "apps/log_record_command.hpp"
 
 #include <fmt/format.h>
 
@@ -8,6 +8,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
+#include "apps/log_group.hpp"
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
 #include "io/atomic_file.hpp"
@@ -32,8 +33,8 @@ void refuse_loss(const port::SocketCan& socket) {
 
 }  // namespace
 
-LogCommand::LogCommand(CLI::App& app)
-    : command_(app.add_subcommand("log", "Write the frames on a CAN interface as a candump log")) {
+LogRecordCommand::LogRecordCommand(CLI::App& app)
+    : command_(log_group(app).add_subcommand("record", kLogRecord)) {
   bus_.add_interface(*command_)->required();
   add_output_file(*command_, "--candump", file_, "The log; compressed when the name ends in .gz")->required();
   bus_.add_realtime(*command_);
@@ -46,12 +47,12 @@ LogCommand::LogCommand(CLI::App& app)
       "Exit code: 0 the run is over, 2 usage, interface or file, 3 the plant fell silent, 130 interrupted.");
 }
 
-int LogCommand::run(const DataFolder&) {
+int LogRecordCommand::run(const DataFolder&) {
   catch_interrupt();
   return bus_.realtime ? log_in_real_time() : log_in_lockstep();
 }
 
-int LogCommand::log_in_lockstep() const {
+int LogRecordCommand::log_in_lockstep() const {
   using port::Wake;
   CandumpFile log(file_, static_cast<std::uint32_t>(can::kTickMs));
   port::LockstepMember member(bus_.interface, can::Member::kLogger, {port::kEveryFrame});
@@ -74,7 +75,7 @@ int LogCommand::log_in_lockstep() const {
       log.commit();
       return kExitOk;
     } else if (wake == Wake::kNone && member.started() && silence.go_on() > kSilence_s) {
-      fmt::print(stderr, "voltlap log: no word from the plant for {} s after tick {}; the log ends there\n", kSilence_s,
+      fmt::print(stderr, "voltlap log record: no word from the plant for {} s after tick {}; the log ends there\n", kSilence_s,
                  member.tick());
       log.commit();
       return kExitFailedRun;
@@ -83,7 +84,7 @@ int LogCommand::log_in_lockstep() const {
   return exit_code_of_interrupt();
 }
 
-int LogCommand::log_in_real_time() const {
+int LogRecordCommand::log_in_real_time() const {
   AtomicFile log(file_);
   port::SocketCan socket(bus_.interface, {.filters = {port::kEveryFrame}, .error_frames = true, .time_stamps = true});
   port::Pacer pacer(can::kTickMs * 1000, port::Lag::kForget);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// voltlap log: the frames of a run on a CAN interface as a candump file; in lockstep a member that loses none.
+// voltlap log record: the frames of a run on a CAN interface as a candump file; in lockstep a member that loses none.
 #pragma once
 #include <string>
 
@@ -8,9 +8,9 @@
 
 namespace voltlap::plant {
 
-class LogCommand {
+class LogRecordCommand {
  public:
-  explicit LogCommand(CLI::App& app);
+  explicit LogRecordCommand(CLI::App& app);
   /// Runs it and returns the exit code.
   int run(const DataFolder& data);
   [[nodiscard]] bool chosen() const { return command_->parsed(); }

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/log_convert_command.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <set>
+#include <string_view>
+
+#include "apps/exit_code.hpp"
+#include "apps/flag_checks.hpp"
+#include "apps/log_group.hpp"
+#include "apps/progress_line.hpp"
+#include "core/errors.hpp"
+#include "core/input_files.hpp"
+#include "io/atomic_file.hpp"
+#include "io/logs/can/frame_writer.hpp"
+#include "io/python_module.hpp"
+#include "io/temporary_folder.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr std::size_t kOften = 50000;
+constexpr std::size_t kPiece = std::size_t{1} << 20;
+
+enum class Writer { kCandump, kSlcan, kPackage };
+struct OutFormat {
+  std::string_view suffix;
+  Writer writer;
+  const char* name;  ///< of the package's writer
+};
+constexpr std::array kFormats{OutFormat{".log", Writer::kCandump, ""},    OutFormat{".log.gz", Writer::kCandump, ""},
+                              OutFormat{".slcan", Writer::kSlcan, ""},    OutFormat{".asc", Writer::kPackage, "asc"},
+                              OutFormat{".blf", Writer::kPackage, "blf"}, OutFormat{".trc", Writer::kPackage, "trc"},
+                              OutFormat{".mf4", Writer::kPackage, "mf4"}, OutFormat{".csv", Writer::kPackage, "csv"},
+                              OutFormat{".db", Writer::kPackage, "db"}};
+
+const OutFormat& format_of(const std::string& path) {
+  for (const OutFormat& format : kFormats) {
+    if (path.ends_with(format.suffix) && path.size() > format.suffix.size()) return format;
+  }
+  throw InputError("OUT", path,
+                   "a name that ends in .log (candump), .asc, .slcan, .blf, .trc, .mf4, .csv (GVRET) or .db (SQLite)",
+                   "The end of the name says the format");
+}
+
+struct Converted {
+  CanSummary summary;
+  std::size_t frames = 0;
+  std::set<std::string> buses;
+};
+
+/// candump's own name for a channel that has a number only: the packages count from it.
+std::string candump_bus(const std::string& bus) {
+  const bool number = !bus.empty() && std::all_of(bus.begin(), bus.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return number ? "can" + bus : bus;
+}
+
+/// Text of the chosen frames, in pieces.
+template <class Chosen, class Write>
+Converted write_text(const RecordingInput& input, Writer writer, const Chosen& chosen, const Write& write) {
+  const auto recording = input.open();
+  ProgressLine progress("converting " + input.path());
+  Converted out;
+  RecordedFrame frame;
+  std::string text;
+  double origin_s = 0.0;
+  for (std::size_t k = 1; recording->next(frame); ++k) {
+    if (k == 1) origin_s = frame.time_s;
+    if (k % kOften == 0) progress.show(fmt::format("{} frames", k), 0.0);
+    const std::string& bus = recording->buses()[frame.bus];
+    if (!chosen(frame.time_s - origin_s, bus)) continue;
+    ++out.frames;
+    out.buses.insert(bus);
+    if (writer == Writer::kSlcan) {
+      append_slcan(frame, origin_s, text);
+    } else {
+      append_candump(frame, candump_bus(bus), text);
+    }
+    if (text.size() < kPiece) continue;
+    write(text);
+    text.clear();
+  }
+  write(text);
+  out.summary = recording->summary();
+  return out;
+}
+
+}  // namespace
+
+LogConvertCommand::LogConvertCommand(CLI::App& app)
+    : command_(log_group(app).add_subcommand("convert", "The frames of a recording in another format")) {
+  recording_.add(*command_);
+  add_output_file(*command_, "--out", out_,
+                  "The result: .log (candump, .log.gz), .asc, .slcan, .blf, .trc, .mf4, .csv (GVRET), .db (SQLite)")
+      ->required();
+  command_->add_option("--bus", bus_, "Only the frames of this interface or channel")->check(some_name("a bus"));
+  command_->add_option("--from", from_s_, "Only frames from this time after the first on [s]")
+      ->check(number_between(-1e9, 1e9));
+  command_->add_option("--to", to_s_, "Only frames up to this time after the first [s]")
+      ->check(number_between(-1e9, 1e9));
+  command_->footer(
+      "Frames that cannot be trusted are left out and counted; error and remote frames are not carried over.\n"
+      "Example: voltlap log convert drive.blf --out drive.log.gz\n"
+      "Exit code: 0; 1 the file breaks off, what stands before it is written; 2 usage, input, or a result that cannot "
+      "be written.");
+}
+
+int LogConvertCommand::run(const DataFolder&) {
+  const OutFormat& format = format_of(out_);
+  refuse_input_as_output(out_);
+  const auto chosen = [&](double time_s, const std::string& bus) {
+    return time_s >= from_s_ && time_s <= to_s_ && (bus_.empty() || bus == bus_);
+  };
+  Converted done;
+  if (format.writer != Writer::kPackage) {
+    AtomicFile file(out_);
+    done = write_text(recording_, format.writer, chosen, [&](const std::string& text) { file.write(text); });
+    if (format.writer == Writer::kSlcan && done.buses.size() > 1) {
+      throw InputError(recording_.path(), fmt::format("frames of {}", fmt::join(done.buses, ", ")),
+                       "one bus: SLCAN has no place for its name", "Choose one with --bus");
+    }
+    file.commit();
+  } else {
+    const TemporaryFolder folder;
+    const std::string between = folder.path() + "/frames.log";
+    AtomicFile file(between);
+    done = write_text(recording_, Writer::kCandump, chosen, [&](const std::string& text) { file.write(text); });
+    file.commit();
+    run_recording_module("voltlap_logs.write_frames", {"--format", format.name, out_}, {between, {}});
+  }
+  std::FILE* stream = summary_stream({out_});
+  fmt::print(stream, "{}: {} frames of {}\n{}", out_, done.frames, fmt::join(done.buses, ", "),
+             remarks_text(recording_.path(), done.summary));
+  return done.summary.broken.empty() ? kExitOk : kExitDefects;
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording on the command line, with the DBC files that it is decoded with.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/parameter_file.hpp"
+#include "io/logs/can/can_recording.hpp"
+#include "io/logs/can/dbc_set.hpp"
+
+namespace voltlap::plant {
+
+class RecordingInput {
+ public:
+  /// Adds the recording and --dbc, --map.
+  void add(CLI::App& command);
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  /// Opens the recording; what breaks off is kept up to there. Throws InputError for a table.
+  [[nodiscard]] std::unique_ptr<CanRecording> open() const;
+  /// The files of --dbc, and those that the map names.
+  [[nodiscard]] DbcSet dbc(const DataFolder& data) const;
+  /// The same; throws InputError when there is none.
+  [[nodiscard]] DbcSet needed_dbc(const DataFolder& data) const;
+
+ private:
+  std::string path_, map_;
+  std::vector<std::string> dbc_;
+};
+
+/// What a person must know of a recording that was read to its end: what was left out and mended, how the clock was
+/// read, where it breaks off. Nothing when there is nothing.
+[[nodiscard]] std::string remarks_text(const std::string& path, const CanSummary& summary);
+
+}  // namespace voltlap::plant
