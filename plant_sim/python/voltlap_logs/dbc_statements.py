@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The statements of a DBC file with their lines, and what of them cantools can read.
 
-cantools reads a file whole or not at all. Where it does not, the statements that it cannot read are found by halving and
-left out, each with its line and cantools' own reason; the rest stays usable."""
+cantools reads a file whole or not at all. Where it does not, the statements that it cannot read are found by halving
+and left out, each with its line and cantools' own reason; the rest stays usable."""
 from __future__ import annotations
 
 import re
@@ -21,7 +21,7 @@ OPEN_ENDED = frozenset(("BO_", "SG_", "BS_", "BU_", "NS_", "VERSION", ""))  # en
 AFTER_NAMES = frozenset(("BS_", "BU_", "BO_"))  # what may follow NS_, which lists the other keywords
 # Strings as cantools takes them: \" stands within one.
 TOKEN = re.compile(r'//[^\n]*|"(?:\\"|[^"])*?"|[A-Za-z0-9_]+|[ \t\r\n]+|.', re.DOTALL)
-FIRST_IN_LINE = re.compile(r"\n[ \t]*(?:%s)(?=[ \t:\"])" % "|".join(sorted(KEYWORDS - {"SG_", "FILTER"}, key=len)[::-1]))
+FIRST_IN_LINE = re.compile(rf"\n[ \t]*(?:{'|'.join(sorted(KEYWORDS - {'SG_', 'FILTER'}))})(?=[ \t:\"])")
 SECONDS = 20.0       # for finding what cannot be read
 MOST_CASES = 65536   # of the multiplexer values that cantools writes out one by one
 

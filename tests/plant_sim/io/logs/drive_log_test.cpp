@@ -133,8 +133,9 @@ TEST(DriveLog, CellsOneAFrameAreToldByTheirIndex) {
 }
 
 TEST(DriveLog, ImpossibleCellsAndInvalidCodesAreMaskedAndPaddingSlotsLeftOut) {
-  const RoleMap map =
-      map_of("\"cell_voltage_<n>\" = {frame = 0x101, signal = \"V\", index = \"Id\", dbc = \"a.dbc\", invalid = [6.5535]}\n");
+  const RoleMap map = map_of(
+      "\"cell_voltage_<n>\" = {frame = 0x101, signal = \"V\", index = \"Id\", dbc = \"a.dbc\", "
+      "invalid = [6.5535]}\n");
   std::string text;
   const int readings[] = {40000, 0, 5100, 44800, 65535, 40000};  // 0.0, 0.51, 4.48 V and all ones
   double time = 0.0;
