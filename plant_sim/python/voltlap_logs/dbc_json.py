@@ -22,7 +22,7 @@ except ModuleNotFoundError as missing:  # its own dependencies included
     sys.exit(3)
 
 from voltlap_logs.dbc_invalid_codes import invalid_codes
-from voltlap_logs.dbc_statements import Refused, Unit, read_statements
+from voltlap_logs.dbc_statements import Refused, TooMuchUnreadable, Unit, read_statements
 
 FORMAT = 1  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
 MOST_BYTES = 32_000_000
@@ -216,7 +216,11 @@ def database_json(path: pathlib.Path, text: str) -> dict:
     if suffix.lower() in OTHER_KINDS:
         database, units, left_out = other_database(path, text, suffix.lower()), [], []
     else:
-        database, units, left_out = read_statements(text)
+        try:
+            database, units, left_out = read_statements(text)
+        except TooMuchUnreadable as error:
+            raise FileRefused(f"{path}:{error}", "too much that cantools cannot read to name each statement",
+                              "a DBC file", "Check that this is the file you meant, or export it anew") from error
     messages = list(database.messages) if database else []
     if len(units) != len(messages):
         units = [None] * len(messages)
