@@ -8,6 +8,7 @@
 #include "io/logs/dbc_decoder.hpp"
 #include "io/logs/half_float.hpp"
 #include "plant_sim/core/scratch.hpp"
+#include "plant_sim/io/logs/dbc_cache.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -16,8 +17,7 @@ using namespace voltlap::plant;
 
 TEST_GROUP(DbcFile) {
   Scratch scratch;
-  TEST_SETUP() { ::setenv("XDG_CACHE_HOME", scratch.file("cache").c_str(), 1); }
-  TEST_TEARDOWN() { ::unsetenv("XDG_CACHE_HOME"); }
+  TEST_SETUP() { use_dbc_cache_of_this_run(); }
 
   static RecordedFrame frame_of(std::initializer_list<int> bytes) {
     RecordedFrame out;

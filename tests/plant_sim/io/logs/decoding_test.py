@@ -213,7 +213,7 @@ def drawn_dbc(generator):
             overlapping = k % 4 == 1  # allowed: real files have it
             room = 8 * size - (0 if overlapping else free)
             kind = generator.randrange(6)
-            length = {0: 32, 1: 64}.get(kind, generator.randrange(1, 65))
+            length = {0: generator.choice((16, 32)), 1: 64}.get(kind, generator.randrange(1, 65))
             if length > room:
                 continue
             begin = generator.randrange(room - length + 1) if overlapping else free

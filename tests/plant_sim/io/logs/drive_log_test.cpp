@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "plant_sim/core/scratch.hpp"
+#include "plant_sim/io/logs/dbc_cache.hpp"
 #include "io/logs/cell_log.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -45,6 +46,7 @@ std::string cell_frame(double time_s, int id, int raw) {
 TEST_GROUP(DriveLog) {
   Scratch scratch;
   DataFolder data{VOLTLAP_DATA_FOLDER};
+  TEST_SETUP() { use_dbc_cache_of_this_run(); }
   RoleMap map_of(const std::string& roles) {
     scratch.write("a.dbc", kDbc);
     return load_role_map(scratch.write("map.toml", "[roles]\n" + roles));

@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "plant_sim/core/scratch.hpp"
+#include "plant_sim/io/logs/dbc_cache.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -17,8 +18,7 @@ using namespace voltlap::plant;
 TEST_GROUP(SignalTap) {
   Scratch scratch;
   DataFolder data{VOLTLAP_DATA_FOLDER};
-  TEST_SETUP() { ::setenv("XDG_CACHE_HOME", scratch.file("cache").c_str(), 1); }
-  TEST_TEARDOWN() { ::unsetenv("XDG_CACHE_HOME"); }
+  TEST_SETUP() { use_dbc_cache_of_this_run(); }
 
   /// A role from one signal of frame 0x100 with `bytes` bytes, Intel; `raw` gives it for each of 400 frames.
   DriveLog read(const char* role, const char* signal, int bytes, const std::function<unsigned(int)>& raw,
