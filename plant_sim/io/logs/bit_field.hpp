@@ -41,7 +41,9 @@ class BitField {
     if (big_endian_) word = __builtin_bswap64(word);
     if (spill_ != 0) [[unlikely]] {
       const std::uint64_t ninth = data[first_ + sizeof word];
-      return (big_endian_ ? word << spill_ | ninth >> (8 - spill_) : word >> shift_ | ninth << (kWord - shift_)) & mask_;
+      const std::uint64_t nine = big_endian_ ? word << spill_ | ninth >> (8 - spill_)
+                                             : word >> shift_ | ninth << (kWord - shift_);
+      return nine & mask_;
     }
     return word >> shift_ & mask_;
   }

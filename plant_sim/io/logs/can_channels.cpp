@@ -50,7 +50,8 @@ const DbcSignal& signal_in(const DbcFile& dbc, const DbcMessage& message, const 
   if (const DbcSignal* signal = message.find(name)) return *signal;
   std::string known;
   for (const DbcSignal& signal : message.signals) known += (known.empty() ? "" : ", ") + signal.name;
-  throw InputError(place, fmt::format("no signal \"{}\" in frame {} of {}", name, identifier_text(message.id), dbc.path()),
+  throw InputError(place,
+                   fmt::format("no signal \"{}\" in frame {} of {}", name, identifier_text(message.id), dbc.path()),
                    "one of " + known, "Correct the map");
 }
 

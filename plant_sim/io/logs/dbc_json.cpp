@@ -5,6 +5,7 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr int kFormat = 1;  // FORMAT in dbc_json.py
 constexpr std::uintmax_t kMostBytes = 32'000'000;
+constexpr std::size_t kLargeBytes = 500'000;  // from here on it takes seconds
 
 std::string sha256(std::string_view text) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
@@ -108,6 +110,7 @@ std::string dbc_json(const std::string& path) {
   if (!folder.empty()) {
     if (auto json = cached(entry)) return *std::move(json);
   }
+  if (content.size() > kLargeBytes) fmt::print(stderr, "{}: read by cantools, once; this takes a while\n", path);
   std::string json = run_python_module("voltlap_logs.dbc_json", {fs::absolute(path).string()});
   if (!folder.empty()) store(entry, json);
   return json;

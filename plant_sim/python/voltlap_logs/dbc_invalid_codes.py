@@ -81,8 +81,8 @@ def j1939_ranges(length: int) -> list[list[int]]:
 def keeps_to_j1939(signal, message, database) -> bool:
     protocol = getattr(getattr(database, "dbc", None), "attributes", None) or {}
     named = protocol.get("ProtocolType")
-    return (getattr(message, "protocol", None) == "j1939" or (named is not None and bool(J1939.search(str(named.value))))
-            or any(J1939.search(text or "") for text in (signal.comment, message.comment)))
+    texts = [str(named.value) if named is not None else "", signal.comment, message.comment]
+    return getattr(message, "protocol", None) == "j1939" or any(J1939.search(text or "") for text in texts)
 
 
 def invalid_codes(signal, message, database) -> list[list[int]]:

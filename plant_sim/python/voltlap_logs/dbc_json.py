@@ -22,7 +22,7 @@ except ModuleNotFoundError as missing:  # its own dependencies included
     sys.exit(3)
 
 from voltlap_logs.dbc_invalid_codes import invalid_codes
-from voltlap_logs.dbc_statements import Refused, Unit, read_statements
+from voltlap_logs.dbc_statements import Refused, TooMuchUnreadable, Unit, read_statements
 
 FORMAT = 1  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
 MOST_BYTES = 32_000_000
@@ -44,8 +44,8 @@ def text_of(path: pathlib.Path) -> str:
     wanted = ("a DBC file", "Check that this is the file you meant")
     try:
         if path.stat().st_size > MOST_BYTES:
-            raise FileRefused(path, f"{path.stat().st_size / 1e6:.0f} MB", f"at most {MOST_BYTES / 1e6:.0f} MB of a DBC "
-                              "file", wanted[1])
+            raise FileRefused(path, f"{path.stat().st_size / 1e6:.0f} MB",
+                              f"at most {MOST_BYTES / 1e6:.0f} MB of a DBC file", wanted[1])
         data = path.read_bytes()
         if data.startswith(b"\x1f\x8b"):
             with gzip.open(path) as packed:
@@ -175,8 +175,10 @@ def frame_json(message, database, unit) -> tuple[dict, list[str]]:
     return entry, [marker_of(row) if row else "" for row in rows]
 
 
-def refusal(identifier, extended, name, line, found, expected, action) -> dict:
-    return {"id": identifier, "extended": extended, "name": name, "line": line, "found": found, "expected": expected,
+def refusal(key: tuple[int, bool], name: str, fault: tuple[int, str, str, str]) -> dict:
+    """`key`: identifier and whether it has 29 bits; `fault`: line, what was found, what was expected, what to do."""
+    line, found, expected, action = fault
+    return {"id": key[0], "extended": key[1], "name": name, "line": line, "found": found, "expected": expected,
             "action": action}
 
 
@@ -189,8 +191,8 @@ def refusals_of_statements(left_out: list[Refused], units: list[Unit]) -> tuple[
         unit, found = entry.unit, f"what cantools cannot read ({entry.reason})"
         if unit.keyword in ("BO_", "SIG_VALTYPE_", "SG_MUL_VAL_") and unit.number is not None:
             name = unit.words[2] if unit.is_frame else names.get(unit.number, "")
-            frames.append(refusal(unit.number & ~EXTENDED, bool(unit.number & EXTENDED), name, unit.line, found,
-                                  "a statement of a DBC file", "Correct the line"))
+            key = unit.number & ~EXTENDED, bool(unit.number & EXTENDED)
+            frames.append(refusal(key, name, (unit.line, found, "a statement of a DBC file", "Correct the line")))
         elif unit.words[0] not in ("NS_", "VERSION"):
             notes.append({"line": unit.line, "text": found})
     return frames, notes
@@ -203,10 +205,9 @@ def twice(entries: list[dict]) -> list[dict]:
         key = entry["id"], entry["extended"]
         earlier = first.setdefault(key, entry)
         if earlier is not entry:
-            out.append(refusal(*key, entry["name"], entry["line"],
-                               f"frame {hexadecimal(*key)} for the second time",
-                               f"each frame once (line {earlier['line']} has it)",
-                               "Keep the one that the car really sends"))
+            out.append(refusal(key, entry["name"], (entry["line"], f"frame {hexadecimal(*key)} for the second time",
+                                                    f"each frame once (line {earlier['line']} has it)",
+                                                    "Keep the one that the car really sends")))
     return out
 
 
@@ -215,7 +216,11 @@ def database_json(path: pathlib.Path, text: str) -> dict:
     if suffix.lower() in OTHER_KINDS:
         database, units, left_out = other_database(path, text, suffix.lower()), [], []
     else:
-        database, units, left_out = read_statements(text)
+        try:
+            database, units, left_out = read_statements(text)
+        except TooMuchUnreadable as error:
+            raise FileRefused(f"{path}:{error}", "too much that cantools cannot read to name each statement",
+                              "a DBC file", "Check that this is the file you meant, or export it anew") from error
     messages = list(database.messages) if database else []
     if len(units) != len(messages):
         units = [None] * len(messages)
@@ -225,7 +230,7 @@ def database_json(path: pathlib.Path, text: str) -> dict:
         entry, markers = frame_json(message, database, unit)
         entries.append(entry)
         if fault := fault_of_frame(message, entry, markers):
-            refused.append(refusal(entry["id"], entry["extended"], entry["name"], *fault))
+            refused.append(refusal((entry["id"], entry["extended"]), entry["name"], fault))
     refused += twice(entries)
     if not entries and not refused:
         raise FileRefused(path, "no frame (BO_)", "a DBC file", "Check that this is the file you meant")

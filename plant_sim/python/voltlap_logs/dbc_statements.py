@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The statements of a DBC file with their lines, and what of them cantools can read.
 
-cantools reads a file whole or not at all. Where it does not, the statements that it cannot read are found by halving and
-left out, each with its line and cantools' own reason; the rest stays usable."""
+cantools reads a file whole or not at all. Where it does not, the statements that it cannot read are found by halving
+and left out, each with its line and cantools' own reason; the rest stays usable."""
 from __future__ import annotations
 
 import re
@@ -21,9 +21,13 @@ OPEN_ENDED = frozenset(("BO_", "SG_", "BS_", "BU_", "NS_", "VERSION", ""))  # en
 AFTER_NAMES = frozenset(("BS_", "BU_", "BO_"))  # what may follow NS_, which lists the other keywords
 # Strings as cantools takes them: \" stands within one.
 TOKEN = re.compile(r'//[^\n]*|"(?:\\"|[^"])*?"|[A-Za-z0-9_]+|[ \t\r\n]+|.', re.DOTALL)
-FIRST_IN_LINE = re.compile(r"\n[ \t]*(?:%s)(?=[ \t:\"])" % "|".join(sorted(KEYWORDS - {"SG_", "FILTER"}, key=len)[::-1]))
-SECONDS = 20.0       # for finding what cannot be read
+FIRST_IN_LINE = re.compile(rf"\n[ \t]*(?:{'|'.join(sorted(KEYWORDS - {'SG_', 'FILTER'}))})(?=[ \t:\"])")
+SECONDS = 30.0       # of processor time for finding what cannot be read
 MOST_CASES = 65536   # of the multiplexer values that cantools writes out one by one
+
+
+class TooMuchUnreadable(Exception):
+    """More of a file cannot be read than can be looked at one by one."""
 
 
 @dataclass
@@ -125,8 +129,8 @@ def failing(units: list[Unit], read, deadline: float) -> list[Refused]:
     except Exception as error:  # whatever cantools raises for a text: its own errors, ValueError, KeyError, ...
         if len(units) == 1:
             return [Refused(units[0], reason_of(error))]
-    if time.monotonic() > deadline:
-        return [Refused(unit, "too much of the file cannot be read to look at each statement") for unit in units]
+    if time.process_time() > deadline:
+        raise TooMuchUnreadable(units[0].line)
     half = len(units) // 2
     return failing(units[:half], read, deadline) + failing(units[half:], read, deadline)
 
@@ -146,7 +150,7 @@ def without_noise(entry: Refused) -> tuple[Unit | None, Refused]:
     frame = Unit(unit.statements, unit.text[:cut])
     line = unit.line + unit.text.count("\n", 0, cut) + 1
     noise = Unit([Statement("", line, unit.statements[0].begin + cut, words=["noise"])], unit.text[cut + 1:])
-    if failing([frame], syntax, time.monotonic()):
+    if failing([frame], syntax, 0.0):
         return None, entry
     return frame, Refused(noise, entry.reason)
 
@@ -161,7 +165,9 @@ def readable_units(text: str, deadline: float) -> tuple[list[Unit], list[Refused
         units = units_of(text[begin:], line)
         bad = failing(units, syntax, deadline)
         torn = next((entry for entry in bad if FIRST_IN_LINE.search(entry.unit.text)), None)
-        if torn is None or time.monotonic() > deadline:
+        if time.process_time() > deadline:
+            raise TooMuchUnreadable(line)
+        if torn is None:
             mended = {id(entry.unit): without_noise(entry) for entry in bad}
             for unit in units:
                 frame, entry = mended.get(id(unit), (unit, None))
@@ -214,8 +220,8 @@ def meaningful(units: list[Unit], deadline: float) -> tuple[list[Unit], list[Ref
                 load(kept + chunk)
                 found = []
             except Exception as error:
-                if time.monotonic() > deadline:
-                    found = [Refused(unit, reason_of(error)) for unit in chunk]
+                if time.process_time() > deadline:
+                    raise TooMuchUnreadable(chunk[0].line) from error
         if found is not None:
             refused.extend(found)
             kept = kept + [unit for unit in chunk if all(entry.unit is not unit for entry in found)]
@@ -239,7 +245,7 @@ def read_statements(text: str):
             return database, [unit for unit in units if unit.is_sent], []
         except Exception:  # nothing is lost: what cannot be read is found statement by statement
             pass
-    deadline = time.monotonic() + SECONDS
+    deadline = time.process_time() + SECONDS
     units, torn = readable_units(text, deadline)
     units, refused = meaningful(units, deadline)
     frames = [unit for unit in units if unit.is_sent]

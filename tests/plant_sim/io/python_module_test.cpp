@@ -76,6 +76,8 @@ TEST(PythonModule, MissingPackageAndMissingPythonAreNamedWithTheCommandThatInsta
 }
 
 TEST(PythonModule, SignalsAreAsUsualThereAlthoughTheProgramIgnoresThem) {
-  module("print(signal.getsignal(signal.SIGINT) == signal.default_int_handler, os.getpgid(0) == os.getpgid(os.getppid()))\n");
+  module(
+      "print(signal.getsignal(signal.SIGINT) == signal.default_int_handler,"
+      " os.getpgid(0) == os.getpgid(os.getppid()))\n");
   STRCMP_EQUAL("True True\n", run_python_module("told", {}).c_str());
 }

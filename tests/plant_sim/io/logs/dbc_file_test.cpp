@@ -8,6 +8,7 @@
 #include "io/logs/dbc_decoder.hpp"
 #include "io/logs/half_float.hpp"
 #include "plant_sim/core/scratch.hpp"
+#include "plant_sim/io/logs/dbc_cache.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -16,8 +17,7 @@ using namespace voltlap::plant;
 
 TEST_GROUP(DbcFile) {
   Scratch scratch;
-  TEST_SETUP() { ::setenv("XDG_CACHE_HOME", scratch.file("cache").c_str(), 1); }
-  TEST_TEARDOWN() { ::unsetenv("XDG_CACHE_HOME"); }
+  TEST_SETUP() { use_dbc_cache_of_this_run(); }
 
   static RecordedFrame frame_of(std::initializer_list<int> bytes) {
     RecordedFrame out;
@@ -70,8 +70,9 @@ TEST(DbcFile, BothByteOrdersSignsScalesAndFloatsAreDecoded) {
 TEST(DbcFile, WhatHidesStatementsFromALineReaderDoesNotHideThem) {
   // Escaped quotes, tabs, CR LF, several signals in a line, comments over several lines, unused signals.
   const DbcFile dbc = file_of(
-      "VERSION \"\"\r\nBO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX\r\n SG_ Old : 0|16@1+ (1,0) [0|0] \"\" "
-      "X\r\n\r\nBO_\t1\tF: 8 X\r\n\tSG_\tA : 0|32@1- (1,0) [0|0] \"\" X SG_ B : 32|32@1- (1,0) [0|0] \"\" X\r\n"
+      "VERSION \"\"\r\nBO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX\r\n"
+      " SG_ Old : 0|16@1+ (1,0) [0|0] \"\" X\r\n\r\nBO_\t1\tF: 8 X\r\n"
+      "\tSG_\tA : 0|32@1- (1,0) [0|0] \"\" X SG_ B : 32|32@1- (1,0) [0|0] \"\" X\r\n"
       "CM_ SG_ 1 A \"bar 1\\\" wide\";\r\nCM_ BO_ 1 \"first\r\nBO_ 2 F: 8 X\r\n SG_ broken\r\nlast\";\r\n"
       "SIG_VALTYPE_ 1 A : 1;\r\nSIG_VALTYPE_ 1 B : 1;\r\nBA_DEF_ SG_  \"SystemSignalLongSymbol\" STRING ;\r\n"
       "BA_ \"SystemSignalLongSymbol\" SG_ 1 B \"A_Long_Name\";\r\nVAL_ 3221225472 Old 1 \"one\" ;\r\n");

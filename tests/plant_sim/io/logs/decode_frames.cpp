@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// decode_frames DBC [FRAMES]: every signal of every frame, "line signal value", for the comparison with another decoder.
-// FRAMES has a frame a line, "identifier data", both in hex, bit 31 of the identifier set for 29 bits; frames of up to 64
-// bytes. First come the frames of the file that are refused: "refused identifier line". Both decoders of the program
-// have to agree.
+// decode_frames DBC [FRAMES]: every signal of every frame, "line signal value", for the comparison with another
+// decoder. FRAMES has a frame a line, "identifier data", both in hex, bit 31 of the identifier set for 29 bits; frames
+// of up to 64 bytes. First come the frames of the file that are refused: "refused identifier line". Both decoders of
+// the program have to agree.
 #include <fmt/format.h>
 
 #include <charconv>

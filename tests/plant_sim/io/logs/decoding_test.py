@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The native decoder against cantools on the same frames: the project's DBC files, cantools' own test files, and those of
-other teams where VOLTLAP_DATA has them. Drawn payloads, every case of every multiplexer, frames that are too short, CAN
-FD, identifiers of 29 bits."""
+"""The native decoder against cantools on the same frames: the project's DBC files, cantools' own test files, and those
+of other teams where VOLTLAP_DATA has them. Drawn payloads, every case of every multiplexer, frames that are too short,
+CAN FD, identifiers of 29 bits."""
 import math
 import os
 import random
@@ -186,12 +186,12 @@ def cantools_files():
 
 def test_test_files_of_cantools_are_decoded_as_cantools_does(cantools_files, tmp_path):
     assert len(cantools_files) > 100
-    compared = {path.name: compare(path, tmp_path) for path in cantools_files}
-    counts = {name: result[0] for name, result in compared.items() if result}
+    compared = {path: compare(path, tmp_path) for path in cantools_files}
+    counts = {path.name: result[0] for path, result in compared.items() if result and path.suffix == ".dbc"}
     for name in ("fd_test.dbc", "floating_point.dbc", "issue_184_extended_mux_cascaded.dbc", "multiplex_2.dbc",
                  "issue_184_extended_mux_multiple_values.dbc", "motohawk.dbc", "signed.dbc", "vehicle.dbc"):
         assert counts[name] > 0, name
-    assert sum(counts.values()) > 20000
+    assert sum(result[0] for result in compared.values() if result) > 15000
 
 
 def drawn_dbc(generator):
@@ -213,7 +213,7 @@ def drawn_dbc(generator):
             overlapping = k % 4 == 1  # allowed: real files have it
             room = 8 * size - (0 if overlapping else free)
             kind = generator.randrange(6)
-            length = {0: 32, 1: 64}.get(kind, generator.randrange(1, 65))
+            length = {0: generator.choice((16, 32)), 1: 64}.get(kind, generator.randrange(1, 65))
             if length > room:
                 continue
             begin = generator.randrange(room - length + 1) if overlapping else free

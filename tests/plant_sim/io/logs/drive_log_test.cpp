@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "plant_sim/core/scratch.hpp"
+#include "plant_sim/io/logs/dbc_cache.hpp"
 #include "io/logs/cell_log.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -45,6 +46,7 @@ std::string cell_frame(double time_s, int id, int raw) {
 TEST_GROUP(DriveLog) {
   Scratch scratch;
   DataFolder data{VOLTLAP_DATA_FOLDER};
+  TEST_SETUP() { use_dbc_cache_of_this_run(); }
   RoleMap map_of(const std::string& roles) {
     scratch.write("a.dbc", kDbc);
     return load_role_map(scratch.write("map.toml", "[roles]\n" + roles));
@@ -133,8 +135,9 @@ TEST(DriveLog, CellsOneAFrameAreToldByTheirIndex) {
 }
 
 TEST(DriveLog, ImpossibleCellsAndInvalidCodesAreMaskedAndPaddingSlotsLeftOut) {
-  const RoleMap map =
-      map_of("\"cell_voltage_<n>\" = {frame = 0x101, signal = \"V\", index = \"Id\", dbc = \"a.dbc\", invalid = [6.5535]}\n");
+  const RoleMap map = map_of(
+      "\"cell_voltage_<n>\" = {frame = 0x101, signal = \"V\", index = \"Id\", dbc = \"a.dbc\", "
+      "invalid = [6.5535]}\n");
   std::string text;
   const int readings[] = {40000, 0, 5100, 44800, 65535, 40000};  // 0.0, 0.51, 4.48 V and all ones
   double time = 0.0;
