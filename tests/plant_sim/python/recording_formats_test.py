@@ -347,6 +347,17 @@ def test_the_format_is_told_by_the_content_whatever_the_file_is_called(tmp_path,
         assert read(capsys, tmp_path / "a.blf", "--sniff").out.split("\t")[1] == "read"
 
 
+FORMATS = ("blf", "trc", "csv", "db", "mf4", "gvret", "busmaster", "pcap", "pcapng")
+
+
+@pytest.mark.parametrize("key", FORMATS)
+def test_a_file_that_is_not_of_the_format_that_was_asked_for(key, tmp_path, capsys):
+    for content in (b"hello\nworld\n", bytes(range(256)) * 4, b"LOGG\n"):
+        (tmp_path / "a").write_bytes(content)
+        answer = read(capsys, tmp_path / "a", "--format", key)
+        assert answer.code == 2 and not answer.out and str(tmp_path / "a") in answer.err, answer.err
+
+
 def damaged(content, chance):
     out = bytearray(content)
     for _ in range(chance.randrange(1, 8)):
