@@ -87,7 +87,8 @@ def convert(path: Path, key: str | None) -> int:
             raise
     if not tally.frames and not source.broken and tally.skipped["unreadable lines"]:
         raise LogError(f"{path}: no line of it is a frame of {tally.format}, the first: "
-                       f"{tally.first['unreadable lines']}; expected that format: leave --format out, or look at the file")
+                       f"{tally.first['unreadable lines']}; expected that format: leave --format out, or look at the "
+                       "file")
     for kind, where in tally.first.items():
         print(f"{PROGRAM}: {path}: {tally.skipped[kind]} {kind}, the first: {where}", file=sys.stderr)
     if broken:

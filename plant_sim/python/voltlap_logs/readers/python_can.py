@@ -39,8 +39,8 @@ def read_csv(source: Source, tally: Tally) -> Iterator[str]:
     for number, text in source.lines():
         if number == 1:
             if text.strip() != CSV_HEADER:
-                raise LogError(f"{source.path}: line 1 is '{shown(text[:60])}'; expected '{CSV_HEADER}': leave --format "
-                               "out, or look at the file")
+                raise LogError(f"{source.path}: line 1 is '{shown(text[:60])}'; expected '{CSV_HEADER}': leave "
+                               "--format out, or look at the file")
             continue
         if not text.strip():
             continue

@@ -96,7 +96,8 @@ class Trc:
             return error_line(time_ns, bus, told[0] if told else None, 6)
         code = int(field["L"]) if "L" in names else None
         if kind == "RR":
-            return line(Frame(time_ns, bus, tagged(field["I"]), b"", None, int(field["l"]) if code is None else code), 6)
+            length = int(field["l"]) if code is None else code
+            return line(Frame(time_ns, bus, tagged(field["I"]), b"", None, length), 6)
         if kind in FD_TYPES:
             length = FD_LENGTHS[code] if code is not None else int(field["l"])
             return line(Frame(time_ns, bus, tagged(field["I"]), payload(rest, length), FD_TYPES[kind]), 6)
