@@ -252,7 +252,8 @@ BLF_FRAMES = ["can1 356#0001020304050607", "can2 18FFF001#ABCD", "can1 101#R5", 
 def test_blf_objects_of_vector(packed, cut, tick, tmp_path, capsys):
     (tmp_path / "a.blf").write_bytes(blf(OBJECTS, packed, cut, tick))
     answer = read(capsys, tmp_path / "a.blf")
-    expected = [f"({NOON + k}.{250_000_000 + 10_000 * k:09d}) {frame}" for k, frame in zip(AFTER, BLF_FRAMES, strict=True)]
+    expected = [f"({NOON + k}.{250_000_000 + 10_000 * k:09d}) {frame}"
+                for k, frame in zip(AFTER, BLF_FRAMES, strict=True)]
     assert (answer.code, answer.out.splitlines()) == (0, expected)
     assert answer.report["skipped"] == {
         "requests to transmit": 1, "text": 1, "LIN objects": 1, "objects of type 200": 1}
