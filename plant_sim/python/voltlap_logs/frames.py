@@ -90,9 +90,9 @@ def convert(path: Path, key: str | None) -> int:
                        f"{tally.first['unreadable lines']}; expected that format: leave --format out, or look at the "
                        "file")
     for kind, where in tally.first.items():
-        print(f"{PROGRAM}: {path}: {tally.skipped[kind]} {kind}, the first: {where}", file=sys.stderr)
+        print(f"{path}: {tally.skipped[kind]} {kind}, the first: {where}", file=sys.stderr)
     if broken:
-        print(f"{PROGRAM}: {path}: breaks off: {broken}; {tally.frames} frames before that were read", file=sys.stderr)
+        print(f"{path}: breaks off: {broken}; {tally.frames} frames before that were read", file=sys.stderr)
     print(tally.json(), file=sys.stderr)
     return BROKE_OFF if broken else 0
 
@@ -116,7 +116,7 @@ def main(given: Sequence[str] | None = None) -> int:
         print(f"{found.key}\t{found.how}\t{found.name}" if found else "unknown")
         return 0
 
-    return run(PROGRAM, work)
+    return run(work)
 
 
 if __name__ == "__main__":
