@@ -54,7 +54,7 @@ def identifier(id: int) -> str:
 def line(frame: Frame, decimals: int = 9) -> str:
     time_ns, bus, id, data, fd_flags, remote_length = frame
     if remote_length is not None:
-        payload = f"#R{remote_length}" if remote_length else "#R"
+        payload = f"#R{min(remote_length, 8)}" if remote_length else "#R"
     elif fd_flags is not None:
         payload = f"##{fd_flags:X}{data.hex().upper()}"
     else:

@@ -28,20 +28,20 @@ def need(module: str) -> ModuleType:
                        "`pip install -r toolchain/requirements/logs.txt`") from missing
 
 
-def run(program: str, main: Callable[[], int]) -> int:
+def run(main: Callable[[], int]) -> int:
     """The exit code of a program, each failure as one line on stderr."""
     try:
         return main()
     except LogError as error:
-        print(f"{program}: {error}", file=sys.stderr)
+        print(error, file=sys.stderr)
     except OSError as error:
         if isinstance(error, BrokenPipeError):  # who read the frames has seen enough
             sys.stdout = None
             return 141
-        print(f"{program}: {error.filename or 'a file'}: {error.strerror or error}", file=sys.stderr)
+        print(f"{error.filename or 'a file'}: {error.strerror or error}", file=sys.stderr)
     except KeyboardInterrupt:
-        print(f"{program}: interrupted", file=sys.stderr)
+        print("interrupted", file=sys.stderr)
         return 130
     except MemoryError:
-        print(f"{program}: not enough memory for this file", file=sys.stderr)
+        print("not enough memory for this file", file=sys.stderr)
     return CANNOT

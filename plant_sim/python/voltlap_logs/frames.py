@@ -85,13 +85,14 @@ def convert(path: Path, key: str | None) -> int:
             if source.broken:
                 raise LogError(f"{path}: breaks off before its first frame: {source.broken}; copy it again") from error
             raise
+    if not tally.frames and not source.broken and tally.skipped["unreadable lines"]:
+        raise LogError(f"{path}: no line of it is a frame of {tally.format}, the first: "
+                       f"{tally.first['unreadable lines']}; expected that format: leave --format out, or look at the "
+                       "file")
     for kind, where in tally.first.items():
-        print(f"{PROGRAM}: {path}: {tally.skipped[kind]} {kind}, the first: {where}", file=sys.stderr)
-    if not tally.frames and not broken and tally.skipped.get("unreadable lines"):
-        raise LogError(f"{path}: no line of it is a frame of {tally.format}; expected that format: leave --format "
-                       "out, or look at the file")
+        print(f"{path}: {tally.skipped[kind]} {kind}, the first: {where}", file=sys.stderr)
     if broken:
-        print(f"{PROGRAM}: {path}: breaks off: {broken}; {tally.frames} frames before that were read", file=sys.stderr)
+        print(f"{path}: breaks off: {broken}; {tally.frames} frames before that were read", file=sys.stderr)
     print(tally.json(), file=sys.stderr)
     return BROKE_OFF if broken else 0
 
@@ -115,7 +116,7 @@ def main(given: Sequence[str] | None = None) -> int:
         print(f"{found.key}\t{found.how}\t{found.name}" if found else "unknown")
         return 0
 
-    return run(PROGRAM, work)
+    return run(work)
 
 
 if __name__ == "__main__":

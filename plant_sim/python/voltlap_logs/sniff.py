@@ -93,7 +93,7 @@ def text_format(head: bytes) -> Format | None:
         return BUSMASTER
     if first.replace(b" ,", b",").startswith(gvret.HEADER.encode()):
         return GVRET
-    if first.startswith(python_can.CSV_HEADER.encode()):
+    if first == python_can.CSV_HEADER.encode():
         return CSV
     if first.startswith(b"file created on ") and b"[header]" in head.lower():
         return VBO

@@ -84,7 +84,7 @@ def main(given: Sequence[str] | None = None) -> int:
     form.add_argument("--csv", metavar="GROUP", help="number or name of a group: write it as CSV to stdout")
     form.add_argument("--json", action="store_true", help="the list as JSON")
     options = parser.parse_args(given)
-    return run(PROGRAM, lambda: work(options))
+    return run(lambda: work(options))
 
 
 if __name__ == "__main__":

@@ -9,6 +9,11 @@ from .errors import BrokenOff
 from .source import Source
 
 
+def shown(text: str) -> str:
+    """What a terminal can be given."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
+
+
 class Tally:
     def __init__(self, format: str) -> None:
         self.format = format
@@ -26,8 +31,8 @@ class Tally:
     def unreadable(self, source: Source, number: int, text: str) -> None:
         """A line that should have been a frame. The last one without an end is where the recorder was stopped."""
         if not source.last_line_ends:
-            raise BrokenOff(f"line {number} is cut: '{text[-60:]}'")
-        self.skip("unreadable lines", f"line {number}: '{text[:60]}'")
+            raise BrokenOff(f"line {number} is cut: '{shown(text[-60:])}'")
+        self.skip("unreadable lines", f"line {number}: '{shown(text[:60])}'")
 
     def json(self) -> str:
         return json.dumps({"frames": self.frames, "skipped": dict(self.skipped), "format": self.format, **self.facts})

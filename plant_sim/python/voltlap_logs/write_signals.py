@@ -39,7 +39,7 @@ def main(given: Sequence[str] | None = None) -> int:
     parser.add_argument("out", type=Path)
     options = parser.parse_args(given)
     stop_like_ctrl_c()
-    return run(PROGRAM, lambda: write(options.folder, options.out, options.format))
+    return run(lambda: write(options.folder, options.out, options.format))
 
 
 if __name__ == "__main__":

@@ -207,12 +207,13 @@ def test_mf4_of_python_can(tmp_path, capsys):
 
 # ---- objects of BLF that python-can does not write ----
 
-def blf(objects, packed=True, cut=200):
-    """Objects of (type, body) in containers of `cut` bytes, so that they cross borders."""
+def blf(objects, packed=True, cut=200, tick=1):
+    """Objects of (type, body) in containers of `cut` bytes, so that they cross borders; a tick is 1 ns or 10000."""
     stream = b""
     for k, (kind, body) in enumerate(objects):
         size = 32 + len(body)
-        stream += struct.pack("<4sHHLLLHHQ", b"LOBJ", 32, 1, size, kind, 2, 0, 0, 1_000_000_001 * k) + body
+        stream += struct.pack("<4sHHLLLHHQ", b"LOBJ", 32, 1, size, kind, 2 if tick == 1 else 1, 0, 0,
+                              1_000_010_000 // tick * k) + body
         stream += b"\0" * (size % 4)
     out = b""
     for begin in range(0, len(stream), cut):
@@ -247,10 +248,12 @@ BLF_FRAMES = ["can1 356#0001020304050607", "can2 18FFF001#ABCD", "can1 101#R5", 
 
 @pytest.mark.parametrize("packed", [True, False])
 @pytest.mark.parametrize("cut", [40, 200, 1 << 17])
-def test_blf_objects_of_vector(packed, cut, tmp_path, capsys):
-    (tmp_path / "a.blf").write_bytes(blf(OBJECTS, packed, cut))
+@pytest.mark.parametrize("tick", [1, 10_000])
+def test_blf_objects_of_vector(packed, cut, tick, tmp_path, capsys):
+    (tmp_path / "a.blf").write_bytes(blf(OBJECTS, packed, cut, tick))
     answer = read(capsys, tmp_path / "a.blf")
-    expected = [f"({NOON + k}.{250_000_000 + k:09d}) {frame}" for k, frame in zip(AFTER, BLF_FRAMES, strict=True)]
+    expected = [f"({NOON + k}.{250_000_000 + 10_000 * k:09d}) {frame}"
+                for k, frame in zip(AFTER, BLF_FRAMES, strict=True)]
     assert (answer.code, answer.out.splitlines()) == (0, expected)
     assert answer.report["skipped"] == {
         "requests to transmit": 1, "text": 1, "LIN objects": 1, "objects of type 200": 1}
@@ -345,6 +348,17 @@ def test_the_format_is_told_by_the_content_whatever_the_file_is_called(tmp_path,
         (tmp_path / "a.blf").write_text(text)
         assert read(capsys, tmp_path / "a.blf").out.splitlines() == expected, name
         assert read(capsys, tmp_path / "a.blf", "--sniff").out.split("\t")[1] == "read"
+
+
+FORMATS = ("blf", "trc", "csv", "db", "mf4", "gvret", "busmaster", "pcap", "pcapng")
+
+
+@pytest.mark.parametrize("key", FORMATS)
+def test_a_file_that_is_not_of_the_format_that_was_asked_for(key, tmp_path, capsys):
+    for content in (b"hello\nworld\n", bytes(range(256)) * 4, b"LOGG\n"):
+        (tmp_path / "a").write_bytes(content)
+        answer = read(capsys, tmp_path / "a", "--format", key)
+        assert answer.code == 2 and not answer.out and str(tmp_path / "a") in answer.err, answer.err
 
 
 def damaged(content, chance):

@@ -194,6 +194,8 @@ def read(source: Source, tally: Tally) -> Iterator[str]:
     if len(raw) < FILE_HEADER.size:
         raise LogError(f"{source.path}: a BLF file of {len(raw)} bytes; its header alone has 144: record it again")
     header = FILE_HEADER.unpack(raw)
+    if header[0] != MAGIC:
+        raise LogError(f"{source.path}: begins with {raw[:4]!r}; expected a BLF file (LOGG): leave --format out")
     file.read(max(header[1] - FILE_HEADER.size, 0))
     end = header[1]
     objects = Objects(header[2], start_of(header[14:22]), tally)

@@ -70,6 +70,8 @@ class Group:
             return np.zeros((rows, 1), np.uint8), np.minimum(code, 8) if "DLC" in self._at else self._column(
                 "DataLength", rows).astype(np.int64)
         data = self._column("DataBytes", rows) if "DataBytes" in self._at else np.zeros((rows, 8), np.uint8)
+        if data.dtype.kind == "S":  # of variable length, as asammdf gives it
+            data = np.ascontiguousarray(data).view(np.uint8)
         data = data.reshape(rows, -1).astype(np.uint8, copy=False)
         length = self._column("DataLength", rows).astype(np.int64) if "DataLength" in self._at else table[code]
         if self.kind == "CAN_ErrorFrame" and "DataBytes" not in self._at:

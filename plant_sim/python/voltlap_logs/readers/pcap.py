@@ -57,7 +57,10 @@ def exactly(file: BinaryIO, size: int, what: str) -> bytes:
 
 def read_pcap(source: Source, tally: Tally) -> Iterator[str]:
     file = source.stream()
-    order, tick_ns = PCAP[file.read(4)]
+    magic = file.read(4)
+    if magic not in PCAP:
+        raise LogError(f"{source.path}: begins with {magic!r}; expected a PCAP file: leave --format out")
+    order, tick_ns = PCAP[magic]
     link = struct.unpack(order + "16xI", exactly(file, 20, "the header"))[0] & 0xFFFF
     if link != SOCKETCAN:
         raise told(link, source.path)
@@ -128,6 +131,8 @@ def blocks(file: BinaryIO, section: Section) -> Iterator[tuple[int, int, bytes]]
 
 
 def read_pcapng(source: Source, tally: Tally) -> Iterator[str]:
+    if not source.head(4) == PCAPNG:
+        raise LogError(f"{source.path}: begins with {source.head(4)!r}; expected a PCAPNG file: leave --format out")
     section = Section()
     for at, kind, body in blocks(source.stream(), section):
         try:

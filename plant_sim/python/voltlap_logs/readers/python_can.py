@@ -13,7 +13,7 @@ from pathlib import Path
 from ..candump import BUS_ERROR, ERROR, EXTENDED, FD_LENGTHS, ID_MASK, NS, Frame, line
 from ..errors import BrokenOff, LogError
 from ..source import Source
-from ..tally import Tally
+from ..tally import Tally, shown
 
 CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 EXACT_S = 4e6  # up to here a double tells nanoseconds apart; the time since 1970 only microseconds
@@ -37,7 +37,12 @@ def text_of(row: Row, bus: str) -> str:
 
 def read_csv(source: Source, tally: Tally) -> Iterator[str]:
     for number, text in source.lines():
-        if number == 1 or not text.strip():
+        if number == 1:
+            if text.strip() != CSV_HEADER:
+                raise LogError(f"{source.path}: line 1 is '{shown(text[:60])}'; expected '{CSV_HEADER}': leave "
+                               "--format out, or look at the file")
+            continue
+        if not text.strip():
             continue
         try:
             time, id, extended, remote, error, length, data = text.split(",")
@@ -63,6 +68,8 @@ def missing_bytes(path: Path) -> int:
 
 def read_sqlite(source: Source, tally: Tally) -> Iterator[str]:
     path = source.file()
+    if not source.head(16).startswith(b"SQLite format 3"):
+        raise LogError(f"{source.path}: is no SQLite file: leave --format out")
     connection = sqlite3.connect(path.resolve().as_uri() + "?mode=ro", uri=True)
     try:
         columns = [row[1] for row in connection.execute("PRAGMA table_info(messages)")]

@@ -92,10 +92,12 @@ class Trc:
             return None
         time_ns, bus = self.start_ns + milliseconds(field["O"]), f"can{int(field.get('B', '1'))}"
         if kind == "ER":
-            return error_line(time_ns, bus, next(iter(payload(rest, int(field.get("L") or field["l"]))), None), 6)
+            told = payload(rest, int(field.get("L") or field["l"]))
+            return error_line(time_ns, bus, told[0] if told else None, 6)
         code = int(field["L"]) if "L" in names else None
         if kind == "RR":
-            return line(Frame(time_ns, bus, tagged(field["I"]), b"", None, int(field["l"]) if code is None else code), 6)
+            length = int(field["l"]) if code is None else code
+            return line(Frame(time_ns, bus, tagged(field["I"]), b"", None, length), 6)
         if kind in FD_TYPES:
             length = FD_LENGTHS[code] if code is not None else int(field["l"])
             return line(Frame(time_ns, bus, tagged(field["I"]), payload(rest, length), FD_TYPES[kind]), 6)

@@ -11,7 +11,6 @@ from ..spool import Spool
 
 MILLISECOND = 1_000_000
 EPOCH_NS = 631_152_000 * 1_000_000_000  # 1990: python-can writes no date for a start before
-HALF_NS = 0.5e-9  # python-can cuts the fraction off
 
 
 def message(frame: Frame, seconds: float, channel: int) -> object:
@@ -37,8 +36,7 @@ def write(path: Path, spool: Spool) -> None:
         for frame in spool.frames():
             last_ns = max(last_ns, frame.time_ns)
             # python-can counts from 0 and writes one more
-            writer.on_message_received(message(frame, (frame.time_ns - start_ns) * 1e-9 + HALF_NS,
-                                               channels[frame.bus] - 1))
+            writer.on_message_received(message(frame, (frame.time_ns - start_ns) * 1e-9, channels[frame.bus] - 1))
         writer.start_timestamp, writer.stop_timestamp = start_ns * 1e-9, last_ns * 1e-9
     finally:
         writer.stop()
