@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/demand.hpp"
+#include "race/track/import/exact_arcs.hpp"
 #include "race/track/import/golden_section.hpp"
 #include "race/track/import/node_chain.hpp"
 #include "race/track/import/node_moves.hpp"
@@ -21,12 +22,14 @@ constexpr double kNoChange2 = 1e-12;    // 1/m^2: the variance of a change where
 constexpr double kAnyChange2 = 0.05;    // of one that may be as large as it likes: a corner of 4 m next to a straight
 constexpr double kSupport = 25.0;       // change^2 / variance that a change needs, about 2 ln(points)
 constexpr double kShortestArc_m = 1.5;
-constexpr double kExact_m = 0.02;        // noise below which the even line already keeps hairpins
+constexpr double kExact_m = 0.02;        // noise below which points are followed as they are
 constexpr double kForArcs = 0.1;         // information per point by which arcs are believed in beforehand
 constexpr double kSameCurvature = 1e-3;  // 1/m, within which nodes of the even line are one arc
 constexpr double kSameTurn_rad = 0.3;
+constexpr double kSameLength = 0.02;     // of arcs through exact points with the even line
+constexpr double kRounding_m = 1e-4;     // of the points' coordinates, below which no line is better than another
 // Of an even change against a point. Less lets exact points ring where a corner begins, as Gibbs has it; more widens
-// hairpins: tightest radii come out 5 % small, lap times 0.4 % long (points 0.25 m apart).
+// hairpins.
 constexpr double kLeastWeight_log10 = -1.8;
 constexpr double kLeastChange = 1e-5;   // of the largest, below which a change is none
 constexpr double kNoFit = 1e300;
@@ -49,15 +52,15 @@ class CentreLineFit {
     }
     const CentreLine even = result();
     const double even_noise_m = noise_m_, even_cost = information_of_even();
-    if (!options_.arcs || even_noise_m < kExact_m) return even;
+    if (!options_.arcs) return even;
+    if (even_noise_m < kExact_m) return exact(even);
     for (int round = 0; round < kOwnRounds; ++round) own_round();
     report(0.6);
     find_arcs();
     const double points = static_cast<double>(chain_.offsets().size());
     const double arcs_cost = information(squares_, 2.0 * static_cast<double>(places_.size()));
     const CentreLine arcs = result();
-    const bool same_course = std::abs(turned(arcs) - turned(even)) < kSameTurn_rad;
-    return same_course && arcs_cost < even_cost + kForArcs * points ? arcs : even;
+    return same_turn(arcs, even) && arcs_cost < even_cost + kForArcs * points ? arcs : even;
   }
 
  private:
@@ -93,6 +96,30 @@ class CentreLineFit {
     for (const Arc& arc : line.arcs) sum += arc.length_m * arc.curvature_per_m;
     return sum;
   }
+  [[nodiscard]] static bool same_turn(const CentreLine& line, const CentreLine& even) {
+    return std::abs(turned(line) - turned(even)) < kSameTurn_rad;
+  }
+
+  [[nodiscard]] static double way(const CentreLine& line) {
+    double sum = 0.0;
+    for (const Arc& arc : line.arcs) sum += arc.length_m;
+    return sum;
+  }
+
+  /// Arcs through points without noise about the even line, or that line where they do not make the course.
+  [[nodiscard]] CentreLine exact(const CentreLine& even) const {
+    const ArcSearchOptions how{noise_is_measured(), [this](double share) { report(0.4 + 0.6 * share); }};
+    const ArcCourse found = find_exact_arcs(chain_, noise_m_, how);
+    CentreLine line{{}, chain_.nodes(), found.noise_m, chain_.offsets().size()};
+    for (const PlacedArc& arc : found.arcs) line.arcs.push_back(arc.arc);
+    line.of_segments = true;
+    const bool same_length = std::abs(way(line) / way(even) - 1.0) < kSameLength;
+    const bool same_course = found.meets && same_turn(line, even) && same_length;
+    double figures = 0.0;
+    for (const Arc& arc : line.arcs) figures += arc.straight ? 1.0 : 2.0;
+    const double arcs_cost = information(found.squares, figures, kRounding_m);
+    return same_course && arcs_cost < information(squares_, figures_, kRounding_m) ? line : even;
+  }
 
   // 1 even ------------------------------------------------------------------------------------------------------------
   /// -2 log of the restricted likelihood at lambda = sigma^2 / q^2; sets the noise.
@@ -120,9 +147,9 @@ class CentreLineFit {
   }
 
   /// Bayesian information (Schwarz, 1978) of points that lie about a line with so many free figures.
-  [[nodiscard]] double information(double squares, double figures) const {
+  [[nodiscard]] double information(double squares, double figures, double least_noise_m = kLeastNoise_m) const {
     const double points = static_cast<double>(chain_.offsets().size());
-    const double per_point = std::max(square(kLeastNoise_m), squares / points);
+    const double per_point = std::max(square(least_noise_m), squares / points);
     const double misfit = noise_is_measured() ? points * std::log(per_point) : squares / square(noise_m_);
     return misfit + figures * std::log(points);
   }
@@ -135,7 +162,9 @@ class CentreLineFit {
     moves.find_variances();
     double figures = 0.0;
     for (const PointOffset& offset : chain_.offsets()) figures += offset.weight * moves.variance(offset);
-    return information(moves.squares_left(), figures);
+    figures_ = figures;
+    squares_ = moves.squares_left();
+    return information(squares_, figures);
   }
 
   // 2 own -------------------------------------------------------------------------------------------------------------
@@ -316,6 +345,7 @@ class CentreLineFit {
   std::vector<std::size_t> places_;   ///< indices of the changes that are there
   std::vector<double> support_;       ///< of the places: change^2 / variance
   std::vector<double> moves_;         ///< from the nodes to the line, in stage 3
+  double figures_ = 0.0;              ///< free ones of the even line
   double squares_ = 0.0;              ///< left between points and line
 };
 

@@ -12,8 +12,12 @@
 //    change the points do not support, change^2 / variance below a bound, is taken out until all are supported: noise
 //    is not taken for corners, and hairpins keep the radius that an even smoothing widens.
 //
-// The even line is the result where the points' noise is below 2 cm, where the arcs explain them clearly worse
-// (Schwarz' information), and where the arcs turn otherwise than the even line does.
+// Points whose noise is below 2 cm get their arcs from find_exact_arcs instead of stages 2 and 3: an even line through
+// them rings where a corner begins.
+//
+// The even line is the result where the arcs explain the points clearly worse (Schwarz' information), and where they
+// turn otherwise than it does. Of exact points it is, too, where the arcs do not go on from one another or are of
+// another length: a course that was drawn as a smooth curve lies off as many arcs as it may be cut into.
 //
 // Only the distance across the line counts: neither speed nor spacing matter, and points of several laps give their
 // mean.
@@ -22,7 +26,7 @@
 #include <functional>
 #include <vector>
 
-#include "race/track/import/plane_point.hpp"
+#include "race/track/import/arc_chain.hpp"
 
 namespace voltlap::plant {
 
@@ -30,12 +34,8 @@ namespace voltlap::plant {
 struct CentreLineOptions {
   bool closed = true;
   double noise_m = -1.0;  ///< below 0: measured
-  bool arcs = true;       ///< stages 2 and 3 as well
+  bool arcs = true;       ///< not the even line alone
   std::function<void(double)> progress{};  ///< share done, 0 to 1
-};
-
-struct Arc {
-  double length_m, curvature_per_m;  ///< curvature above 0 turns left
 };
 
 struct CentreLine {
@@ -43,6 +43,7 @@ struct CentreLine {
   PointList nodes;  ///< for drawing
   double noise_m = 0.0;
   std::size_t points_used = 0;
+  bool of_segments = false;  ///< straights and arcs; not the even line
 };
 
 /// `start`: nodes along the course, even, which the points lie about. `points` in order along it, lap after lap.

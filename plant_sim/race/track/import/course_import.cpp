@@ -204,6 +204,7 @@ class PointsImport {
                            : sparse_               ? "taken, as so few points do not tell"
                                                    : "measured from the points";
     course_.points_used = line.points_used;
+    course_.of_segments = line.of_segments;
     course_.line = line.nodes;
     course_.source_points = points_;
   }

@@ -34,6 +34,7 @@ struct ImportedCourse {
   std::size_t laps_used = 1;
   std::optional<double> noise_m{};      ///< of the points across the course; none without points
   std::string noise_origin{};           ///< "measured from the points", "as given", ...
+  bool of_segments = true;              ///< straights and arcs; not a line that bends evenly all along
   PointList source_points, line;        ///< for the picture, in the same plane; empty without points
   std::vector<std::string> notes;
 };

@@ -120,6 +120,7 @@ void NodeChain::find_offsets() {
     const double curvature = 0.5 * (curvatures_[edge].value + curvatures_[next(edge)].value);
     const double sagitta = 0.5 * curvature * square(edge_length) * share * (1.0 - share);  // arc right of its chord
     PointOffset offset;
+    offset.point = i;
     offset.value = dot(from, across_[edge]) + sagitta;
     offset.node = {edge, next(edge)};
     offset.slope = {share - 1.0, -share};

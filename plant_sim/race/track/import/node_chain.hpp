@@ -29,6 +29,7 @@ using NodeCurvature = NodeFunction<3>;    ///< turned angle over length, 1/m, ab
 using CurvatureChange = NodeFunction<4>;  ///< from a node to the next
 /// Distance of a point from the line, above 0 to the left.
 struct PointOffset : NodeFunction<2> {
+  std::size_t point = 0;  ///< index
   double weight = 1.0;  ///< below 1 for a point that lies much farther off than the others
 };
 
@@ -51,6 +52,7 @@ class NodeChain {
   }
   [[nodiscard]] std::size_t before(std::size_t node) const { return node == 0 ? (closed_ ? size() - 1 : 0) : node - 1; }
   [[nodiscard]] const PointList& nodes() const { return nodes_; }
+  [[nodiscard]] const PointList& points() const { return *points_; }
   [[nodiscard]] const std::vector<NodeCurvature>& curvatures() const { return curvatures_; }
   /// Change k is the one from node k + `first_change()` to the next.
   [[nodiscard]] const std::vector<CurvatureChange>& changes() const { return changes_; }

@@ -84,6 +84,30 @@ TEST(CourseImport, ARotatedShiftedMirroredOrReversedSourceIsAsFast) {
   }
 }
 
+TEST(CourseImport, ASmoothCurveIsNotForcedIntoArcs) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    std::mt19937_64 draw(seed);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    PointList points{{}};
+    const double length_m = 30.0 + 40.0 * share(draw), swing = 0.03 + 0.05 * share(draw);
+    double heading = 0.0;
+    for (int i = 1; i <= 600; ++i) {  // its curvature changes all along
+      heading += 0.5 * swing * std::sin(2.0 * M_PI * 0.5 * i / length_m);
+      points.push_back(points.back() + PlanePoint{0.5 * std::cos(heading), 0.5 * std::sin(heading)});
+    }
+    CHECK_FALSE_TEXT(imported(points).of_segments, fmt::format("seed {}", seed).c_str());
+  }
+}
+
+TEST(CourseImport, ACourseOfStraightsAndArcsComesAsThese) {
+  for (unsigned seed = 11; seed <= 16; ++seed) {
+    const ImportedCourse course = imported(exact(drawn(seed), 1.0));
+    const std::string which = fmt::format("seed {}: {} segments", seed, course.track.segments.size());
+    CHECK_TEXT(course.of_segments, which.c_str());
+    CHECK_TEXT(course.track.segments.size() <= drawn(seed).segments.size() + 2, which.c_str());
+  }
+}
+
 TEST(CourseImport, FeetAndMetresAgree) {
   const PointList points = exact(drawn(3));
   const auto in_feet = changed(points, [](PlanePoint p) { return (1.0 / 0.3048) * p; });

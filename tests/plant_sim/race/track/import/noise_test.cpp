@@ -68,15 +68,17 @@ Spread spread_over(unsigned draws, double length_bound, const Points& points_of)
 TEST_GROUP(Noise){};
 
 TEST(Noise, ExactPointsGiveTheLapTimeAndTheTightestRadiusOfTheirCourse) {
-  for (unsigned seed = 1; seed <= 40; ++seed) {
-    std::mt19937_64 draw(seed);
-    const Track course = drawn_closed_course(draw);
-    const Error error = error_of(course, surveyed(course, 0.25, 0.0, draw));
-    const std::string which = fmt::format("seed {}: lap time {:+.5f}, length {:+.5f}, tightest {:+.4f}", seed,
-                                          error.lap_time, error.length, error.tightest);
-    CHECK_TEXT(std::abs(error.lap_time) < 0.0065, which.c_str());
-    CHECK_TEXT(std::abs(error.length) < 0.002, which.c_str());
-    CHECK_TEXT(std::abs(error.tightest) < 0.05, which.c_str());
+  for (const double spacing : {0.25, 1.0}) {
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      std::mt19937_64 draw(seed);
+      const Track course = drawn_closed_course(draw);
+      const Error error = error_of(course, surveyed(course, spacing, 0.0, draw));
+      const std::string which = fmt::format("seed {}, {} m apart: lap time {:+.5f}, length {:+.5f}, tightest {:+.4f}",
+                                            seed, spacing, error.lap_time, error.length, error.tightest);
+      CHECK_TEXT(std::abs(error.lap_time) < 0.0015, which.c_str());
+      CHECK_TEXT(std::abs(error.length) < 0.0002, which.c_str());
+      CHECK_TEXT(std::abs(error.tightest) < 0.05, which.c_str());
+    }
   }
 }
 
@@ -114,7 +116,7 @@ TEST(Noise, MichiganByExactPointsIsMichigan) {
       const Error error = error_of(michigan(year), surveyed(michigan(year), spacing, 0.0, draw), false);
       const std::string which = fmt::format("{}, {} m: lap time {:+.5f}, length {:+.5f}", year, spacing,
                                             error.lap_time, error.length);
-      CHECK_TEXT(std::abs(error.lap_time) < 0.005 && std::abs(error.length) < 0.002, which.c_str());
+      CHECK_TEXT(std::abs(error.lap_time) < 0.001 && std::abs(error.length) < 0.0005, which.c_str());
     }
   }
 }
