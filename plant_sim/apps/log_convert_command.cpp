@@ -15,7 +15,6 @@
 #include "apps/log_group.hpp"
 #include "apps/progress_line.hpp"
 #include "core/errors.hpp"
-#include "core/input_files.hpp"
 #include "io/atomic_file.hpp"
 #include "io/logs/can/frame_writer.hpp"
 #include "io/python_module.hpp"
@@ -62,8 +61,9 @@ std::string candump_bus(const std::string& bus) {
 
 /// Text of the chosen frames, in pieces.
 template <class Chosen, class Write>
-Converted write_text(const RecordingInput& input, Writer writer, const Chosen& chosen, const Write& write) {
-  const auto recording = input.open();
+Converted write_text(const RecordingInput& input, const DbcSet& dbc, Writer writer, const Chosen& chosen,
+                     const Write& write) {
+  const auto recording = input.open(dbc);
   ProgressLine progress("converting " + input.path());
   Converted out;
   RecordedFrame frame;
@@ -110,16 +110,17 @@ LogConvertCommand::LogConvertCommand(CLI::App& app)
       "be written.");
 }
 
-int LogConvertCommand::run(const DataFolder&) {
+int LogConvertCommand::run(const DataFolder& data) {
   const OutFormat& format = format_of(out_);
-  refuse_input_as_output(out_);
+  const DbcSet dbc = recording_.dbc(data);
+  recording_.refuse_as_output(out_);
   const auto chosen = [&](double time_s, const std::string& bus) {
     return time_s >= from_s_ && time_s <= to_s_ && (bus_.empty() || bus == bus_);
   };
   Converted done;
   if (format.writer != Writer::kPackage) {
     AtomicFile file(out_);
-    done = write_text(recording_, format.writer, chosen, [&](const std::string& text) { file.write(text); });
+    done = write_text(recording_, dbc, format.writer, chosen, [&](const std::string& text) { file.write(text); });
     if (format.writer == Writer::kSlcan && done.buses.size() > 1) {
       throw InputError(recording_.path(), fmt::format("frames of {}", fmt::join(done.buses, ", ")),
                        "one bus: SLCAN has no place for its name", "Choose one with --bus");
@@ -129,7 +130,7 @@ int LogConvertCommand::run(const DataFolder&) {
     const TemporaryFolder folder;
     const std::string between = folder.path() + "/frames.log";
     AtomicFile file(between);
-    done = write_text(recording_, Writer::kCandump, chosen, [&](const std::string& text) { file.write(text); });
+    done = write_text(recording_, dbc, Writer::kCandump, chosen, [&](const std::string& text) { file.write(text); });
     file.commit();
     run_recording_module("voltlap_logs.write_frames", {"--format", format.name, out_}, {between, {}});
   }

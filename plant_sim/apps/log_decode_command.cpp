@@ -12,7 +12,6 @@
 #include "apps/log_group.hpp"
 #include "apps/progress_line.hpp"
 #include "core/errors.hpp"
-#include "core/input_files.hpp"
 #include "io/atomic_file.hpp"
 #include "io/logs/can/signal_columns.hpp"
 #include "io/logs/can/signal_csv.hpp"
@@ -27,8 +26,9 @@ constexpr std::size_t kPiece = std::size_t{1} << 20;  // bytes of text that are 
 
 /// What reads a recording once: its frames as rows of chosen signals.
 template <class Take>
-CanSummary for_each_row(const RecordingInput& input, SignalRows& rows, const char* doing, const Take& take) {
-  const auto recording = input.open();
+CanSummary for_each_row(const RecordingInput& input, const DbcSet& dbc, SignalRows& rows, const char* doing,
+                        const Take& take) {
+  const auto recording = input.open(dbc);
   ProgressLine progress(doing + (" " + input.path()));
   RecordedFrame frame;
   for (std::size_t k = 1; recording->next(frame); ++k) {
@@ -52,14 +52,14 @@ void count(const SignalRows& rows, Decoded& out) {
 Decoded decode_csv(const RecordingInput& input, const DbcSet& dbc, const SignalChoice& choice, double every_s,
                    const std::string& out_path) {
   SignalRows heard(dbc, choice);
-  for_each_row(input, heard, "looking through", [](const SignalRows::Row&) {});
+  for_each_row(input, dbc, heard, "looking through", [](const SignalRows::Row&) {});
   Decoded out;
   count(heard, out);
   SignalRows rows(dbc, choice);
   SignalCsv csv(heard.groups(), every_s);
   AtomicFile file(out_path);
   std::string text = csv.header();
-  out.summary = for_each_row(input, rows, "decoding", [&](const SignalRows::Row& row) {
+  out.summary = for_each_row(input, dbc, rows, "decoding", [&](const SignalRows::Row& row) {
     ++out.rows;
     csv.add(row, text);
     if (text.size() < kPiece) return;
@@ -79,7 +79,7 @@ Decoded decode_columns(const RecordingInput& input, const DbcSet& dbc, const Sig
   SignalColumns columns(folder.path());
   SignalRows rows(dbc, choice);
   Decoded out;
-  out.summary = for_each_row(input, rows, "decoding", [&](const SignalRows::Row& row) {
+  out.summary = for_each_row(input, dbc, rows, "decoding", [&](const SignalRows::Row& row) {
     ++out.rows;
     columns.add(row);
   });
@@ -133,8 +133,8 @@ int LogDecodeCommand::run(const DataFolder& data) {
   if (format.name != nullptr && every_s_ > 0.0) {
     throw InputError("--every", "it beside " + out_, "a CSV", "Leave it out, or name a .csv");
   }
-  refuse_input_as_output(out_);
   const DbcSet dbc = recording_.needed_dbc(data);
+  recording_.refuse_as_output(out_);
   const SignalChoice choice(signals_);
   std::vector<const DbcMessage*> known;
   for (const auto& file : dbc.files()) {

@@ -14,7 +14,7 @@ namespace voltlap::plant {
 namespace {
 
 RecordingSurvey surveyed(const RecordingInput& input, const DbcSet& dbc) {
-  const auto recording = input.open();
+  const auto recording = input.open(dbc);
   ProgressLine progress("reading " + input.path());
   return survey(*recording, dbc, [&](std::size_t frames) { progress.show(fmt::format("{} frames", frames), 0.0); });
 }

@@ -75,8 +75,8 @@ int LogRecordCommand::log_in_lockstep() const {
       log.commit();
       return kExitOk;
     } else if (wake == Wake::kNone && member.started() && silence.go_on() > kSilence_s) {
-      fmt::print(stderr, "voltlap log record: no word from the plant for {} s after tick {}; the log ends there\n", kSilence_s,
-                 member.tick());
+      fmt::print(stderr, "voltlap log record: no word from the plant for {} s after tick {}; the log ends there\n",
+                 kSilence_s, member.tick());
       log.commit();
       return kExitFailedRun;
     }

@@ -8,6 +8,7 @@
 
 #include "apps/flag_checks.hpp"
 #include "core/errors.hpp"
+#include "core/input_files.hpp"
 #include "io/logs/role_map.hpp"
 
 namespace voltlap::plant {
@@ -23,31 +24,38 @@ void RecordingInput::add(CLI::App& command) {
   command.add_option("--map", map_, "Role map, whose DBC files and intervals are used");
 }
 
-std::unique_ptr<CanRecording> RecordingInput::open() const {
+std::unique_ptr<CanRecording> RecordingInput::open(const DbcSet& dbc) const {
   CanReading reading;
   reading.broken = BrokenStream::kKeep;
-  if (!map_.empty()) {
-    for (const auto& [role, source] : load_role_map(map_).roles) {
-      if (source.frame && source.period_s) reading.period_s[*source.frame] = *source.period_s;
+  reading.period_s = period_s_;
+  for (const auto& file : dbc.files()) {
+    for (const DbcMessage& message : file->messages()) {
+      if (message.cycle_time_s) reading.period_s.try_emplace(message.id, *message.cycle_time_s);
     }
   }
   return std::make_unique<CanRecording>(path_, reading);
 }
 
-DbcSet RecordingInput::dbc(const DataFolder& data) const {
+void RecordingInput::refuse_as_output(const std::string& out) const {
+  note_input(path_);
+  refuse_input_as_output(out);
+}
+
+DbcSet RecordingInput::dbc(const DataFolder& data) {
   std::vector<std::string> files = dbc_;
   if (!map_.empty()) {
     const RoleMap map = load_role_map(data.find("maps", map_, "--map"));
     std::set<std::string> named;
     for (const auto& [role, source] : map.roles) {
       if (source.frame) named.insert(path_in_map(map, source.dbc));
+      if (source.frame && source.period_s) period_s_[*source.frame] = *source.period_s;
     }
     files.insert(files.end(), named.begin(), named.end());
   }
   return DbcSet(files);
 }
 
-DbcSet RecordingInput::needed_dbc(const DataFolder& data) const {
+DbcSet RecordingInput::needed_dbc(const DataFolder& data) {
   DbcSet out = dbc(data);
   if (!out.empty()) return out;
   throw InputError("voltlap log", "no DBC file", "--dbc FILE, or a --map that names some",

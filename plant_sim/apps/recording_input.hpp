@@ -2,7 +2,8 @@
 // A recording on the command line, with the DBC files that it is decoded with.
 #pragma once
 #include <CLI/CLI.hpp>
-#include <functional>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,16 +20,20 @@ class RecordingInput {
   void add(CLI::App& command);
 
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// Opens the recording; what breaks off is kept up to there. Throws InputError for a table.
-  [[nodiscard]] std::unique_ptr<CanRecording> open() const;
+  /// Opens the recording; what breaks off is kept up to there. Where it has no stamps, the intervals of the map count,
+  /// else those of the DBC files. Throws InputError for a table.
+  [[nodiscard]] std::unique_ptr<CanRecording> open(const DbcSet& dbc) const;
+  /// Throws InputError when a result would take the place of the recording.
+  void refuse_as_output(const std::string& out) const;
   /// The files of --dbc, and those that the map names.
-  [[nodiscard]] DbcSet dbc(const DataFolder& data) const;
+  [[nodiscard]] DbcSet dbc(const DataFolder& data);
   /// The same; throws InputError when there is none.
-  [[nodiscard]] DbcSet needed_dbc(const DataFolder& data) const;
+  [[nodiscard]] DbcSet needed_dbc(const DataFolder& data);
 
  private:
   std::string path_, map_;
   std::vector<std::string> dbc_;
+  std::map<std::uint32_t, double> period_s_;  ///< that the map gives
 };
 
 /// What a person must know of a recording that was read to its end: what was left out and mended, how the clock was

@@ -81,6 +81,8 @@ class CanTaps {
     const DbcFile& dbc = dbc_of(source.dbc);
     const DbcMessage& message = message_in(dbc, *source.frame, place);
     FrameTap& tap = tap_of(*source.frame, source.bus);
+    if (message.cycle_time_s) periods_s_.try_emplace(*source.frame, *message.cycle_time_s);
+    if (source.period_s) periods_s_[*source.frame] = *source.period_s;
     if (source.checksum != FrameChecksum::kNone) tap.checksum = source.checksum;
     if (!source.counter.empty()) watch(tap, signal_in(dbc, message, source.counter, place));
     if (!source.index.empty()) {
@@ -97,6 +99,9 @@ class CanTaps {
       tap.signals.emplace_back(log_, role, source, message, signal_in(dbc, message, source.signal, place), nullptr);
     }
   }
+
+  /// Intervals between the frames of an identifier, by the map or else by the DBC.
+  [[nodiscard]] const std::map<std::uint32_t, double>& periods_s() const { return periods_s_; }
 
   void take(double time_s, const RecordedFrame& recorded, const std::vector<std::string>& buses) {
     const auto at = taps_.find(recorded.id);
@@ -190,6 +195,7 @@ class CanTaps {
   DriveLog& log_;
   const RoleMap& map_;
   std::map<std::string, std::unique_ptr<DbcFile>> files_;
+  std::map<std::uint32_t, double> periods_s_;
   std::unordered_map<std::uint32_t, std::vector<FrameTap>> taps_;  ///< of an identifier, by bus
 };
 
@@ -217,9 +223,7 @@ void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path
   for (const auto& [role, source] : roles) taps.add(role, source);
   const double shift_s = roles.begin()->second.shift_s;
   CanReading reading;
-  for (const auto& [role, source] : roles) {
-    if (source.period_s) reading.period_s[*source.frame] = *source.period_s;
-  }
+  reading.period_s = taps.periods_s();
   CanRecording recording(path, reading);
   RecordedFrame frame;
   bool first = true, absolute = false;

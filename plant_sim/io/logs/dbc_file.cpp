@@ -69,6 +69,9 @@ DbcMessage message_of(const Json& entry) {
   out.name = entry.at("name");
   out.length = entry.at("length");
   out.flexible = entry.at("fd");
+  if (const auto cycle = entry.find("cycle_time_ms"); cycle != entry.end() && cycle->is_number() && *cycle > 0.0) {
+    out.cycle_time_s = 1e-3 * cycle->get<double>();
+  }
   out.line = entry.at("line");
   VOLTLAP_DEMAND(out.length <= RecordedFrame::kMostBytes);
   std::map<std::string, std::size_t> places;

@@ -55,6 +55,7 @@ struct DbcMessage {
   std::string file;  ///< that it stands in
   unsigned length = 0;
   bool flexible = false;  ///< CAN FD
+  std::optional<double> cycle_time_s;  ///< between two frames, as the file says
   std::size_t line = 0;
   std::vector<DbcSignal> signals;
 

@@ -119,8 +119,8 @@ class Entry {
       if (frame) known.insert(known.end(), kOfFrame.begin(), kOfFrame.end());
       if (!frame) known.insert(known.end(), kOfColumn.begin(), kOfColumn.end());
       known.insert(known.end(), kEither.begin(), kEither.end());
-      throw InputError(place(key.str()), fmt::format("key \"{}\"", key.str()), fmt::format("{}", fmt::join(known, ", ")),
-                       "Remove or correct the key");
+      throw InputError(place(key.str()), fmt::format("key \"{}\"", key.str()),
+                       fmt::format("{}", fmt::join(known, ", ")), "Remove or correct the key");
     }
   }
 
@@ -255,7 +255,8 @@ RoleSource source_of(const std::string& path, const std::string& role, const tom
 void take_match(const std::string& path, const toml::table& file, RoleMap& map) {
   if (const toml::node* match = file.get("match")) {
     const toml::array* list = match->as_array();
-    const bool texts = list != nullptr && std::all_of(list->begin(), list->end(), [](const auto& t) { return t.is_string(); });
+    const bool texts = list != nullptr && std::all_of(list->begin(), list->end(),
+                                                      [](const toml::node& text) { return text.is_string(); });
     if (!texts) {
       throw InputError(place_of(path, *match, "match"), found_text(*match), "a list of header lines, [\"t,I,U\"]",
                        "Correct it");
@@ -272,7 +273,9 @@ void take_match(const std::string& path, const toml::table& file, RoleMap& map) 
       throw InputError(place_of(path, *match, "match_frames"), found_text(*match),
                        "a list of identifiers, [0x6B0, 0x6B1]", "Correct it");
     }
-    for (const toml::node& id : *list) map.match_frames.push_back(static_cast<std::uint32_t>(id.value_or(std::int64_t{0})));
+    for (const toml::node& id : *list) {
+      map.match_frames.push_back(static_cast<std::uint32_t>(id.value_or(std::int64_t{0})));
+    }
   }
 }
 

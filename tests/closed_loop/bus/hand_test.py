@@ -179,7 +179,8 @@ def test_interface_that_goes_down_ends_everybody_with_the_reason(started):
 def test_interfaces_that_cannot_be_used_are_named_with_the_way_out():
     subprocess.run(["ip", "link", "set", "vcan1", "down"], check=True)
     try:
-        for command in (["endurance", "--laps", 1], ["plant"], ["ecu", "bms"], ["log", "record", "--candump", "/dev/null"]):
+        for command in (["endurance", "--laps", 1], ["plant"], ["ecu", "bms"],
+                        ["log", "record", "--candump", "/dev/null"]):
             for interface, words in {"vcan7": ["no such interface", "ip link add dev vcan7 type vcan", "with-vcan"],
                                      "lo": ["no CAN interface"], "vcan1": ["is down", "ip link set vcan1 up"],
                                      "a-name-far-too-long": ["1 to 15 characters"]}.items():

@@ -49,7 +49,8 @@ CanLine classic(std::string_view line, const CanLineState& state, RecordedFrame&
   const std::string_view direction = next_word(line), kind = next_word(line);
   if (!is_direction(direction)) {
     // Statistics, triggers and events of the chip; a frame that has lost its direction is none of them.
-    const bool event = name.ends_with(':') || name.empty() || (kHexDigit[static_cast<unsigned char>(name[0])] == kNoDigit);
+    const bool digit = !name.empty() && kHexDigit[static_cast<unsigned char>(name[0])] != kNoDigit;
+    const bool event = name.ends_with(':') || !digit;
     return event ? CanLine::kHeader : CanLine::kUnreadable;
   }
   if (direction == "TxRq") return CanLine::kHeader;  // a request to send, not what was on the bus

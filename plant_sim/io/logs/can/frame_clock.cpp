@@ -27,7 +27,8 @@ constexpr std::array kWidths{kSixteenBits, 2147.483648, 4294.967296, 16777.216, 
 }  // namespace
 
 void CanDefects::add(const char* kind, std::size_t line, double time_s, bool used) {
-  auto at = std::find_if(defects_.begin(), defects_.end(), [&](const CanDefect& defect) { return defect.kind == kind; });
+  auto at =
+      std::find_if(defects_.begin(), defects_.end(), [&](const CanDefect& defect) { return defect.kind == kind; });
   if (at == defects_.end()) at = defects_.insert(at, {kind, 0, line, time_s, time_s, used});
   ++at->count;
   at->last_s = time_s;

@@ -40,7 +40,8 @@ void take_value(SignalSurvey& out, const DbcSignal& signal, double value, std::s
 /// Takes frames into the survey of a recording.
 class Surveyor {
  public:
-  explicit Surveyor(const DbcSet& dbc) : dbc_(dbc), values_(dbc.most_signals()), present_(presence_words(values_.size())) {}
+  explicit Surveyor(const DbcSet& dbc)
+      : dbc_(dbc), values_(dbc.most_signals()), present_(presence_words(dbc.most_signals())) {}
 
   void take(const RecordedFrame& frame) {
     FrameSurvey& survey = survey_of(frame);

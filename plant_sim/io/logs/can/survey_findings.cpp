@@ -54,7 +54,8 @@ void add_frame(const std::string& name, const FrameSurvey& frame, double begin_s
     const std::string where = name + "." + said.name;
     if (signal.beyond_range > 0) {
       out.push_back({"value out of range", where, signal.beyond_range,
-                     fmt::format("{}: {} of {} values outside {:g} to {:g} {} of the DBC ({:g} to {:g}), first in line {}",
+                     fmt::format("{}: {} of {} values outside {:g} to {:g} {} of the DBC ({:g} to {:g}), first in "
+                                 "line {}",
                                  where, signal.beyond_range, signal.count, said.min.value_or(0.0),
                                  said.max.value_or(0.0), said.unit, signal.min, signal.max, signal.first_beyond_line)});
     }
@@ -71,8 +72,8 @@ std::string time_text(double time_s) {
 }
 
 void append_frames(const RecordingSurvey& survey, std::string& out) {
-  out += fmt::format("\n  {:10} {:10} {:28} {:>9} {:>11} {:>10} {:>12}  bytes\n", "bus", "identifier", "frame", "frames",
-                     "every", "+- rms", "longest gap");
+  out += fmt::format("\n  {:10} {:10} {:28} {:>9} {:>11} {:>10} {:>12}  bytes\n", "bus", "identifier", "frame",
+                     "frames", "every", "+- rms", "longest gap");
   for (const auto& [key, frame] : survey.frames) {
     const bool one_length = frame.length_min == frame.length_max;
     out += fmt::format("  {:10} {:10} {:28} {:>9} {:>8.1f} ms {:>7.1f} ms {:>10.3f} s  {}{}\n", key.first,
@@ -91,7 +92,10 @@ void append_signals(const RecordingSurvey& survey, std::string& out) {
     for (std::size_t k = 0; k < frame.signals.size(); ++k) {
       const SignalSurvey& signal = frame.signals[k];
       const DbcSignal& said = frame.message->message().signals[k];
-      if (!headed) out += fmt::format("\n  {:58} {:>12} {:>12} {:>12} {:8} {:>9}\n", "signal", "lowest", "mean", "highest", "unit", "values");
+      if (!headed) {
+        out += fmt::format("\n  {:58} {:>12} {:>12} {:>12} {:8} {:>9}\n", "signal", "lowest", "mean", "highest",
+                           "unit", "values");
+      }
       headed = true;
       const std::string name = frame.message->message().name + "." + said.name;
       if (signal.count == 0) {

@@ -33,8 +33,8 @@ TEST(CanLine, CandumpTellsWhatIsNoDataFrame) {
   check_kind(CanLine::kError, CanFormat::kCandump, "(1.0) can0 20000004#0000000000000000");
   check_kind(CanLine::kBeyondBus, CanFormat::kCandump, "(1.0) can0 40000000#00");
   for (const char* line : {"(1.0) can0 044#2", "(1.0) can0 044#001122334455667788", "(1.0 can0 044#22",
-                           "(1.0) can0", "(x) can0 044#22", "(1.0) can0 0G4#22", "(1.0) can0 044##", "(nan) can0 044#22",
-                           "(1e999) can0 044#22", "rubbish"}) {
+                           "(1.0) can0", "(x) can0 044#22", "(1.0) can0 0G4#22", "(1.0) can0 044##",
+                           "(nan) can0 044#22", "(1e999) can0 044#22", "rubbish"}) {
     check_kind(CanLine::kUnreadable, CanFormat::kCandump, line);
   }
 }

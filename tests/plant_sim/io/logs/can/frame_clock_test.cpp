@@ -99,7 +99,9 @@ Recording drawn_recording(Random& random) {
   const std::size_t size = out.true_s.size();
   out.wrong.assign(size, false);
   std::vector<double> stamp_s = out.true_s;
-  const auto somewhere = [&] { return static_cast<std::size_t>(uniform(random, 20.0, static_cast<double>(size) - 20.0)); };
+  const auto somewhere = [&] {
+    return static_cast<std::size_t>(uniform(random, 20.0, static_cast<double>(size) - 20.0));
+  };
   switch (static_cast<int>(uniform(random, 0.0, 6.0))) {
     case 0:
       out.disturbance = "none";
@@ -119,8 +121,8 @@ Recording drawn_recording(Random& random) {
       constexpr double kWrong[] = {0.0, 1e9, 1e308, -5.0, 3e9};
       for (int k = 0; k < 5; ++k) {
         const std::size_t line = somewhere();
-        const bool near_another = std::any_of(out.wrong.begin() + static_cast<long>(line) - 10,
-                                              out.wrong.begin() + static_cast<long>(line) + 10, [](bool w) { return w; });
+        const auto at = out.wrong.begin() + static_cast<long>(line);
+        const bool near_another = std::find(at - 10, at + 10, true) != at + 10;
         if (near_another || std::abs(kWrong[k] - out.true_s[line]) < 100.0) continue;
         stamp_s[line] = kWrong[k];
         out.wrong[line] = true;
@@ -204,7 +206,9 @@ TEST(FrameClock, ARecorderThatStartsAnewIsJoinedAndSaid) {
 
 TEST(FrameClock, FramesFurtherBehindThanTheWindowAreLeftOutAndCounted) {
   std::vector<Stamped> frames;
-  for (std::size_t k = 0; k < 100; ++k) frames.push_back({100.0 + 0.1 * static_cast<double>(k) - (k % 2 ? 0.0 : 20.0), k});
+  for (std::size_t k = 0; k < 100; ++k) {
+    frames.push_back({100.0 + 0.1 * static_cast<double>(k) - (k % 2 ? 0.0 : 20.0), k});
+  }
   const Result result = clocked(frames);
   // The first of them lies before all others and is no frame out of order.
   CHECK(count(result, "time far behind the frames around it") >= 49);
