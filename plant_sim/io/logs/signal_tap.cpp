@@ -25,13 +25,19 @@ bool may_be_negative(std::string_view role) {
          role == "motor_torque" || role.starts_with("wheel_speed_") || role.starts_with("temperature_");
 }
 
-/// Whether a value is one that the role, the map and the DBC's range allow.
-bool is_possible(const DbcSignal& signal, const RoleSource& source, std::string_view role, double recorded) {
+/// Whether the DBC's range allows a value. Read as signed, a minimum of 0 or more says nothing: it follows from the sign
+/// that is in doubt; what is below 0 may be as large as what is above.
+bool is_in_range(const DbcSignal& signal, double recorded, bool is_signed) {
+  if (!signal.min || !signal.max || !(*signal.min < *signal.max)) return true;
   const double tolerance = 0.5 * std::abs(signal.scale);
-  if (signal.min && signal.max && *signal.min < *signal.max &&
-      (recorded < *signal.min - tolerance || recorded > *signal.max + tolerance)) {
-    return false;
-  }
+  const double min = is_signed && *signal.min >= 0.0 ? -*signal.max : *signal.min;
+  return recorded >= min - tolerance && recorded <= *signal.max + tolerance;
+}
+
+/// Whether a value is one that the role, the map and the DBC's range allow.
+bool is_possible(const DbcSignal& signal, const RoleSource& source, std::string_view role, double recorded,
+                 bool is_signed) {
+  if (!is_in_range(signal, recorded, is_signed)) return false;
   const RoleRange range = role_range(role);
   const double lowest = may_be_negative(role) ? range.min : std::max(range.min, 0.0);
   const double value = recorded * source.scale + source.offset;
@@ -160,7 +166,7 @@ Kind SignalTap::kind_in(const std::vector<std::uint64_t>& raw, const std::string
     return signal_.value_as(is_signed ? Kind::kSigned : Kind::kUnsigned, number);
   };
   const WrapVerdict verdict = wrapped_signal(raw, signal_.length, [&](std::uint64_t number, bool is_signed) {
-    return is_possible(signal_, source_, channel, value(number, is_signed));
+    return is_possible(signal_, source_, channel, value(number, is_signed), is_signed);
   });
   if (verdict.wrapping == Wrapping::kNone) return signal_.kind;
   const std::string place =
