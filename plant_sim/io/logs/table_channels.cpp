@@ -36,10 +36,7 @@ class TableChannels {
 };
 
 const std::vector<double>& TableChannels::column_of(const std::string& column, const std::string& role) const {
-  const int index = table_.find(column);
-  if (index >= 0) return table_.values[static_cast<std::size_t>(index)];
-  throw InputError(table_.path, fmt::format("no column \"{}\" among {}", column, fmt::join(table_.columns, ", ")),
-                   fmt::format("that column for the role {} ({})", role, map_.source), "Correct the map or the file");
+  return table_.values[table_.index_for(column, role, map_.source)];
 }
 
 /// Seconds of the log's clock, row by row.
