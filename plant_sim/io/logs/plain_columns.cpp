@@ -60,10 +60,11 @@ RoleSource with_file_unit(const RoleSource& source, const std::string& role, con
                           const std::string& map, std::vector<std::string>& notes) {
   const int index = table.find(source.column);
   const Quantity quantity = quantity_of_role(role);
-  if (index < 0 || quantity == Quantity::kOther) return source;
-  const auto unit = file_unit(table, static_cast<std::size_t>(index));
-  if (!unit) return source;
   RoleSource out = source;
+  if (source.unit.empty() && (source.scale != 1.0 || source.offset != 0.0)) out.unit = "SI";  // the map's own scale
+  if (index < 0 || quantity == Quantity::kOther) return out;
+  const auto unit = file_unit(table, static_cast<std::size_t>(index));
+  if (!unit) return out;
   const auto refuse = [&](const std::string& found) {
     throw InputError(fmt::format("{}, column \"{}\"", table.path, source.column), found,
                      fmt::format("the same unit for the role {} in the file and in {}", role, map),
@@ -72,10 +73,10 @@ RoleSource with_file_unit(const RoleSource& source, const std::string& role, con
   if (unit->quantity != quantity) {
     if (quantity == Quantity::kTime || quantity == Quantity::kCurrent || quantity == Quantity::kVoltage)
       refuse(fmt::format("the unit {}", unit->name));
-    return source;
+    return out;
   }
+  if (out.unit == "SI") return out;
   if (source.unit.empty() || source.unit == "1") {
-    if (source.scale != 1.0 || source.offset != 0.0) return source;
     out.unit = unit->name;
     out.scale = unit->scale;
     out.offset = unit->offset;
