@@ -74,7 +74,6 @@ class TableBuilder {
   OddRow cut_;         ///< a line that is too short: only the last one may be
   std::size_t outer_rows_ = 0;
   std::size_t line_ = 0;
-  std::string first_fraction_;  ///< a number and its line after which the decimal sign was settled
 };
 
 void TableBuilder::refuse(const OddRow& row) const {
@@ -202,7 +201,7 @@ void TableBuilder::settle_stamps() {
     table_.about[k].unit = "s";
     table_.about[k].unreadable = read.why_not.value_or("");
     if (!read.why_not) table_.values[k] = std::move(read.seconds);
-    for (const std::string& note : read.notes) table_.notes.push_back(note);
+    table_.about[k].notes = std::move(read.notes);
   }
 }
 

@@ -41,9 +41,10 @@ class InputTable {
 
 /// What else is known of a column of a measured table.
 struct MeasuredColumn {
-  std::string unit;        ///< of the row of units below the names, as written; "s" for time stamps
-  bool is_stamp = false;   ///< time stamps, brought to seconds
-  std::string unreadable;  ///< why its numbers cannot be told, with a line; empty when they can
+  std::string unit;                ///< of the row of units below the names, as written; "s" for time stamps
+  bool is_stamp = false;           ///< time stamps, brought to seconds
+  std::vector<std::string> notes;  ///< how its time stamps were read
+  std::string unreadable;          ///< why its numbers cannot be told, with a line; empty when they can
 
   /// Fields that are no number, by kind.
   struct Holes {
@@ -54,7 +55,7 @@ struct MeasuredColumn {
     [[nodiscard]] std::string text() const;
   } holes;
 
-  std::vector<std::string> words;         ///< the words that stand in it, up to kMostWords
+  std::vector<std::string> words;          ///< the words that stand in it, up to kMostWords
   std::vector<unsigned char> word_of_row; ///< [row] 1 + index into `words`, 0 for none; may be shorter than the rows
   static constexpr std::size_t kMostWords = 60;
 };

@@ -42,7 +42,9 @@ RoleColumn role_column(const MeasuredTable& table, const RoleMap& map, const std
   }
   for (double& value : out.values) value = value * out.source.scale + out.source.offset;
   if (table.about.empty()) return out;
-  const MeasuredColumn::Holes& holes = table.about[index].holes;
+  const MeasuredColumn& about = table.about[index];
+  said.insert(said.end(), about.notes.begin(), about.notes.end());
+  const MeasuredColumn::Holes& holes = about.holes;
   if (holes.all() > holes.empty)
     said.push_back(fmt::format("{} (\"{}\"): {} fields are no numbers ({})", role, from->column, holes.all(), holes.text()));
   if (holes.all() == table.rows() && role != "temperature_1" && role != "ambient" && role != "charge_ah") {

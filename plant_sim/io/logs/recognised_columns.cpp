@@ -187,6 +187,7 @@ std::optional<Candidate> time_column(const MeasuredTable& table) {
 
 /// A counter that resets with each step, or counts both ways up, is none of the net charge.
 bool follows_current(const MeasuredTable& table, const RoleMap& map, const Candidate& counter) {
+  VOLTLAP_DEMAND(counter.column < table.columns.size());
   const auto& time = table.values[table.index_for(map.roles.at("time").column, "time", map.source)];
   std::vector<double> current = table.values[table.index_for(map.roles.at("current").column, "current", map.source)];
   static_cast<void>(sign_by_state(table, current));
@@ -215,14 +216,13 @@ void add_voltage(const MeasuredTable& table, RoleMap& map) {
     const auto found = only(table, "voltage", all);
     if (!found) return;
     const std::string name = column_name(table.columns[found->column]).name;
-    const bool is_pack = std::any_of(std::begin({"pack", "batt", "total", "hv", "bms"}),
-                                     std::end({"pack", "batt", "total", "hv", "bms"}),
-                                     [&](const char* word) { return name.find(word) != std::string::npos; });
+    const auto in = [&](const char* word) { return name.find(word) != std::string::npos; };
+    const bool is_pack = !in("cell") && (in("pack") || in("batt") || in("total") || in("hv"));
     (is_pack ? pack : cell) = found;
   }
   if (cell && pack && !same_values(table, *cell, *pack)) refuse_both(table, "voltage", *cell, *pack);
-  if (cell) map.roles["voltage"] = source_of(table, *cell);
-  else map.roles["pack_voltage"] = source_of(table, *pack);
+  const Candidate& voltage = cell ? *cell : *pack;
+  map.roles[cell ? "voltage" : "pack_voltage"] = source_of(table, voltage);
 }
 
 void note_columns(RoleMap& map) {

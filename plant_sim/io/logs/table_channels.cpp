@@ -151,6 +151,10 @@ void add_table_channels(DriveLog& log, const RoleMap& map, const std::string& pa
     log.defects.push_back({"cut off", "", 1, 0.0, path + ": " + repair});
   for (const std::string& note : table.notes) log.notes.push_back(path + ": " + note);
   if (main) log.notes.insert(log.notes.end(), map.notes.begin(), map.notes.end());
+  if (const RoleSource* time = map.find("time"); time != nullptr && table.find(time->column) >= 0) {
+    const auto& said = table.about[static_cast<std::size_t>(table.find(time->column))].notes;
+    log.notes.insert(log.notes.end(), said.begin(), said.end());
+  }
   TableChannels channels(log, map, table, main);
   for (const auto& [role, source] : roles) {
     if (role != "time") channels.add(role, source);

@@ -281,7 +281,8 @@ TableDialect dialect_of(const std::string& path, const std::vector<TableLine>& l
                        fmt::format("rows of {} numbers without a line of {} names above them", reading.fields,
                                    reading.fields),
                        "a header line such as time_s,current_a,voltage_v, with a name for each field",
-                       "Add it, or give the row the fields that its header has");
+                       "Add it, or give the rows the fields that the header has; with decimal commas separate them by "
+                       "semicolons");
     }
     take_first_line_as_names(reading);
   }
