@@ -198,7 +198,7 @@ void TableBuilder::settle_stamps() {
     stamps_[k].resize(table_.rows());
     StampSeconds read = seconds_of(stamps_[k], table_.columns[k]);
     table_.about[k].is_stamp = true;
-    table_.about[k].unit = "s";
+    table_.about[k].unit.assign(1, 's');
     table_.about[k].unreadable = read.why_not.value_or("");
     if (!read.why_not) table_.values[k] = std::move(read.seconds);
     table_.about[k].notes = std::move(read.notes);

@@ -56,7 +56,8 @@ namespace {
 /// written newest first, shuffled, or pasted together the wrong way round. A clock that starts again gives parts that
 /// overlap instead.
 bool is_permutation(const std::vector<double>& time, const std::vector<std::size_t>& usable, double usual_s) {
-  constexpr double kShuffled = 0.2, kDistinct = 0.95, kNear = 10.0;
+  constexpr double kShuffled = 0.2, kDistinct = 0.95, kNear = 10.0, kRegular = 3.0;
+  constexpr std::size_t kFewParts = 8;
   struct Part {
     double begin, end;
   };
@@ -67,11 +68,14 @@ bool is_permutation(const std::vector<double>& time, const std::vector<std::size
   }
   if (parts.size() < 2) return false;
   const auto n = static_cast<double>(usable.size());
-  if (static_cast<double>(parts.size()) > std::max(3.0, kShuffled * n)) {
+  if (static_cast<double>(parts.size()) > kShuffled * n || parts.size() > kFewParts) {
     std::vector<double> sorted;
     for (const std::size_t row : usable) sorted.push_back(time[row]);
     std::sort(sorted.begin(), sorted.end());
-    return static_cast<double>(std::unique(sorted.begin(), sorted.end()) - sorted.begin()) > kDistinct * n;
+    const std::vector<double> steps = differences(sorted);
+    const auto distinct = static_cast<double>(std::unique(sorted.begin(), sorted.end()) - sorted.begin());
+    const bool regular = quantile(steps, 0.9) < kRegular * quantile(steps, 0.1);
+    if (distinct > kDistinct * n && (regular || static_cast<double>(parts.size()) > kShuffled * n)) return true;
   }
   std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.begin < b.begin; });
   for (std::size_t k = 1; k < parts.size(); ++k) {
@@ -180,7 +184,7 @@ void bring_to_one_cell(CellLog& log, int series) {
   std::size_t impossible = 0;
   for (double& v : log.voltage_v) {
     v *= scale;
-    if (std::isfinite(v) && (v < kCellVoltageMin || v > kCellVoltageMax)) {
+    if (!std::isnan(v) && (v < kCellVoltageMin || v > kCellVoltageMax)) {
       v = std::nan("");
       ++impossible;
     }
