@@ -46,7 +46,8 @@ RoleColumn role_column(const MeasuredTable& table, const RoleMap& map, const std
   said.insert(said.end(), about.notes.begin(), about.notes.end());
   const MeasuredColumn::Holes& holes = about.holes;
   if (holes.all() > holes.empty)
-    said.push_back(fmt::format("{} (\"{}\"): {} fields are no numbers ({})", role, from->column, holes.all(), holes.text()));
+    said.push_back(
+        fmt::format("{} (\"{}\"): {} fields are no numbers ({})", role, from->column, holes.all(), holes.text()));
   if (holes.all() == table.rows() && role != "temperature_1" && role != "ambient" && role != "charge_ah") {
     throw InputError(fmt::format("{}, column \"{}\"", table.path, from->column),
                      fmt::format("no number in any of {} rows ({})", table.rows(), holes.text()),

@@ -59,7 +59,8 @@ void settle_clock(std::vector<double>& time, const RoleSource& source, CellLog& 
     if (middle * size < kFirst || middle * size > kLast) continue;
     if (!source.unit.empty()) {
       throw InputError(log.path, fmt::format("times of about {:.4g} s (\"{}\")", middle, source.column),
-                       fmt::format("seconds; these are {} since 1970", unit), "Correct the unit in the name or the map");
+                       fmt::format("seconds; these are {} since 1970", unit),
+                       "Correct the unit in the name or the map");
     }
     scale(time, size);
     log.repairs.push_back(fmt::format("time is in {} since 1970 (median {:.4g}): brought to s", unit, middle));
@@ -73,7 +74,8 @@ void settle_clock(std::vector<double>& time, const RoleSource& source, CellLog& 
       *high - *low < kLongestSpan && median(differences(all)) > 0.0 && median(differences(all)) < 0.01) {
     const double origin = std::floor(*low);
     for (double& t : time) t = (t - origin) * kSecondsPerDay;
-    log.repairs.push_back(fmt::format("time is in days of a spreadsheet ({:.5g}): brought to s since that day", origin));
+    log.repairs.push_back(
+        fmt::format("time is in days of a spreadsheet ({:.5g}): brought to s since that day", origin));
   }
   std::size_t impossible = 0;
   for (double& t : time) {
@@ -120,7 +122,8 @@ void settle_current_unit(std::vector<double>& current, const std::vector<double>
     i = kNothing;
   }
   if (masked == 0) return;
-  const std::string text = fmt::format("{} of {} rows have an impossible current, such as {:.4g} A", masked, all, first);
+  const std::string text =
+      fmt::format("{} of {} rows have an impossible current, such as {:.4g} A", masked, all, first);
   if (static_cast<double>(masked) > kMasked * static_cast<double>(all)) {
     throw InputError(log.path, text, fmt::format("currents of {:g} to {:g} A", range.min, range.max),
                      "Correct the unit or the scale of the current");
@@ -153,9 +156,10 @@ void settle_temperature_unit(std::vector<double>& temperature, const std::string
   }
   if (masked > 0) log.repairs.push_back(text + " are impossible: not used");
   if (masked == 0 && *low > kHot) {
-    log.repairs.push_back(fmt::format("{} of {:.4g} to {:.4g} is read as degC; as degF it would be {:.1f} to {:.1f} degC "
-                                      "(unit = \"degF\" in a map)",
-                                      role, *low, *high, (*low - 32.0) / 1.8, (*high - 32.0) / 1.8));
+    log.repairs.push_back(
+        fmt::format("{} of {:.4g} to {:.4g} is read as degC; as degF it would be {:.1f} to {:.1f} degC "
+                    "(unit = \"degF\" in a map)",
+                    role, *low, *high, (*low - 32.0) / 1.8, (*high - 32.0) / 1.8));
   }
 }
 
@@ -208,7 +212,8 @@ void settle_time_unit(CellLog& log, const RoleMap& map) {
     log.repairs.push_back(fmt::format("time is in {} ({}): brought to s", unit, why));
   };
   if (ratio) {
-    const std::string why = fmt::format("the charge counter moves {:.3g} times as much as current and time say", *ratio);
+    const std::string why =
+        fmt::format("the charge counter moves {:.3g} times as much as current and time say", *ratio);
     for (const auto& [unit, seconds] : {std::pair{"min", 60.0}, {"h", 3600.0}}) {
       if (!is_about(*ratio, seconds)) continue;
       if (is_told(time)) refuse_units(log, why, "the time or the current");

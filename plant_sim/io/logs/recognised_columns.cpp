@@ -115,8 +115,8 @@ bool same_values(const MeasuredTable& table, const Candidate& a, const Candidate
 
 [[noreturn]] void refuse_both(const MeasuredTable& table, std::string_view role, const Candidate& a,
                               const Candidate& b) {
-  const auto unit = [&](const Candidate& c, const char* usual) { return c.unit_told ? std::string(c.unit.name) : usual; };
   const char* usual = role == "time" ? "s" : role == "current" ? "A" : role.ends_with("voltage") ? "V" : "1";
+  const std::string unit = a.unit_told ? std::string(a.unit.name) : usual;
   const auto called = [&](const Candidate& c) {
     return fmt::format("column {}, \"{}\"", c.column + 1, table.columns[c.column]);
   };
@@ -124,7 +124,7 @@ bool same_values(const MeasuredTable& table, const Candidate& a, const Candidate
                    "one column for each role",
                    fmt::format("Say which in a map (--map), such as {} = {{column = \"{}\", unit = \"{}\"}}; two of "
                                "the same name need other names in the file. A draft:\n{}",
-                               role, table.columns[a.column], unit(a, usual), draft_map(table)));
+                               role, table.columns[a.column], unit, draft_map(table)));
 }
 
 std::vector<Candidate> named(const MeasuredTable& table, const Names& names, Quantity quantity) {
@@ -194,7 +194,8 @@ bool follows_current(const MeasuredTable& table, const RoleMap& map, const Candi
   const auto& q = table.values[counter.column];
   double with = 0.0, counted = 0.0, integrated = 0.0;
   for (std::size_t row = 1; row < table.rows(); ++row) {
-    const double step = q[row] - q[row - 1], drawn = 0.5 * (current[row] + current[row - 1]) * (time[row] - time[row - 1]);
+    const double step = q[row] - q[row - 1];
+    const double drawn = 0.5 * (current[row] + current[row - 1]) * (time[row] - time[row - 1]);
     if (!std::isfinite(step) || !std::isfinite(drawn)) continue;
     with += step * drawn;
     counted += step * step;

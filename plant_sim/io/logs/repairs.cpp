@@ -159,7 +159,8 @@ std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vec
   note(ahead, "rows with a time that jumps ahead and comes back left out");
   note(restarts, "restarts of the clock: parts joined with 60 s between them, state after each left free");
   if (2 * repeated > usable.size()) {
-    throw InputError(log.path, fmt::format("{} of {} rows that repeat the time of the row before", repeated, usable.size()),
+    throw InputError(log.path,
+                     fmt::format("{} of {} rows that repeat the time of the row before", repeated, usable.size()),
                      "a time for each row", "Export the time with seconds and their fraction, or name a finer column");
   }
   VOLTLAP_DEMAND(joined.size() == keep.size());

@@ -247,7 +247,8 @@ void note_what_is_unusual(const Reading& reading, const std::vector<TableLine>& 
   if (before > 0) parts.push_back(fmt::format("{} lines above the names passed over", before));
   if (before > 0 || reading.lines[*reading.names].comment)
     parts.push_back(fmt::format("names in line {}", out.header_line));
-  if (reading.units) parts.push_back(fmt::format("units in line {}", lines[reading.lines[*reading.units].index].number));
+  if (reading.units)
+    parts.push_back(fmt::format("units in line {}", lines[reading.lines[*reading.units].index].number));
   if (out.leading_empty > 0) parts.emplace_back("rows of the innermost of nested levels only");
   if (parts.empty()) return;
   std::string text = "table read with " + parts.front();

@@ -24,7 +24,8 @@ constexpr NamedUnit kSecond{"s", kT}, kMilliSecond{"ms", kT, 1e-3}, kMicroSecond
     kMicroAmpere{"uA", kI, 1e-6}, kVolt{"V", kU}, kMilliVolt{"mV", kU, 1e-3}, kMicroVolt{"uV", kU, 1e-6},
     kCelsius{"degC", kK}, kKelvin{"K", kK, 1, -273.15}, kFahrenheit{"degF", kK, 5.0 / 9.0, -160.0 / 9.0},
     kAmpereHour{"Ah", kQ}, kMilliAmpereHour{"mAh", kQ, 1e-3}, kAmpereSecond{"As", kQ, 1.0 / 3600},
-    kPercent{"%", kP, 0.01}, kMetrePerSecond{"m/s", Quantity::kSpeed}, kKilometrePerHour{"km/h", Quantity::kSpeed, 1 / 3.6},
+    kPercent{"%", kP, 0.01}, kMetrePerSecond{"m/s", Quantity::kSpeed},
+    kKilometrePerHour{"km/h", Quantity::kSpeed, 1 / 3.6},
     kMilePerHour{"mph", Quantity::kSpeed, 0.44704}, kPerMinute{"rpm", Quantity::kRotation},
     kNewtonMetre{"Nm", Quantity::kTorque};
 
@@ -53,7 +54,8 @@ constexpr std::array kSpellings{
     Spelling{"a.s", kAmpereSecond}, Spelling{"coulomb", kAmpereSecond}, Spelling{"%", kPercent},
     Spelling{"percent", kPercent}, Spelling{"m/s", kMetrePerSecond}, Spelling{"km/h", kKilometrePerHour},
     Spelling{"kmh", kKilometrePerHour}, Spelling{"kph", kKilometrePerHour}, Spelling{"mph", kMilePerHour},
-    Spelling{"rpm", kPerMinute}, Spelling{"1/min", kPerMinute}, Spelling{"u/min", kPerMinute}, Spelling{"nm", kNewtonMetre},
+    Spelling{"rpm", kPerMinute}, Spelling{"1/min", kPerMinute}, Spelling{"u/min", kPerMinute},
+    Spelling{"nm", kNewtonMetre},
     Spelling{"n.m", kNewtonMetre}};
 
 // Of columns that no role has; they say that a row is one of units.
@@ -116,7 +118,8 @@ bool is_unit_text(std::string_view text) {
 ColumnName column_name(std::string_view given) {
   std::string plain(trimmed(given));
   for (const auto& [wide, narrow] : {std::pair{"\xEF\xBC\x88", "("}, {"\xEF\xBC\x89", ")"}}) {
-    for (std::size_t at = plain.find(wide); at != std::string::npos; at = plain.find(wide)) plain.replace(at, 3, narrow);
+    for (std::size_t at = plain.find(wide); at != std::string::npos; at = plain.find(wide))
+      plain.replace(at, 3, narrow);
   }
   const std::string_view header = plain;
   const auto [unit, at] = unit_at_end(header);

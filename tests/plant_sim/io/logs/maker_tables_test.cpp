@@ -35,7 +35,9 @@ std::string with_comma(std::string text) {
   return text;
 }
 
-std::string clock_of(double seconds) { return fmt::format("00:{:02}:{:06.3f}", int(seconds) / 60, std::fmod(seconds, 60.0)); }
+std::string clock_of(double seconds) {
+  return fmt::format("00:{:02}:{:06.3f}", static_cast<int>(seconds) / 60, std::fmod(seconds, 60.0));
+}
 
 }  // namespace
 
@@ -121,7 +123,8 @@ TEST(MakerTables, RaceLoggers) {
               rows_of([](const Row& r) {
                 return fmt::format("\"{:.2f}\",\"30\",\"{:.3f}\",\"{:.4f}\"", r.time_s, r.current_a, r.voltage_v);
               }));
-  is_the_cell("\"Format\",\"MoTeC CSV File\",,,\"Workbook\",\"\"\n\"Sample Rate\",\"50.000\",\"Hz\",,\"Duration\",\"12\"\n\n"
+  is_the_cell("\"Format\",\"MoTeC CSV File\",,,\"Workbook\",\"\"\n"
+              "\"Sample Rate\",\"50.000\",\"Hz\",,\"Duration\",\"12\"\n\n"
               "\"Time\",\"Pack Current\",\"Cell Voltage\"\n\"s\",\"A\",\"mV\"\n\n\n" +
               rows_of([](const Row& r) {
                 return fmt::format("\"{:.2f}\",\"{:.3f}\",\"{:.1f}\"", r.time_s, r.current_a, 1e3 * r.voltage_v);

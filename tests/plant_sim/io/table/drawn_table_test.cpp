@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <numeric>
 #include <random>
 #include <string>
@@ -102,9 +103,10 @@ Table drawn_table(const Style& style, Drawn& draw) {
     out.text += draw.maybe(0.2) ? style.end : fmt::format("Key {}: some words{}", k, style.end);
   out.text += joined(out.names, style, draw);
   if (style.unit_row) {
+    const std::map<std::string, std::string> unit_of{
+        {"time", "s"}, {"current", "A"}, {"voltage", "V"}, {"temp", "degC"}, {"charge", "Ah"}};
     std::vector<std::string> units;
-    for (const std::string& name : out.names)
-      units.push_back(name == "time" ? "s" : name == "current" ? "A" : name == "voltage" ? "V" : name == "temp" ? "degC" : "Ah");
+    for (const std::string& name : out.names) units.push_back(unit_of.at(name));
     out.text += joined(units, style, draw);
   }
   out.values.resize(out.names.size());

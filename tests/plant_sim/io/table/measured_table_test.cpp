@@ -78,7 +78,8 @@ TEST(TableDialect, NamesInACommentAreTakenWhereThereAreNoOthers) {
 }
 
 TEST(TableDialect, InnermostRowsOfNestedLevelsAreRead) {
-  const MeasuredTable table = read("Cycle,Cap\n,Step,Name\n,,Record,I(mA),U(V)\n1,100\n,1,CC\n,,1,5,3.5\n,,2,6,3.6\n,2,CV\n,,3,7,3.7\n");
+  const MeasuredTable table = read(
+      "Cycle,Cap\n,Step,Name\n,,Record,I(mA),U(V)\n1,100\n,1,CC\n,,1,5,3.5\n,,2,6,3.6\n,2,CV\n,,3,7,3.7\n");
   LONGS_EQUAL(3, table.rows());
   DOUBLES_EQUAL(7.0, table.values[static_cast<std::size_t>(table.find("I(mA)"))][2], 0.0);
   CHECK(notes(table, "rows of outer levels"));

@@ -30,8 +30,9 @@ TEST(TimeStamp, ClocksOfTwoAndThreePartsAndDays) {
 
 TEST(TimeStamp, SameInstantInEveryForm) {
   const double wanted = 1583280000.0 + 36610.0;  // 4 March 2020, 10:10:10
-  for (const char* text : {"2020-03-04 10:10:10", "2020-03-04T10:10:10Z", "2020-03-04T11:10:10+01:00",
-                           "04.03.2020 10:10:10", "04-Mar-2020 10:10:10", "4/3/2020 10:10:10 AM", "2020/03/04 10:10:10"})
+  for (const char* text :
+       {"2020-03-04 10:10:10", "2020-03-04T10:10:10Z", "2020-03-04T11:10:10+01:00", "04.03.2020 10:10:10",
+        "04-Mar-2020 10:10:10", "4/3/2020 10:10:10 AM", "2020/03/04 10:10:10"})
     DOUBLES_EQUAL_TEXT(wanted, read({text}).seconds[0], 1e-6, text);
   DOUBLES_EQUAL(12 * 3600.0, read({"4/3/2020 10:10:10 PM"}).seconds[0] - wanted, 1e-6);
 }
@@ -51,7 +52,8 @@ TEST(TimeStamp, ClockOfTheDayPassesMidnight) {
 }
 
 TEST(TimeStamp, OtherTextIsNone) {
-  for (const char* text : {"", "3.75", "-5", "1.234.567", "10.0.0.1", "12:61", "2020-13-01", "2020-02-30x", "a:b", "1e-5"})
+  for (const char* text :
+       {"", "3.75", "-5", "1.234.567", "10.0.0.1", "12:61", "2020-13-01", "2020-02-30x", "a:b", "1e-5"})
     CHECK_TEXT(!time_stamp(text).is_stamp(), text);
   CHECK(std::isnan(read({"2023-02-30"}).seconds[0]));
 }
