@@ -42,6 +42,20 @@ bool agree(const MeasuredTable& table, const RoleSource& a, const RoleSource& b)
   return true;
 }
 
+/// "[0.1A]", "(10 mV)", "[daV]": what looks like a unit and is none that is known would be off by its scale.
+void refuse_unknown_unit(const MeasuredTable& table, std::size_t column, const std::string& role) {
+  const std::string row = table.about.empty() ? "" : table.about[column].unit;
+  const std::string text = row.empty() ? column_name(table.columns[column]).unit : row;
+  const bool is_stamp = !table.about.empty() && table.about[column].is_stamp;
+  if (text.empty() || is_stamp || is_unit_text(text)) return;
+  const bool has_digit = std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
+  const bool like_unit = text.size() <= 4 && (text.ends_with('A') || text.ends_with('V') || text.ends_with('s'));
+  if (!has_digit && !like_unit) return;
+  throw InputError(fmt::format("{}, column \"{}\"", table.path, table.columns[column]),
+                   fmt::format("the unit \"{}\"", text), fmt::format("a unit that is known for the role {}", role),
+                   "Give unit and scale in a map (--map)");
+}
+
 }  // namespace
 
 std::optional<NamedUnit> file_unit(const MeasuredTable& table, std::size_t column) {
@@ -64,7 +78,10 @@ RoleSource with_file_unit(const RoleSource& source, const std::string& role, con
   if (source.unit.empty() && (source.scale != 1.0 || source.offset != 0.0)) out.unit = "SI";  // the map's own scale
   if (index < 0 || quantity == Quantity::kOther) return out;
   const auto unit = file_unit(table, static_cast<std::size_t>(index));
-  if (!unit) return out;
+  if (!unit) {
+    if (source.unit.empty()) refuse_unknown_unit(table, static_cast<std::size_t>(index), role);
+    return out;
+  }
   const auto refuse = [&](const std::string& found) {
     throw InputError(fmt::format("{}, column \"{}\"", table.path, source.column), found,
                      fmt::format("the same unit for the role {} in the file and in {}", role, map),
@@ -188,6 +205,20 @@ std::optional<std::string> sign_by_state(const MeasuredTable& table, std::vector
   return std::nullopt;
 }
 
+namespace {
+
+/// Columns in which no field is a number, with an example: "4.2 V" is none.
+std::string columns_of_words(const MeasuredTable& table) {
+  std::vector<std::string> parts;
+  for (std::size_t k = 0; k < table.about.size(); ++k) {
+    if (table.about[k].holes.words == table.rows())
+      parts.push_back(fmt::format("\"{}\" (\"{}\")", table.columns[k], table.about[k].holes.example));
+  }
+  return parts.empty() ? "" : fmt::format("; no numbers in {}", fmt::join(parts, ", "));
+}
+
+}  // namespace
+
 RoleMap role_map_for(const MeasuredTable& table, const DataFolder& data) {
   RoleMap plain = plain_map(table);
   if (is_enough(plain)) return plain;
@@ -198,7 +229,7 @@ RoleMap role_map_for(const MeasuredTable& table, const DataFolder& data) {
   }
   RoleMap recognised = recognised_map(table);
   if (is_enough(recognised)) return recognised;
-  throw InputError(table.path, fmt::format("columns {}", fmt::join(table.columns, ", ")),
+  throw InputError(table.path, fmt::format("columns {}{}", fmt::join(table.columns, ", "), columns_of_words(table)),
                    "time_s, current_a and voltage_v, or a role map (--map)",
                    "This draft is a start for one; save it, correct it and give it with --map:\n" + draft_map(table));
 }

@@ -86,31 +86,37 @@ void settle_clock(std::vector<double>& time, const RoleSource& source, CellLog& 
   if (impossible > 0) log.repairs.push_back(fmt::format("{} times beyond 1e11 s are none", impossible));
 }
 
-void settle_current_unit(std::vector<double>& current, const std::vector<double>& voltage, const RoleSource& source,
-                         const LogOptions& options, CellLog& log) {
-  // Cells of cars have 0.1 mOhm (of hundreds of Ah) to 1 Ohm (a small one in the cold).
-  constexpr double kLeastOhm = 80e-6, kLeastReal = 0.3e-3, kMostReal = 2.0, kWeak = 100.0, kMostAmpere = 1500.0,
-                   kGarbage = 1e7, kMasked = 0.05;
-  std::vector<double> sizes;
-  for (const double i : current) {
-    if (std::isfinite(i) && std::abs(i) < kGarbage) sizes.push_back(std::abs(i));
+namespace {
+
+/// Up to three single rows far beyond all others to which the voltage does not answer: a bit that fell over.
+void mask_spikes(std::vector<double>& current, const std::vector<double>& voltage, CellLog& log) {
+  constexpr std::size_t kMost = 3;
+  constexpr double kBeyond = 10.0, kAnswer = 3.0;  // times the others; a true one would be answered by as much
+  std::vector<double> sizes, answers;
+  for (std::size_t row = 0; row < current.size(); ++row) {
+    if (std::isfinite(current[row])) sizes.push_back(std::abs(current[row]));
+    const double dv = row > 0 ? std::abs(voltage[row] - voltage[row - 1]) : 0.0;
+    if (std::isfinite(dv)) answers.push_back(dv);
   }
-  const double usual = quantile(sizes, 0.99) / options.cells_in_parallel;
-  const double in_mv = std::abs(median(voltage)) / options.cells_in_series > 500.0 ? 1e-3 : 1.0;
-  const double ohm =
-      step_resistance(current, voltage) * in_mv / options.cells_in_series * options.cells_in_parallel;
-  const bool impossible = (ohm > 0.0 && ohm < kLeastOhm && usual > kWeak) || usual > kMostAmpere;
-  const bool as_ma = usual / 1e3 <= kMostAmpere && (ohm == 0.0 || (ohm * 1e3 > kLeastReal && ohm * 1e3 < kMostReal));
-  if (impossible && as_ma) {
-    const std::string found = fmt::format("up to {:.4g} A at {:.3g} mOhm for each cell", usual, 1e3 * ohm);
-    if (!source.unit.empty()) {
-      throw InputError(fmt::format("{}, column \"{}\"", log.path, source.column), found,
-                       "a current in " + source.unit + " as its name or the map says; as mA it would be a cell's",
-                       "Name the column current_ma, give unit = \"mA\" in a map, or --cells-in-parallel of a pack");
-    }
-    scale(current, 1e-3);
-    log.repairs.push_back(fmt::format("current is in mA ({}): divided by 1000", found));
+  if (sizes.size() <= 10 * kMost || answers.size() <= 10 * kMost) return;
+  std::sort(sizes.begin(), sizes.end());
+  std::sort(answers.begin(), answers.end());
+  const double usual_answer = answers[answers.size() - 1 - 2 * kMost];
+  const double usual = sizes[sizes.size() - 1 - kMost];
+  for (std::size_t row = 1; row + 1 < current.size() && usual > 0.0; ++row) {
+    const bool alone = std::abs(current[row - 1]) <= usual && std::abs(current[row + 1]) <= usual;
+    const double answer =
+        std::max(std::abs(voltage[row] - voltage[row - 1]), std::abs(voltage[row + 1] - voltage[row]));
+    if (!(std::abs(current[row]) > kBeyond * usual) || !alone || !(answer < kAnswer * usual_answer)) continue;
+    log.repairs.push_back(fmt::format("a single row of {:.4g} A that the voltage does not follow, others to {:.4g} A",
+                                      current[row], usual));
+    current[row] = kNothing;
   }
+}
+
+/// More than a few in a hundred are refused.
+void mask_impossible(std::vector<double>& current, CellLog& log) {
+  constexpr double kMasked = 0.05;
   const RoleRange range = role_range("current");
   std::size_t masked = 0, all = 0;
   double first = 0.0;
@@ -129,6 +135,38 @@ void settle_current_unit(std::vector<double>& current, const std::vector<double>
                      "Correct the unit or the scale of the current");
   }
   log.repairs.push_back(text + ": left out");
+}
+
+}  // namespace
+
+void settle_current_unit(std::vector<double>& current, const std::vector<double>& voltage, const RoleSource& source,
+                         const LogOptions& options, CellLog& log) {
+  // Cells of cars have 0.1 mOhm (of hundreds of Ah) to 1 Ohm (a small one in the cold).
+  constexpr double kLeastOhm = 80e-6, kLeastReal = 0.3e-3, kMostReal = 2.0, kWeak = 100.0, kMostAmpere = 1500.0,
+                   kGarbage = 1e7;
+  std::vector<double> sizes, likely = current;
+  for (double& i : likely) {
+    if (std::isfinite(i) && std::abs(i) < kGarbage) sizes.push_back(std::abs(i));
+    else i = kNothing;
+  }
+  const double usual = quantile(sizes, 0.99) / options.cells_in_parallel;
+  const double in_mv = std::abs(median(voltage)) / options.cells_in_series > 500.0 ? 1e-3 : 1.0;
+  const double ohm =
+      step_resistance(likely, voltage) * in_mv / options.cells_in_series * options.cells_in_parallel;
+  const bool impossible = (ohm > 0.0 && ohm < kLeastOhm && usual > kWeak) || usual > kMostAmpere;
+  const bool as_ma = usual / 1e3 <= kMostAmpere && (ohm == 0.0 || (ohm * 1e3 > kLeastReal && ohm * 1e3 < kMostReal));
+  if (impossible && as_ma) {
+    const std::string found = fmt::format("up to {:.4g} A at {:.3g} mOhm for each cell", usual, 1e3 * ohm);
+    if (!source.unit.empty()) {
+      throw InputError(fmt::format("{}, column \"{}\"", log.path, source.column), found,
+                       "a current in " + source.unit + " as its name or the map says; as mA it would be a cell's",
+                       "Name the column current_ma, give unit = \"mA\" in a map, or --cells-in-parallel of a pack");
+    }
+    scale(current, 1e-3);
+    log.repairs.push_back(fmt::format("current is in mA ({}): divided by 1000", found));
+  }
+  mask_impossible(current, log);
+  mask_spikes(current, voltage, log);
 }
 
 void settle_temperature_unit(std::vector<double>& temperature, const std::string& role, CellLog& log) {

@@ -213,6 +213,8 @@ std::vector<std::string> names_of(const Reading& reading, TableDialect& out) {
   for (std::size_t k = 0; k < columns.size(); ++k) {
     columns[k] = utf8_of(columns[k]);
     std::replace(columns[k].begin(), columns[k].end(), '\n', ' ');
+    if (columns[k].size() > 2 && columns[k].starts_with('\'') && columns[k].ends_with('\''))
+      columns[k] = columns[k].substr(1, columns[k].size() - 2);
     if (columns[k].empty()) columns[k] = fmt::format("column {}", k + 1);
   }
   while (out.leading_empty < names.size() && names.fields[out.leading_empty].empty()) ++out.leading_empty;

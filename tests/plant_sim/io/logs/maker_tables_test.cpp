@@ -145,6 +145,17 @@ TEST(MakerTables, TwoColumnsThatMayBeTheCurrentAreRefusedWithBoth) {
   }
 }
 
+TEST(MakerTables, UnitThatIsNotKnownIsNotPassedOver) {
+  const auto table = [](const char* unit) {
+    return fmt::format("Time [s],I [{}],U [V]\n", unit) + rows_of([](const Row& r) {
+             return fmt::format("{},{},{}", r.time_s, r.current_a, r.voltage_v);
+           });
+  };
+  STRCMP_CONTAINS("the unit \"0.1A\"", refusal(table("0.1A")).c_str());
+  STRCMP_CONTAINS("the unit \"daA\"", refusal(table("daA")).c_str());
+  STRCMP_EQUAL("no error", refusal(table("measured")).c_str());
+}
+
 TEST(MakerTables, UnitOfTheMapThatContradictsTheFileIsRefusedAndOneThatIsNotGivenTaken) {
   const std::string path = scratch.write("a.csv", "Time [s],I [mA],U [V]\n" + rows_of([](const Row& r) {
                                            return fmt::format("{},{},{}", r.time_s, 1e3 * r.current_a, r.voltage_v);

@@ -109,6 +109,17 @@ TEST(PlausibleUnits, ImpossibleCurrentsAreMaskedAndCountedAndManyRefused) {
   STRCMP_CONTAINS("40 of 400 rows", complaint([&] { (void)cell_log_of(table, pulses.map(), {}); }).c_str());
 }
 
+TEST(PlausibleUnits, SingleRowThatTheVoltageDoesNotFollowIsLeftOut) {
+  const Pulses pulses;
+  MeasuredTable table = pulses.table();
+  table.values[1][110] = 4000.0;
+  const CellLog log = cell_log_of(table, pulses.map(), {});
+  LONGS_EQUAL(399, log.rows());
+  CHECK(said(log, "a single row of 4000 A"));
+  table.values[2][110] -= 0.01 * 4000.0 / 20.0;  // an answer: it was there
+  LONGS_EQUAL(400, cell_log_of(table, pulses.map(), {}).rows());
+}
+
 TEST(PlausibleUnits, RowsInAnotherOrderAreSortedAndPartsOfARestartedClockJoined) {
   const Pulses pulses;
   const MeasuredTable table = pulses.table();
