@@ -179,7 +179,6 @@ CellParameters cell_parameters(const CellIdentification& identified, const CellB
   if (identified.temperatures_c.size() == 1)
     reach_beyond_temperature(reference.temperature_c, reference.result.model.per_kelvin, cell);
   require_finite(cell, reference.result.files);
-  require_possible_size(cell, body);
   for (std::string& what : implausible(cell, body)) notes.push_back(std::move(what));
   return cell;
 }
