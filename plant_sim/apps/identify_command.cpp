@@ -290,6 +290,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   const auto shipped = [&](const std::string& cell) { return load_cell(data, cell, "identify"); };
   const CellBody body = cell_body(told, identified.reference_point().result.model.capacity_ah, shipped);
   const CellParameters cell = cell_parameters(identified, body, cell_name(), identified.reference_point().result.notes);
+  require_possible_size(cell, body);
   std::FILE* to = summary_stream({out_, json_, report_});
   fmt::print(to, "{}", identification_text(cell, body, identified, recordings_.cells_in_series));
   if (mean) fmt::print(to, "{}", spread_text(*mean));

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -132,41 +131,6 @@ double InputTable::number(std::size_t row, std::string_view column) const {
 std::string InputTable::place(std::size_t row) const {
   VOLTLAP_DEMAND(row < rows_.size());
   return fmt::format("{}:{}", path_, rows_[row].line);
-}
-
-int MeasuredTable::find(std::string_view column) const {
-  const auto at = std::find(columns.begin(), columns.end(), column);
-  return at == columns.end() ? -1 : static_cast<int>(at - columns.begin());
-}
-
-MeasuredTable read_measured_table(const std::string& path) {
-  RowReader reader(path, "a table, plain or gzipped");
-  MeasuredTable table;
-  table.path = path;
-  table.columns = reader.columns();
-  table.values.resize(table.columns.size());
-  constexpr const char* kComplete = "Complete the row or remove it";
-  std::size_t cut_off = 0, cut_fields = 0;  // a line that is too short: only the last one may be
-  while (reader.next()) {
-    if (cut_off > 0) reader.refuse(cut_off, cut_fields, kComplete);
-    const auto& fields = reader.fields();
-    if (fields.size() > table.columns.size()) reader.refuse(reader.line(), fields.size(), kComplete);
-    if (fields.size() < table.columns.size()) {
-      cut_off = reader.line();
-      cut_fields = fields.size();
-      continue;
-    }
-    for (std::size_t k = 0; k < fields.size(); ++k) table.values[k].push_back(number_of(fields[k]));
-    table.lines.push_back(reader.line());
-  }
-  if (cut_off > 0) table.repairs.push_back(fmt::format("last line {} is cut off: left out", cut_off));
-  if (table.lines.empty()) {
-    throw InputError(path, table.columns.empty() ? "an empty file" : "a header line without rows", kRowsExpected,
-                     "Check that this is the recording you meant");
-  }
-  VOLTLAP_DEMAND(table.values.size() == table.columns.size());
-  VOLTLAP_DEMAND(table.values.back().size() == table.lines.size());
-  return table;
 }
 
 }  // namespace voltlap::plant

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Comma-separated tables with a header line, plain or gzipped. Lines that begin with `#` and empty ones are passed
-// over; a byte order mark, Windows line ends, blanks and quotation marks around a field are taken as they come.
+// Tables with a header line, plain or gzipped. Lines that begin with `#` and empty ones are passed over; a byte order
+// mark, Windows line ends, blanks and quotation marks around a field are taken as they come.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -39,17 +39,46 @@ class InputTable {
   std::vector<Row> rows_;
 };
 
+/// What else is known of a column of a measured table.
+struct MeasuredColumn {
+  std::string unit;                ///< of the row of units below the names, as written; "s" for time stamps
+  bool is_stamp = false;           ///< time stamps, brought to seconds
+  std::vector<std::string> notes;  ///< how its time stamps were read
+  std::string unreadable;          ///< why its numbers cannot be told, with a line; empty when they can
+
+  /// Fields that are no number, by kind.
+  struct Holes {
+    std::size_t empty = 0, missing = 0, not_finite = 0, words = 0;
+    std::string example;  ///< the first that is not empty
+    [[nodiscard]] std::size_t all() const { return empty + missing + not_finite + words; }
+    /// "3 empty, 1 infinite (such as \"#DIV/0!\")"
+    [[nodiscard]] std::string text() const;
+  } holes;
+
+  std::vector<std::string> words;          ///< the words that stand in it, up to kMostWords
+  std::vector<unsigned char> word_of_row; ///< [row] 1 + index into `words`, 0 for none; may be shorter than the rows
+  static constexpr std::size_t kMostWords = 60;
+};
+
 /// A table that a test bench or a logger wrote: columns of numbers with holes; an empty field or a word is NaN.
+/// Whatever separates its fields, a decimal point or comma, lines of text above the names, a row of units, time stamps
+/// and nested levels are found from its rows and said in `notes`.
 struct MeasuredTable {
   std::string path;
   std::vector<std::string> columns;
-  std::vector<std::vector<double>> values;  ///< [column][row]
+  std::vector<std::vector<double>> values;  ///< [column][row]; finite or NaN
   std::vector<std::size_t> lines;           ///< [row] line in the file, from 1
   std::vector<std::string> repairs;         ///< what was mended while reading, in words
+  std::vector<std::string> notes;           ///< how it was read where it is no plain table, in words
+  std::vector<MeasuredColumn> about;        ///< [column]; empty for a table that was no file
 
   [[nodiscard]] std::size_t rows() const { return lines.size(); }
   /// Index of a column, or -1.
   [[nodiscard]] int find(std::string_view column) const;
+  /// Index of the column that plays a role in a map. Throws InputError when there is none, when two that differ have
+  /// that name, and when its numbers cannot be told.
+  [[nodiscard]] std::size_t index_for(const std::string& column, const std::string& role,
+                                      const std::string& map) const;
 };
 
 /// Throws InputError when the file cannot be read, has no rows, or a row in the middle has another number of fields

@@ -10,6 +10,8 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
+#include "io/logs/plain_columns.hpp"
+#include "io/logs/plausible_units.hpp"
 #include "io/logs/repairs.hpp"
 
 namespace voltlap::plant {
@@ -17,28 +19,47 @@ namespace {
 
 constexpr double kSecondsPerHour = 3600.0;
 
-std::vector<double> column(const MeasuredTable& table, const RoleMap& map, const std::string& role, bool needed) {
+const RoleSource& needed_role(const RoleMap& map, const std::string& role) {
+  if (const RoleSource* from = map.find(role)) return *from;
+  throw InputError(map.source, "no role \"" + role + "\"", "roles time, current and voltage (or pack_voltage)",
+                   "Add the role to the map");
+}
+
+/// A role's column in SI; empty when the map has none.
+struct RoleColumn {
+  RoleSource source;
+  std::vector<double> values;
+};
+
+RoleColumn role_column(const MeasuredTable& table, const RoleMap& map, const std::string& role,
+                       std::vector<std::string>& said) {
   const RoleSource* from = map.find(role);
-  if (from == nullptr) {
-    if (!needed) return {};
-    throw InputError(map.source, "no role \"" + role + "\"", "roles time, current and voltage (or pack_voltage)",
-                     "Add the role to the map");
+  if (from == nullptr) return {};
+  const std::size_t index = table.index_for(from->column, role, map.source);
+  RoleColumn out{with_file_unit(*from, role, table, map.source, said), table.values[index]};
+  if (role == "current" && from->discharge == DischargeSign::kAuto) {
+    if (const auto signed_by = sign_by_state(table, out.values)) said.push_back(*signed_by);
   }
-  const int index = table.find(from->column);
-  if (index < 0) {
-    throw InputError(table.path, fmt::format("no column \"{}\"", from->column),
-                     fmt::format("that column for the role {} ({})", role, map.source),
-                     "Correct the map or the file");
+  for (double& value : out.values) value = value * out.source.scale + out.source.offset;
+  if (table.about.empty()) return out;
+  const MeasuredColumn& about = table.about[index];
+  said.insert(said.end(), about.notes.begin(), about.notes.end());
+  const MeasuredColumn::Holes& holes = about.holes;
+  if (holes.all() > holes.empty)
+    said.push_back(
+        fmt::format("{} (\"{}\"): {} fields are no numbers ({})", role, from->column, holes.all(), holes.text()));
+  if (holes.all() == table.rows() && role != "temperature_1" && role != "ambient" && role != "charge_ah") {
+    throw InputError(fmt::format("{}, column \"{}\"", table.path, from->column),
+                     fmt::format("no number in any of {} rows ({})", table.rows(), holes.text()),
+                     fmt::format("numbers for the role {}", role), "Correct the column in the map, or the file");
   }
-  std::vector<double> out = table.values[static_cast<std::size_t>(index)];
-  for (double& value : out) value = value * from->scale + from->offset;
   return out;
 }
 
 std::vector<double> picked(const std::vector<double>& values, const std::vector<std::size_t>& rows) {
   std::vector<double> out;
   if (values.empty()) return out;
-  VOLTLAP_DEMAND(rows.empty() || rows.back() < values.size());
+  VOLTLAP_DEMAND(rows.empty() || *std::max_element(rows.begin(), rows.end()) < values.size());
   out.reserve(rows.size());
   for (const std::size_t row : rows) out.push_back(values[row]);
   return out;
@@ -68,42 +89,75 @@ const char* name_of(CurrentHold hold) {
 
 namespace {
 
+/// What a recording of one battery holds, row by row of the file, in SI.
+struct RowValues {
+  std::vector<double> time, current, voltage, temperature, ambient, charge;
+
+  void keep(const std::vector<std::size_t>& rows) {
+    for (auto* values : {&time, &current, &voltage, &temperature, &ambient, &charge}) *values = picked(*values, rows);
+  }
+};
+
+RowValues values_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options, CellLog& log) {
+  RowValues out;
+  static_cast<void>(needed_role(map, "time"));
+  static_cast<void>(needed_role(map, "current"));
+  const std::string volts = map.find("voltage") == nullptr ? "pack_voltage" : "voltage";
+  static_cast<void>(needed_role(map, volts));
+  RoleColumn time = role_column(table, map, "time", log.repairs);
+  settle_clock(time.values, time.source, log);
+  out.time = std::move(time.values);
+  out.voltage = role_column(table, map, volts, log.repairs).values;
+  RoleColumn current = role_column(table, map, "current", log.repairs);
+  settle_current_unit(current.values, out.voltage, current.source, options, log);
+  out.current = std::move(current.values);
+  out.temperature = role_column(table, map, "temperature_1", log.repairs).values;
+  settle_temperature_unit(out.temperature, "temperature_1", log);
+  out.ambient = role_column(table, map, "ambient", log.repairs).values;
+  settle_temperature_unit(out.ambient, "ambient", log);
+  out.charge = role_column(table, map, "charge_ah", log.repairs).values;
+  return out;
+}
+
 CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
   CellLog log;
   log.path = table.path;
   log.map = map.source;
-  log.repairs = table.repairs;
-  std::vector<double> time = column(table, map, "time", true);
-  std::vector<double> current = column(table, map, "current", true);
-  const bool pack = map.find("voltage") == nullptr;
-  const std::vector<double> voltage = column(table, map, pack ? "pack_voltage" : "voltage", true);
-  const std::vector<std::size_t> inside = rows_in_window(time, options);
-  if (inside.size() < time.size())
-    log.repairs.push_back(fmt::format("window: {} of {} rows", inside.size(), time.size()));
-  time = picked(time, inside);
-  current = picked(current, inside);
+  for (const auto* said : {&table.repairs, &table.notes, &map.notes})
+    log.repairs.insert(log.repairs.end(), said->begin(), said->end());
+  RowValues values = values_of(table, map, options, log);
+  const std::vector<std::size_t> inside = rows_in_window(values.time, options);
+  if (inside.size() < values.time.size())
+    log.repairs.push_back(fmt::format("window: {} of {} rows", inside.size(), values.time.size()));
+  values.keep(inside);
   std::vector<bool> joined;
-  const auto rows = rows_in_order(time, current, log, joined);
+  const auto rows = rows_in_order(values.time, values.current, log, joined);
   if (rows.size() < 10) {
     throw InputError(table.path, fmt::format("{} usable rows", rows.size()),
                      "at least 10 with time, current and voltage", "Check the columns in the map and --window");
   }
-  log.time_s = picked(time, rows);
-  log.current_a = picked(current, rows);
-  log.voltage_v = picked(picked(voltage, inside), rows);
-  log.temperature_c = picked(picked(column(table, map, "temperature_1", false), inside), rows);
-  log.ambient_c = picked(picked(column(table, map, "ambient", false), inside), rows);
-  log.charge_ah = picked(picked(column(table, map, "charge_ah", false), inside), rows);
+  values.keep(rows);
+  log.time_s = std::move(values.time);
+  log.current_a = std::move(values.current);
+  log.voltage_v = std::move(values.voltage);
+  log.temperature_c = std::move(values.temperature);
+  log.ambient_c = std::move(values.ambient);
+  log.charge_ah = std::move(values.charge);
+  fill_holes(log.temperature_c, log.time_s, "temperature", log);
+  fill_holes(log.ambient_c, log.time_s, "ambient temperature", log);
+  fill_holes(log.charge_ah, log.time_s, "charge counter", log);
   for (double& i : log.current_a) i /= options.cells_in_parallel;
   for (double& q : log.charge_ah) q /= options.cells_in_parallel;
   find_gaps(log, joined);
   bring_to_one_cell(log, options.cells_in_series);
-  const RoleSource* sign = map.find("current");
-  settle_sign(log, sign->discharge);
+  settle_sign(log, needed_role(map, "current").discharge);
   settle_counter(log);
+  settle_time_unit(log, map);
   note_held_rows(log);
   VOLTLAP_DEMAND(log.current_a.size() == log.rows() && log.voltage_v.size() == log.rows());
   VOLTLAP_DEMAND(log.gap.size() == log.rows() && !log.gap.front());
+  VOLTLAP_DEMAND(increasing(log.time_s) && all_finite(log.time_s) && all_finite(log.current_a));
+  VOLTLAP_DEMAND(all_finite(log.temperature_c) && all_finite(log.ambient_c) && all_finite(log.charge_ah));
   return log;
 }
 
@@ -111,7 +165,8 @@ CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOpt
 
 CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
   CellLog log = log_of_rows(table, map, options);
-  const std::vector<double> raw = column(table, map, map.find("voltage") == nullptr ? "pack_voltage" : "voltage", true);
+  const RoleSource& volts = needed_role(map, map.find("voltage") == nullptr ? "pack_voltage" : "voltage");
+  const std::vector<double>& raw = table.values[table.index_for(volts.column, "voltage", map.source)];
   const auto holes = std::count_if(raw.begin(), raw.end(), [](double v) { return !std::isfinite(v); });
   if (holes > 0) log.repairs.push_back(fmt::format("{} rows without a voltage are not used", holes));
   return log;
@@ -147,7 +202,7 @@ CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
   RoleMap plain;
   plain.source = drive.map;
   const auto add = [&](const char* role, std::vector<double> values) {
-    plain.roles[role] = {role};
+    plain.roles[role] = {role, 1.0, 0.0, DischargeSign::kAuto, "SI"};
     rows.columns.emplace_back(role);
     rows.values.push_back(std::move(values));
   };

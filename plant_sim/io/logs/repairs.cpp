@@ -50,48 +50,119 @@ bool counter_disagrees(const CellLog& log, std::size_t row, double tolerance_ah)
 
 }  // namespace
 
+namespace {
+
+/// Parts of a recording, each with rising times, that follow each other when put in another order: a table that was
+/// written newest first, shuffled, or pasted together the wrong way round. A clock that starts again gives parts that
+/// overlap instead.
+bool is_permutation(const std::vector<double>& time, const std::vector<std::size_t>& usable, double usual_s) {
+  constexpr double kShuffled = 0.2, kDistinct = 0.95, kNear = 10.0, kRegular = 3.0;
+  constexpr std::size_t kFewParts = 8;
+  struct Part {
+    double begin, end;
+  };
+  std::vector<Part> parts;
+  for (const std::size_t row : usable) {
+    if (parts.empty() || time[row] < parts.back().end) parts.push_back({time[row], time[row]});
+    parts.back().end = time[row];
+  }
+  if (parts.size() < 2) return false;
+  const auto n = static_cast<double>(usable.size());
+  if (static_cast<double>(parts.size()) > kShuffled * n || parts.size() > kFewParts) {
+    std::vector<double> sorted;
+    for (const std::size_t row : usable) sorted.push_back(time[row]);
+    std::sort(sorted.begin(), sorted.end());
+    const std::vector<double> steps = differences(sorted);
+    const auto distinct = static_cast<double>(std::unique(sorted.begin(), sorted.end()) - sorted.begin());
+    const bool regular = quantile(steps, 0.9) < kRegular * quantile(steps, 0.1);
+    if (distinct > kDistinct * n && (regular || static_cast<double>(parts.size()) > kShuffled * n)) return true;
+  }
+  std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.begin < b.begin; });
+  for (std::size_t k = 1; k < parts.size(); ++k) {
+    const double between = parts[k].begin - parts[k - 1].end;
+    if (!(between > 0.0) || between > kNear * usual_s) return false;
+  }
+  return true;
+}
+
+/// Rows with time and current, in the order of the file, or of time where that is only another order.
+std::vector<std::size_t> usable_rows(const std::vector<double>& time, const std::vector<double>& current,
+                                     double usual_s, CellLog& log) {
+  std::vector<std::size_t> out;
+  for (std::size_t row = 0; row < time.size(); ++row) {
+    if (std::isfinite(time[row]) && std::isfinite(current[row])) out.push_back(row);
+  }
+  if (!is_permutation(time, out, usual_s)) return out;
+  std::stable_sort(out.begin(), out.end(), [&](std::size_t a, std::size_t b) { return time[a] < time[b]; });
+  std::size_t moved = 0;
+  for (std::size_t k = 1; k < out.size(); ++k) moved += out[k] < out[k - 1] ? 1 : 0;
+  log.repairs.push_back(fmt::format("rows sorted by time: {} stood before an earlier one", moved));
+  return out;
+}
+
+/// Median of the steps of time, forward or back.
+double usual_interval(const std::vector<double>& time) {
+  std::vector<double> steps;
+  for (const double step : differences(time)) {
+    if (std::isfinite(step) && step != 0.0) steps.push_back(std::abs(step));
+  }
+  return median(std::move(steps));
+}
+
+}  // namespace
+
 std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vector<double>& current, CellLog& log,
                                        std::vector<bool>& joined) {
   VOLTLAP_DEMAND(time.size() == current.size());
+  constexpr double kJoin = 60.0;   // assumed pause between two parts; the state after it is left free
+  constexpr double kAhead = 10.0;  // usual intervals
+  const double usual_s = usual_interval(time);
+  const std::vector<std::size_t> usable = usable_rows(time, current, usual_s, log);
   std::vector<std::size_t> keep;
-  std::size_t holes = 0, repeated = 0, backward = 0, restarts = 0;
-  constexpr double kJoin = 60.0;  // assumed pause between two parts; the state after it is left free
+  std::size_t repeated = 0, backward = 0, ahead = 0, restarts = 0;
   double shift = 0.0;
-  bool restarted = false;
-  for (std::size_t row = 0; row < time.size(); ++row) {
-    if (!std::isfinite(time[row]) || !std::isfinite(current[row])) {
-      ++holes;
-      continue;
-    }
-    double t = time[row] + shift;
-    if (!keep.empty() && t <= time[keep.back()]) {
-      const double back = time[keep.back()] - t;
-      const bool goes_on = row + 1 < time.size() && time[row + 1] + shift > time[keep.back()];
+  for (std::size_t k = 0; k < usable.size(); ++k) {
+    const std::size_t row = usable[k];
+    const bool last = k + 1 == usable.size();
+    const double t = time[row] + shift, next = last ? t : time[usable[k + 1]] + shift;
+    bool restarted = false;
+    if (!keep.empty()) {
+      const double before = time[keep.back()], back = before - t;
       if (back == 0.0) {
         ++repeated;
         continue;
       }
-      if (goes_on || back < 1.0) {
+      if (t - before > kAhead * usual_s && next > before && next - before < 2.0 * kAhead * usual_s && next < t) {
+        ++ahead;
+        continue;
+      }
+      if (back > 0.0 && ((!last && next > before) || back < 1.0)) {
         ++backward;
         continue;
       }
-      ++restarts;
-      shift += back + kJoin;
-      t = time[row] + shift;
-      restarted = true;
+      if (back > 0.0) {
+        ++restarts;
+        shift += back + kJoin;
+        restarted = true;
+      }
     }
-    time[row] = t;
+    time[row] += shift;
     keep.push_back(row);
     joined.push_back(restarted);
-    restarted = false;
   }
   const auto note = [&](std::size_t count, const char* what) {
     if (count > 0) log.repairs.push_back(fmt::format("{} {}", count, what));
   };
-  note(holes, "rows without a time or current left out");
+  note(time.size() - usable.size(), "rows without a time or current left out");
   note(repeated, "rows that repeat a time left out");
   note(backward, "rows with a time that goes back left out");
+  note(ahead, "rows with a time that jumps ahead and comes back left out");
   note(restarts, "restarts of the clock: parts joined with 60 s between them, state after each left free");
+  if (2 * repeated > usable.size()) {
+    throw InputError(log.path,
+                     fmt::format("{} of {} rows that repeat the time of the row before", repeated, usable.size()),
+                     "a time for each row", "Export the time with seconds and their fraction, or name a finer column");
+  }
   VOLTLAP_DEMAND(joined.size() == keep.size());
   return keep;
 }
@@ -114,7 +185,7 @@ void bring_to_one_cell(CellLog& log, int series) {
   std::size_t impossible = 0;
   for (double& v : log.voltage_v) {
     v *= scale;
-    if (std::isfinite(v) && (v < kCellVoltageMin || v > kCellVoltageMax)) {
+    if (!std::isnan(v) && (v < kCellVoltageMin || v > kCellVoltageMax)) {
       v = std::nan("");
       ++impossible;
     }

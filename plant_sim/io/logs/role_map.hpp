@@ -30,6 +30,7 @@ struct RoleMap {
   std::vector<std::string> match;           ///< header lines that it fits
   std::vector<std::uint32_t> match_frames;  ///< identifiers of a CAN recording that it fits, without flags
   std::map<std::string, RoleSource> roles;  ///< by role name; <n> may stand for all numbers at once
+  std::vector<std::string> notes{};         ///< how columns were recognised where no map named them
   [[nodiscard]] const RoleSource* find(const std::string& role) const;
 };
 
@@ -40,7 +41,8 @@ struct RoleMap {
 [[nodiscard]] std::string path_in_map(const RoleMap& map, const std::string& text);
 
 /// The map for a table without a map of its own: the plain column names (time_s, current_a, voltage_v, ...), else
-/// the shipped map whose `match` has its header. Throws InputError with a draft map when neither fits.
+/// the shipped map whose `match` has its header, else the names that makers of cyclers and loggers use. Throws
+/// InputError with a draft map when none fits, and when two columns may play the same role.
 [[nodiscard]] RoleMap role_map_for(const MeasuredTable& table, const DataFolder& data);
 
 }  // namespace voltlap::plant

@@ -182,6 +182,7 @@ void take_unit(const Entry& entry, RoleSource& out, Complaints& complaints) {
   Unit unit = unit_of("", "1");
   complaints.collect([&] {
     const std::string name = entry.text("unit").value_or("1");
+    if (name != "1") out.unit = name;
     unit = unit_of(entry.place("unit"), name);
     if (unit_fits(unit, entry.role())) return;
     throw InputError(entry.place("unit"), fmt::format("unit = \"{}\"", name),

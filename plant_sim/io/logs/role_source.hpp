@@ -16,6 +16,7 @@ struct RoleSource {
   std::string column;
   double scale = 1.0, offset = 0.0;  ///< raw to SI: raw * scale + offset
   DischargeSign discharge = DischargeSign::kAuto;
+  std::string unit{};  ///< as it was told by the map or by the column's name; empty: told by nobody
 
   std::optional<std::uint32_t> frame{};  ///< identifier, bit 31 set for 29 bits; none: the source is a column
   std::string signal{}, dbc{};           ///< of the frame; the path as it stands in the map

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Roles from the columns of a table.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/logs/channel_builder.hpp"
+#include "io/logs/plain_columns.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -17,7 +19,10 @@ namespace {
 class TableChannels {
  public:
   TableChannels(DriveLog& log, const RoleMap& map, const MeasuredTable& table, bool main)
-      : log_(log), map_(map), table_(table), main_(main) {}
+      : log_(log), map_(map), table_(table), main_(main) {
+    const RoleSource* time = map.find("time");
+    if (time != nullptr) time_ = with_file_unit(*time, "time", table, map.source, log.notes);
+  }
 
   void add(const std::string& role, const RoleSource& source);
 
@@ -33,26 +38,48 @@ class TableChannels {
   const RoleMap& map_;
   const MeasuredTable& table_;
   bool main_;
+  std::optional<RoleSource> time_;  ///< in the unit that the file gives
 };
 
+/// Kelvin taken for degC, and percent taken for shares of 1, are brought to what the role is in, and said.
+RoleSource with_plausible_unit(const RoleSource& source, const std::string& role, const std::vector<double>& values,
+                               DriveLog& log) {
+  constexpr double kKelvinLow = 233.0, kKelvinHigh = 353.0, kZeroCelsius = 273.15, kPercentLeast = 1.5,
+                   kPercentMost = 110.0;
+  double low = 1e300, high = -1e300;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    low = std::min(low, value * source.scale + source.offset);
+    high = std::max(high, value * source.scale + source.offset);
+  }
+  RoleSource out = source;
+  if ((role.starts_with("temperature_") || role == "ambient") && low > kKelvinLow && high < kKelvinHigh) {
+    out.offset -= kZeroCelsius;
+    log.notes.push_back(fmt::format("{} is in K ({:.1f} to {:.1f}): brought to degC", role, low, high));
+  }
+  const bool is_share = role == "soc" || role == "accelerator" || role == "brake";
+  const bool untold = source.unit.empty() && source.scale == 1.0 && source.offset == 0.0;
+  if (is_share && untold && high > kPercentLeast && high < kPercentMost && low > -kPercentMost / 10.0) {
+    out.scale = 0.01;
+    log.notes.push_back(fmt::format("{} is in % ({:.4g} to {:.4g}): divided by 100", role, low, high));
+  }
+  return out;
+}
+
 const std::vector<double>& TableChannels::column_of(const std::string& column, const std::string& role) const {
-  const int index = table_.find(column);
-  if (index >= 0) return table_.values[static_cast<std::size_t>(index)];
-  throw InputError(table_.path, fmt::format("no column \"{}\" among {}", column, fmt::join(table_.columns, ", ")),
-                   fmt::format("that column for the role {} ({})", role, map_.source), "Correct the map or the file");
+  return table_.values[table_.index_for(column, role, map_.source)];
 }
 
 /// Seconds of the log's clock, row by row.
 std::vector<double> TableChannels::clock_of(const RoleSource& source) const {
-  const RoleSource* time = map_.find("time");
-  const std::string column = !source.time.empty() ? source.time : time != nullptr ? time->column : std::string();
+  const std::string column = !source.time.empty() ? source.time : time_ ? time_->column : std::string();
   if (column.empty()) {
     throw InputError(map_.source, "no time column for " + table_.path,
                      "the role time, or time = \"...\" beside file", "Add it to the map");
   }
-  const bool own = time != nullptr && source.time.empty();
+  const bool own = time_.has_value() && source.time.empty();
   std::vector<double> out = column_of(column, "time");
-  for (double& t : out) t = t * (own ? time->scale : 1.0) + (own ? time->offset : 0.0) + source.shift_s;
+  for (double& t : out) t = t * (own ? time_->scale : 1.0) + (own ? time_->offset : 0.0) + source.shift_s;
   if (!main_ && is_absolute(log_.origin_s) && !out.empty() && is_absolute(out.front())) {
     for (double& t : out) t -= log_.origin_s;
   }
@@ -78,10 +105,16 @@ void TableChannels::add(const std::string& role, const RoleSource& source) {
   for (const auto& [n, column] : columns) add_column(with_number(role, n), column, source, clock);
 }
 
-void TableChannels::add_column(const std::string& role, const std::string& column, const RoleSource& source,
+void TableChannels::add_column(const std::string& role, const std::string& column, const RoleSource& given,
                                const std::vector<double>& clock) {
-  const std::vector<double>& values = column_of(column, role);
+  std::vector<double> values = column_of(column, role);
   VOLTLAP_DEMAND(values.size() == clock.size());
+  RoleSource source = given;
+  source.column = column;
+  source = with_plausible_unit(with_file_unit(source, role, table_, map_.source, log_.notes), role, values, log_);
+  if (role == "current" && source.discharge == DischargeSign::kAuto) {
+    if (const auto signed_by = sign_by_state(table_, values)) log_.notes.push_back(*signed_by);
+  }
   ChannelBuilder builder(log_, role, source, "column " + column);
   // An empty field of a table with several rates is no sample at all.
   for (std::size_t row = 0; row < clock.size(); ++row) {
@@ -116,6 +149,12 @@ void add_table_channels(DriveLog& log, const RoleMap& map, const std::string& pa
   const MeasuredTable table = read_measured_table(path);
   for (const std::string& repair : table.repairs)
     log.defects.push_back({"cut off", "", 1, 0.0, path + ": " + repair});
+  for (const std::string& note : table.notes) log.notes.push_back(path + ": " + note);
+  if (main) log.notes.insert(log.notes.end(), map.notes.begin(), map.notes.end());
+  if (const RoleSource* time = map.find("time"); time != nullptr && table.find(time->column) >= 0) {
+    const auto& said = table.about[static_cast<std::size_t>(table.find(time->column))].notes;
+    log.notes.insert(log.notes.end(), said.begin(), said.end());
+  }
   TableChannels channels(log, map, table, main);
   for (const auto& [role, source] : roles) {
     if (role != "time") channels.add(role, source);

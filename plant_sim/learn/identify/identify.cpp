@@ -96,6 +96,7 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
     : logs(recorded), options(given) {
   VOLTLAP_DEMAND(!logs.empty() && options.block_s >= 0.0);
   const auto begin = std::chrono::steady_clock::now();
+  require_enough_rows(logs);
   for (CellLog& log : logs) smooth_quantised_temperature(log);
   if (by_stage()) return;
   if (options.constant) {

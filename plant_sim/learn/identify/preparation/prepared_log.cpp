@@ -211,6 +211,22 @@ double span_ah(const CellLog& log, std::size_t from, CurrentHold hold) {
   return *std::max_element(drawn.begin() + static_cast<std::ptrdiff_t>(from), drawn.end()) - drawn[from];
 }
 
+void require_enough_rows(const std::vector<CellLog>& logs) {
+  constexpr std::size_t kRows = 30;
+  constexpr double kSeconds = 10.0;
+  for (const CellLog& log : logs) {
+    VOLTLAP_DEMAND(log.rows() > 0 && log.voltage_v.size() == log.rows());
+    const auto rows = static_cast<std::size_t>(
+        std::count_if(log.voltage_v.begin(), log.voltage_v.end(), [](double v) { return std::isfinite(v); }));
+    const double seconds = log.time_s.back() - log.time_s.front();
+    if (rows >= kRows && seconds >= kSeconds) continue;
+    throw InputError(log.path, fmt::format("{} rows with a voltage over {:.4g} s", rows, seconds),
+                     fmt::format("at least {} rows over {:g} s: less tells no resistance, capacity and OCV", kRows,
+                                 kSeconds),
+                     "Give a longer recording, of several pulses and rests or of a drive");
+  }
+}
+
 std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKnowledge& known,
                                  std::vector<std::string>& notes) {
   VOLTLAP_DEMAND(!logs.empty());

@@ -26,6 +26,9 @@ struct PriorKnowledge {
   std::optional<CurrentHold> hold;  ///< declared; else it is found
 };
 
+/// Throws InputError for recordings that are too short to identify anything from, with their numbers.
+void require_enough_rows(const std::vector<CellLog>& logs);
+
 /// Capacity, anchors and holds. Throws InputError when there is no current in a recording, or it never changes.
 [[nodiscard]] std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKnowledge& known,
                                                std::vector<std::string>& notes);

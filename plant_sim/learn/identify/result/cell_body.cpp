@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/demand.hpp"
+#include "core/errors.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -132,6 +133,28 @@ double specific_energy_wh_per_kg(const CellParameters& cell) {
   return cell.capacity_ah * mean_v / cell.mass_kg;
 }
 
+namespace {
+
+constexpr double kBestWhPerLitre = 900.0;  // the best round cells of 2024 come to 800
+
+double energy_wh_per_litre(const CellParameters& cell, const CellForm& form) {
+  return specific_energy_wh_per_kg(cell) * cell.mass_kg / (1e3 * form.volume_m3());
+}
+
+}  // namespace
+
+void require_possible_size(const CellParameters& cell, const CellBody& body) {
+  constexpr double kImpossible = 2.0 * kBestWhPerLitre;
+  if (!body.form || body.form_origin != FactOrigin::kTold) return;
+  const double energy = energy_wh_per_litre(cell, *body.form);
+  if (energy <= kImpossible) return;
+  throw InputError("--size",
+                   fmt::format("{:.4g} Ah in {} ({:.4g} cm3), {:.0f} Wh/L", cell.capacity_ah, body.form_text(),
+                               1e6 * body.form->volume_m3(), energy),
+                   fmt::format("at most about {:.0f} Wh/L of the best cells", kBestWhPerLitre),
+                   "Check the unit of the current and of the time, --cells-in-parallel, and the size in mm");
+}
+
 std::vector<std::string> implausible(const CellParameters& cell, const CellBody& body) {
   constexpr double kDensityLow = 1500.0, kDensityHigh = 3500.0;  // kg/m3, of lithium-ion cells
   constexpr double kEnergyLow = 20.0, kEnergyHigh = 350.0;       // Wh/kg, of a capacitor's kin to the best of 2024
@@ -145,6 +168,13 @@ std::vector<std::string> implausible(const CellParameters& cell, const CellBody&
           body.mass.value, name_of(body.mass.origin), 1e6 * body.form->volume_m3(), name_of(body.form_origin),
           kg_per_m3, kDensityLow, kDensityHigh));
     }
+  }
+  if (body.form && energy_wh_per_litre(cell, *body.form) > kBestWhPerLitre) {
+    out.push_back(fmt::format(
+        "Implausible: {:.4g} Ah in {:.4g} cm3 ({}) are {:.0f} Wh/L; cells have up to {:.0f}. Check the unit of the "
+        "current and of the time, --cells-in-parallel and --size.",
+        cell.capacity_ah, 1e6 * body.form->volume_m3(), name_of(body.form_origin),
+        energy_wh_per_litre(cell, *body.form), kBestWhPerLitre));
   }
   const double energy = specific_energy_wh_per_kg(cell);
   if (energy < kEnergyLow || energy > kEnergyHigh) {

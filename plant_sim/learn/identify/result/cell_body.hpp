@@ -50,7 +50,11 @@ struct CellBody {
 /// Energy by the open-circuit voltage over mass.
 [[nodiscard]] double specific_energy_wh_per_kg(const CellParameters& cell);
 
-/// A density or a specific energy that no such cell has, each in a sentence.
+/// Throws InputError where the size that was told holds several times the energy of the best cells: then the current's
+/// unit, --cells-in-parallel or the size is wrong.
+void require_possible_size(const CellParameters& cell, const CellBody& body);
+
+/// A density, a specific energy or one per volume that no such cell has, each in a sentence.
 [[nodiscard]] std::vector<std::string> implausible(const CellParameters& cell, const CellBody& body);
 
 /// Every single number of a cell file, in its order. `temperature_told`: that of the recordings.

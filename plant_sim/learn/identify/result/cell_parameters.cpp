@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -135,6 +136,32 @@ void reach_beyond_temperature(double temperature_c, double per_kelvin, CellParam
   if (!cell.r0_ohm.table.empty()) cell.temperature_breakpoints_c = {temperature_c};
 }
 
+/// What a cell file holds is finite, or there is none.
+void require_finite(const CellParameters& cell, const std::vector<RecordingResult>& files) {
+  const auto check = [&](const std::string& key, const std::vector<double>& values) {
+    if (all_finite(values)) return;
+    const std::string path = files.empty() ? cell.name : files.front().path;
+    throw InputError(path, key + " that is no finite number", "recordings that determine it",
+                     "Give a longer recording with more steps of the current, or fewer branches (--rc 1)");
+  };
+  check("a capacity", {cell.capacity_ah});
+  check("a highest or lowest voltage", {cell.voltage_min_v, cell.voltage_max_v});
+  check("a mass, heat capacity or surface",
+        {cell.mass_kg, cell.heat_capacity_j_per_kg_k, cell.surface_area_m2, cell.convection_w_per_m2_k,
+         cell.surface_lag_s});
+  check("a reference temperature or current", {cell.reference_temperature_c, cell.reference_current_a});
+  for (const auto& [key, values] : {std::pair{"a temperature", &cell.temperature_breakpoints_c},
+                                    {"a current", &cell.current_breakpoints_a},
+                                    {"an OCV", &cell.ocv_v},
+                                    {"an OCV table", &cell.ocv_table_v}})
+    check(key, *values);
+  for (const auto& [key, map] : {std::pair{"r0", &cell.r0_ohm}, {"r1", &cell.r1_ohm}, {"r2", &cell.r2_ohm},
+                                 {"tau1", &cell.tau1_s}, {"tau2", &cell.tau2_s}}) {
+    check(key, map->value);
+    check(key, map->table);
+  }
+}
+
 }  // namespace
 
 CellParameters cell_parameters(const CellIdentification& identified, const CellBody& body,
@@ -151,6 +178,7 @@ CellParameters cell_parameters(const CellIdentification& identified, const CellB
   set_tables(identified, cell);
   if (identified.temperatures_c.size() == 1)
     reach_beyond_temperature(reference.temperature_c, reference.result.model.per_kelvin, cell);
+  require_finite(cell, reference.result.files);
   for (std::string& what : implausible(cell, body)) notes.push_back(std::move(what));
   return cell;
 }

@@ -52,10 +52,10 @@ TEST(RoleMap, EveryShippedMapIsRead) {
 }
 
 TEST(RoleMap, UnknownColumnsGiveADraftMap) {
-  const MeasuredTable table = table_of("Zeit,Strom,Spannung", "0,1,3");
+  const MeasuredTable table = table_of("Zeitx,Stromwert?,Spann", "0,1,3");
   const std::string message = complaint([&] { (void)role_map_for(table, data); });
-  STRCMP_CONTAINS("current = {column = \"Strom\"", message.c_str());
-  STRCMP_CONTAINS("time = {column = \"Zeit\"", message.c_str());
+  STRCMP_CONTAINS("current = {column = \"Stromwert?\"", message.c_str());
+  STRCMP_CONTAINS("time = {column = \"Zeitx\"", message.c_str());
 }
 
 TEST(RoleMap, UnknownRoleUnitKeyAndSignAreNamed) {

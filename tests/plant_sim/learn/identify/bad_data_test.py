@@ -62,6 +62,8 @@ REPAIRS = {
                                      "2 rows without a voltage are not used"),
     "voltage of no cell": (lambda: changed((500, 2, 65.535)), "1 rows with a voltage of no cell are not used"),
     "voltage in mV": (lambda: [[t, i, 1000 * v] for t, i, v in recording()], "voltage is in mV"),
+    "one impossible current": (lambda: changed((500, 1, 1e308)), "1 of 6660 rows have an impossible current"),
+    "newest row first": (lambda: recording()[::-1], "rows sorted by time"),
     "charge positive": (lambda: [[t, -i, v] for t, i, v in recording()], "sign of the current turned"),
 }
 
@@ -94,6 +96,9 @@ ERRORS = {
     "voltage of a pack": (lambda: [[t, i, 28 * v] for t, i, v in recording()], ("--cells-in-series",)),
     "no voltage at all": (lambda: [[t, i, "nan"] for t, i, _ in recording()], ("voltage",)),
     "too few rows": (lambda: recording()[:5], ("usable rows",)),
+    "ten rows with a step": (lambda: recording()[56:66], ("10 rows with a voltage", "at least 30 rows")),
+    "milliamperes named amperes": (lambda: [[t, 1000 * i, v] for t, i, v in recording()],
+                                   ("for each cell", "current_ma")),
     "no rows": (lambda: [], ("header line without rows",)),
     "row of another length": (lambda: changed((500, 2, "3.9,3.9")), ("test.csv:502",)),
 }
@@ -135,3 +140,9 @@ def test_known_capacity_makes_a_single_pulse_enough(tmp_path):
     run = voltlap(tmp_path, "identify", "test.csv", "--rc", "1", "--ocv", "whole.toml", "--json", "one.json")
     assert run.returncode == 0, run.stderr
     assert json.loads((tmp_path / "one.json").read_text())["capacity_ah"] == pytest.approx(10.0, rel=0.02)
+
+
+def test_size_that_cannot_hold_the_capacity_is_refused_and_nothing_written(tmp_path):
+    written(tmp_path, [[t, 6 * i, v] for t, i, v in recording()])
+    run = voltlap(tmp_path, "identify", "test.csv", "--rc", "1", "--size", "18650", "--out", "cell.toml")
+    assert run.returncode == 2 and "Wh/L" in run.stderr and not (tmp_path / "cell.toml").exists()

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which of the columns that cyclers and loggers write is which role.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+
+#include "core/demand.hpp"
+#include "core/errors.hpp"
+#include "io/logs/plain_columns.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Names = std::initializer_list<std::string_view>;
+
+/// Names in lower case without units, the best first: of several that a table has the best is taken.
+struct RoleNames {
+  std::string_view role;
+  Quantity quantity;
+  std::array<Names, 4> tiers;
+};
+
+// Arbin Test_Time(s), Date_Time, Step_Time(s), Current(A), Voltage(V); Maccor TestTime, Amps, Volts, DPt Time;
+// BioLogic time/s, I/mA or <I>/mA, Ecell/V or Ewe/V, (Q-Qo)/mA.h; Digatron Prog Time, Spannung, Strom, AhAccu; Basytec
+// ~Time[h], I[A], U[V], T1[°C], Ah[Ah]; Neware Time(h:min:s.ms), Total Time, Cur(mA), Realtime; the Chinese names are
+// test, total, absolute and relative time, current, voltage, capacity, temperature.
+const std::array<RoleNames, 7> kRoleNames{
+    RoleNames{"time",
+              Quantity::kTime,
+              {Names{"test time", "testtime", "test", "total time", "totaltime", "elapsed time", "elapsed", "run time",
+                     "prog time", "programmdauer", "prog dauer", "prüfzeit", "laufzeit", "gesamtzeit", "测试时间",
+                     "总时间", "累计时间"},
+               Names{"time", "t", "zeit", "seconds", "sec", "s", "时间", "temps", "tiempo"},
+               Names{"date time", "datetime", "date time s", "date", "timestamp", "time stamp", "zeitstempel",
+                     "absolute time", "abs time", "real time", "realtime", "dpt time", "datum", "datum zeit", "utc",
+                     "system time", "系统时间", "绝对时间", "日期"},
+               Names{"relative time", "step time", "steptime", "rec time", "record time", "schrittzeit", "schrittdauer",
+                     "相对时间", "步时间"}}},
+    RoleNames{"current",
+              Quantity::kCurrent,
+              {Names{"current", "i", "a", "amps", "amp", "cur", "curr", "strom", "pack current", "battery current",
+                     "cell current", "batteriestrom", "zellstrom", "i batt", "i bat", "ibat", "ibatt", "i pack",
+                     "ipack", "i cell", "icell", "hv current", "measured current", "current measured", "dc current",
+                     "courant", "corriente", "corrente", "电流"},
+               Names{}, Names{}, Names{}}},
+    RoleNames{"voltage",
+              Quantity::kVoltage,
+              {Names{"voltage", "v", "u", "volts", "volt", "spannung", "ecell", "cell voltage", "zellspannung",
+                     "terminal voltage", "klemmenspannung", "measured voltage", "voltage measured", "v cell", "vcell",
+                     "u cell", "ucell", "cell v", "tension", "voltaje", "tensione", "电压"},
+               Names{"ewe", "potential"}, Names{}, Names{}}},
+    RoleNames{"pack_voltage",
+              Quantity::kVoltage,
+              {Names{"pack voltage", "pack v", "packspannung", "battery voltage", "batteriespannung", "total voltage",
+                     "hv voltage", "v pack", "vpack", "u pack", "upack", "v batt", "vbatt", "v bat", "vbat", "u batt",
+                     "ubatt", "u bat", "ubat", "总电压"},
+               Names{}, Names{}, Names{}}},
+    RoleNames{"temperature_1",
+              Quantity::kTemperature,
+              {Names{"cell temperature", "cell temp", "t cell", "tcell", "zelltemperatur", "surface temperature",
+                     "t surface", "battery temperature", "aux temperature 1", "temperature 1", "temp 1", "temp1", "t1"},
+               Names{"temperature", "temp", "temperatur", "温度"}, Names{}, Names{}}},
+    RoleNames{"ambient",
+              Quantity::kTemperature,
+              {Names{"ambient", "ambient temperature", "ambient temp", "chamber temperature", "chamber temp", "t amb",
+                     "tamb", "t ambient", "umgebung", "umgebungstemperatur", "kammertemperatur", "t chamber"},
+               Names{}, Names{}, Names{}}},
+    RoleNames{"charge_ah",
+              Quantity::kCharge,
+              {Names{"q qo", "ah accu", "ahaccu", "charge ah", "net capacity", "ladungsbilanz"},
+               Names{"capacity", "charge", "q", "ah", "amp hr", "ladung", "kapazität", "容量"}, Names{}, Names{}}},
+};
+
+// A name that says current or voltage among other words; not with these.
+constexpr std::array<std::string_view, 34> kNotMeasured{
+    "limit", "max",  "min",    "set",   "ref",    "target", "command", "cmd",    "request", "phase",  "heater", "aux",
+    "dcl",   "ccl",  "charger", "12v",  "low",    "lv",     "control", "end",    "cut",     "avg",    "average",
+    "sensor", "dv",  "delta",  "motor", "pump",   "fan",    "supply",  "ripple", "error",   "offset", "soll"};
+
+struct Candidate {
+  std::size_t column = 0;
+  NamedUnit unit;
+  bool unit_told = false;
+};
+
+/// The column as a source of that quantity; nothing when the file gives it a unit of another.
+std::optional<Candidate> candidate_of(const MeasuredTable& table, std::size_t column, Quantity quantity) {
+  auto unit = file_unit(table, column);
+  if (!unit) unit = unit_named(column_name(table.columns[column]).unit);  // a letter: I_A, with a name that fits
+  if (unit && unit->quantity != quantity) return std::nullopt;
+  if (unit) return Candidate{column, *unit, true};
+  return Candidate{column, NamedUnit{"", quantity}, false};
+}
+
+bool has_numbers(const MeasuredTable& table, std::size_t column) {
+  if (!table.about.empty() && !table.about[column].unreadable.empty()) return true;  // it says so when it is used
+  const auto& values = table.values[column];
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+bool same_values(const MeasuredTable& table, const Candidate& a, const Candidate& b) {
+  const auto& x = table.values[a.column];
+  const auto& y = table.values[b.column];
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const double first = x[row] * a.unit.scale, second = y[row] * b.unit.scale;
+    if (std::isnan(first) && std::isnan(second)) continue;
+    if (!(std::abs(first - second) <= 1e-3 * std::max(std::abs(first), std::abs(second)))) return false;
+  }
+  return true;
+}
+
+[[noreturn]] void refuse_both(const MeasuredTable& table, std::string_view role, const Candidate& a,
+                              const Candidate& b) {
+  const char* usual = role == "time" ? "s" : role == "current" ? "A" : role.ends_with("voltage") ? "V" : "1";
+  const std::string unit = a.unit_told ? std::string(a.unit.name) : usual;
+  const auto called = [&](const Candidate& c) {
+    return fmt::format("column {}, \"{}\"", c.column + 1, table.columns[c.column]);
+  };
+  throw InputError(table.path, fmt::format("{}, and {} for the role {}", called(a), called(b), role),
+                   "one column for each role",
+                   fmt::format("Say which in a map (--map), such as {} = {{column = \"{}\", unit = \"{}\"}}; two of "
+                               "the same name need other names in the file. A draft:\n{}",
+                               role, table.columns[a.column], unit, draft_map(table)));
+}
+
+std::vector<Candidate> named(const MeasuredTable& table, const Names& names, Quantity quantity) {
+  std::vector<Candidate> out;
+  for (std::size_t k = 0; k < table.columns.size(); ++k) {
+    const std::string name = column_name(table.columns[k]).name;
+    if (std::find(names.begin(), names.end(), name) == names.end() || !has_numbers(table, k)) continue;
+    if (const auto candidate = candidate_of(table, k, quantity)) out.push_back(*candidate);
+  }
+  return out;
+}
+
+/// By a word in the name, where no name fits as a whole: "BMS Pack Current".
+std::vector<Candidate> worded(const MeasuredTable& table, const Names& words, Quantity quantity) {
+  std::vector<Candidate> out;
+  for (std::size_t k = 0; k < table.columns.size(); ++k) {
+    const std::string name = " " + column_name(table.columns[k]).name + " ";
+    const auto in = [&](std::string_view word) { return name.find(word) != std::string::npos; };
+    const auto in_as_word = [&](std::string_view word) { return in(" " + std::string(word)); };
+    if (std::none_of(words.begin(), words.end(), in) || !has_numbers(table, k)) continue;
+    if (std::any_of(kNotMeasured.begin(), kNotMeasured.end(), in_as_word)) continue;
+    if (const auto candidate = candidate_of(table, k, quantity)) out.push_back(*candidate);
+  }
+  return out;
+}
+
+/// The first unless two differ.
+std::optional<Candidate> only(const MeasuredTable& table, std::string_view role, const std::vector<Candidate>& all) {
+  if (all.empty()) return std::nullopt;
+  for (std::size_t k = 1; k < all.size(); ++k) {
+    if (!same_values(table, all[0], all[k])) refuse_both(table, role, all[0], all[k]);
+  }
+  return all.front();
+}
+
+std::optional<Candidate> best_named(const MeasuredTable& table, const RoleNames& names) {
+  for (const Names& tier : names.tiers) {
+    if (const auto found = only(table, names.role, named(table, tier, names.quantity))) return found;
+  }
+  return std::nullopt;
+}
+
+std::size_t backward_steps(const std::vector<double>& time) {
+  std::size_t count = 0;
+  for (std::size_t row = 1; row < time.size(); ++row) count += time[row] < time[row - 1] ? 1 : 0;
+  return count;
+}
+
+/// A clock of the step begins again with each; where a column of dates runs on, that one is the time.
+std::optional<Candidate> time_column(const MeasuredTable& table) {
+  const RoleNames& names = kRoleNames.front();
+  const auto found = best_named(table, names);
+  if (!found || backward_steps(table.values[found->column]) == 0) return found;
+  const auto dates = named(table, names.tiers[2], names.quantity);
+  for (const Candidate& date : dates) {
+    if (backward_steps(table.values[date.column]) == 0) return date;
+  }
+  return found;
+}
+
+/// A counter that resets with each step, or counts both ways up, is none of the net charge.
+bool follows_current(const MeasuredTable& table, const RoleMap& map, const Candidate& counter) {
+  VOLTLAP_DEMAND(counter.column < table.columns.size());
+  const auto& time = table.values[table.index_for(map.roles.at("time").column, "time", map.source)];
+  std::vector<double> current = table.values[table.index_for(map.roles.at("current").column, "current", map.source)];
+  static_cast<void>(sign_by_state(table, current));
+  const auto& q = table.values[counter.column];
+  double with = 0.0, counted = 0.0, integrated = 0.0;
+  for (std::size_t row = 1; row < table.rows(); ++row) {
+    const double step = q[row] - q[row - 1];
+    const double drawn = 0.5 * (current[row] + current[row - 1]) * (time[row] - time[row - 1]);
+    if (!std::isfinite(step) || !std::isfinite(drawn)) continue;
+    with += step * drawn;
+    counted += step * step;
+    integrated += drawn * drawn;
+  }
+  return counted > 0.0 && integrated > 0.0 && std::abs(with) > 0.9 * std::sqrt(counted * integrated);
+}
+
+RoleSource source_of(const MeasuredTable& table, const Candidate& candidate) {
+  return {table.columns[candidate.column], candidate.unit.scale, candidate.unit.offset, DischargeSign::kAuto,
+          std::string(candidate.unit.name)};
+}
+
+/// The voltage of the cell, or of the pack; both in one table would leave open which is meant.
+void add_voltage(const MeasuredTable& table, RoleMap& map) {
+  std::optional<Candidate> cell = best_named(table, kRoleNames[2]), pack = best_named(table, kRoleNames[3]);
+  if (!cell && !pack) {
+    const auto all = worded(table, {"voltage", "spannung", "volt", "电压"}, Quantity::kVoltage);
+    const auto found = only(table, "voltage", all);
+    if (!found) return;
+    const std::string name = column_name(table.columns[found->column]).name;
+    const auto in = [&](const char* word) { return name.find(word) != std::string::npos; };
+    const bool is_pack = !in("cell") && (in("pack") || in("batt") || in("total") || in("hv"));
+    (is_pack ? pack : cell) = found;
+  }
+  if (cell && pack && !same_values(table, *cell, *pack)) refuse_both(table, "voltage", *cell, *pack);
+  const Candidate& voltage = cell ? *cell : *pack;
+  map.roles[cell ? "voltage" : "pack_voltage"] = source_of(table, voltage);
+}
+
+void note_columns(RoleMap& map) {
+  std::vector<std::string> parts;
+  for (const auto& [role, source] : map.roles) {
+    parts.push_back(fmt::format("{} from \"{}\"{}", role, source.column,
+                                source.unit.empty() ? std::string(", no unit given") : " in " + source.unit));
+  }
+  map.notes.push_back(fmt::format("columns recognised by their names: {}", fmt::join(parts, "; ")));
+}
+
+}  // namespace
+
+RoleMap recognised_map(const MeasuredTable& table) {
+  RoleMap map;
+  map.source = "column names";
+  const auto time = time_column(table);
+  auto current = best_named(table, kRoleNames[1]);
+  if (!current) current = only(table, "current", worded(table, {"current", "strom", "电流"}, Quantity::kCurrent));
+  if (!time || !current) return map;
+  map.roles["time"] = source_of(table, *time);
+  map.roles["current"] = source_of(table, *current);
+  add_voltage(table, map);
+  if (!is_enough(map)) return map;
+  for (const std::size_t k : {std::size_t{4}, std::size_t{5}}) {
+    if (const auto found = best_named(table, kRoleNames[k]))
+      map.roles[std::string(kRoleNames[k].role)] = source_of(table, *found);
+  }
+  for (const Names& tier : kRoleNames[6].tiers) {
+    const auto counters = named(table, tier, Quantity::kCharge);
+    const auto at = std::find_if(counters.begin(), counters.end(),
+                                 [&](const Candidate& c) { return follows_current(table, map, c); });
+    if (at == counters.end()) continue;
+    map.roles["charge_ah"] = source_of(table, *at);
+    break;
+  }
+  note_columns(map);
+  VOLTLAP_DEMAND(is_enough(map));
+  return map;
+}
+
+}  // namespace voltlap::plant
