@@ -210,7 +210,7 @@ static void note_summary(DriveLog& log, const std::string& path, const CanSummar
   }
   for (const std::string& note : summary.notes) log.notes.push_back(path + ": " + note);
   for (const ClockPart& part : summary.parts) {
-    if (part.begin != ClockPart::Begin::kFirst) {
+    if (part.begin == ClockPart::Begin::kAnew) {
       log.restarts_s.push_back(part.recorded_begin_s + part.shift_s - origin_s);
     }
   }

@@ -119,7 +119,17 @@ RowValues values_of(const MeasuredTable& table, const RoleMap& map, const LogOpt
   return out;
 }
 
-CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
+/// The first row after each restart of the recorder begins a part.
+void begin_parts(const std::vector<double>& time_s, const std::vector<double>& restarts_s, std::vector<bool>& joined) {
+  VOLTLAP_DEMAND(time_s.size() == joined.size());
+  for (const double restart_s : restarts_s) {
+    const auto row = std::lower_bound(time_s.begin(), time_s.end(), restart_s) - time_s.begin();
+    if (row > 0 && row < std::ssize(joined)) joined[static_cast<std::size_t>(row)] = true;
+  }
+}
+
+CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOptions& options,
+                    const std::vector<double>& restarts_s) {
   CellLog log;
   log.path = table.path;
   log.map = map.source;
@@ -138,6 +148,7 @@ CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOpt
   }
   values.keep(rows);
   log.time_s = std::move(values.time);
+  begin_parts(log.time_s, restarts_s, joined);
   log.current_a = std::move(values.current);
   log.voltage_v = std::move(values.voltage);
   log.temperature_c = std::move(values.temperature);
@@ -164,7 +175,7 @@ CellLog log_of_rows(const MeasuredTable& table, const RoleMap& map, const LogOpt
 }  // namespace
 
 CellLog cell_log_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options) {
-  CellLog log = log_of_rows(table, map, options);
+  CellLog log = log_of_rows(table, map, options, {});
   const RoleSource& volts = needed_role(map, map.find("voltage") == nullptr ? "pack_voltage" : "voltage");
   const std::vector<double>& raw = table.values[table.index_for(volts.column, "voltage", map.source)];
   const auto holes = std::count_if(raw.begin(), raw.end(), [](double v) { return !std::isfinite(v); });
@@ -217,7 +228,7 @@ CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
   plain.roles["current"].discharge =
       drive.declared == DischargeSign::kAuto ? DischargeSign::kAuto : DischargeSign::kPositive;
   rows.lines.resize(times.size());
-  CellLog log = log_of_rows(rows, plain, options);
+  CellLog log = log_of_rows(rows, plain, options, drive.restarts_s);
   for (const LogDefect& defect : drive.defects) log.repairs.push_back(defect.text);
   for (const std::string& note : drive.notes) log.repairs.push_back(note);
   return log;

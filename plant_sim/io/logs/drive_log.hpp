@@ -43,7 +43,7 @@ struct DriveLog {
   std::map<std::string, Channel> channels;
   std::vector<MaskedStretch> masked;  ///< by channel, then by time
   std::vector<LogDefect> defects;
-  std::vector<double> restarts_s;     ///< where the recorder or its clock began anew: what lay before is not known
+  std::vector<double> restarts_s;     ///< where the recorder began anew: what lay before is not known
   std::vector<std::string> absent;  ///< roles of the map of which the recording has no sample at all
   std::vector<std::string> notes;   ///< decisions in words: sign of the current, joined recordings
   DischargeSign declared = DischargeSign::kAuto;

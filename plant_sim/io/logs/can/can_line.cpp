@@ -96,6 +96,8 @@ const char* name_of(CanFormat format) {
       return "Vector ASC";
     case CanFormat::kRawHex:
       return "raw hex";
+    case CanFormat::kTable:
+      return "table of frames";
     default:
       return "SLCAN";
   }
@@ -117,6 +119,8 @@ CanLine parse_can_line(CanFormat format, std::string_view line, CanLineState& st
       return parse_asc(line, state, out);
     case CanFormat::kRawHex:
       return parse_raw_hex(line, state, out);
+    case CanFormat::kTable:
+      return parse_frame_table(line, state, out);
     default:
       return parse_slcan(line, state, out);
   }

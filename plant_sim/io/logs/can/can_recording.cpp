@@ -6,17 +6,19 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 #include "io/logs/can/foreign_format.hpp"
 
 namespace voltlap::plant {
 namespace {
 
-constexpr std::array kFormats{CanFormat::kCandump, CanFormat::kScreen, CanFormat::kAsc, CanFormat::kRawHex,
-                              CanFormat::kSlcan};
+constexpr std::array kFormats{CanFormat::kCandump, CanFormat::kScreen, CanFormat::kAsc,
+                              CanFormat::kRawHex,  CanFormat::kSlcan,  CanFormat::kTable};
 constexpr std::size_t kFirstLines = 1000;
 constexpr double kSlcanTurn = 60.0;  // s; the stamp starts again each minute, of some adapters after 65.536 s
 constexpr double kAbsolute = 1e8;    // s; a stamp beyond counts from 1970
@@ -26,6 +28,7 @@ struct FirstLook {
   CanFormat format = CanFormat::kCandump;
   std::size_t frames = 0, untimed = 0;
   std::vector<double> stamps_s{};
+  std::vector<std::uint32_t> ids{};
 };
 
 /// The next line; false at the end, and in a file without lines.
@@ -49,7 +52,9 @@ std::optional<FirstLook> look_at(const std::string& path) {
       const CanLine kind = parse_can_line(kFormats[k], line, states[k], frame);
       looks[k].untimed += kind == CanLine::kUntimed ? 1U : 0U;
       looks[k].frames += kind == CanLine::kFrame || kind == CanLine::kUntimed ? 1U : 0U;
-      if (kind == CanLine::kFrame) looks[k].stamps_s.push_back(frame.time_s);
+      if (kind != CanLine::kFrame) continue;
+      looks[k].stamps_s.push_back(frame.time_s);
+      looks[k].ids.push_back(frame.id);
     }
   }
   for (std::size_t k = 0; k < kFormats.size(); ++k) looks[k].format = kFormats[k];
@@ -67,6 +72,20 @@ bool are_differences(const std::vector<double>& stamps_s) {
   std::size_t grown = 0;
   for (std::size_t k = 0; k < half; ++k) grown += stamps_s[k + half] > stamps_s[k] ? 1U : 0U;
   return 4 * grown < 3 * half;
+}
+
+/// Size of a tick whose unit is nowhere said: the sender that speaks most often does so every 1 to 1000 ms.
+double tick_of(const FirstLook& look) {
+  std::map<std::uint32_t, std::vector<double>> by_id;
+  for (std::size_t k = 0; k < look.ids.size(); ++k) by_id[look.ids[k]].push_back(look.stamps_s[k]);
+  const auto& most = std::max_element(by_id.begin(), by_id.end(), [](const auto& a, const auto& b) {
+                       return a.second.size() < b.second.size();
+                     })->second;
+  const double usual = median(differences(most));
+  for (const double tick_s : {1.0, 1e-3, 1e-6, 1e-9}) {
+    if (usual * tick_s <= 1.0) return tick_s;
+  }
+  return 1e-9;
 }
 
 FirstLook known_format(const std::string& path) {
@@ -133,6 +152,12 @@ CanRecording::CanRecording(const Source& source, const CanReading& reading)
   if (format_ == CanFormat::kScreen && are_differences(look.stamps_s)) {
     state_.differences = true;
     summary_.notes.emplace_back("the stamps do not grow: read as times since the line before (candump -td)");
+  }
+  if (format_ == CanFormat::kTable) {
+    state_.table.tick_s = tick_of(look);
+    if (state_.table.tick_s != 1.0) {
+      summary_.notes.push_back(fmt::format("a table of frames: its time is taken in {:g} s", state_.table.tick_s));
+    }
   }
   if (!untimed_) return;
   if (reading_.period_s.empty()) {

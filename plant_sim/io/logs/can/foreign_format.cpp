@@ -53,14 +53,22 @@ std::string first_line(const std::string& words, std::string_view holds) {
   return words.substr(at, end == std::string::npos ? end : end - at);
 }
 
+/// Packed and binary content has control characters all over; a text that a logger has damaged has some. A table in
+/// UTF-16 has a byte order mark.
+bool is_binary(std::string_view head) {
+  if (head.starts_with("\xFF\xFE") || head.starts_with("\xFE\xFF")) return false;
+  const auto controls = std::count_if(head.begin(), head.end(), [](unsigned char c) {
+    return c < ' ' && c != '\t' && c != '\n' && c != '\r' && c != '\x1b';
+  });
+  constexpr std::ptrdiff_t kShare = 50;  // one in so many
+  return kShare * controls > std::ssize(head);
+}
+
 }  // namespace
 
 bool may_be_foreign(const std::string& path) {
   const std::string head = head_of(path);
-  if (head.find('\0') != std::string::npos) {
-    // A table in UTF-16 has a byte order mark.
-    return !head.starts_with("\xFF\xFE") && !head.starts_with("\xFE\xFF");
-  }
+  if (is_binary(head)) return true;
   constexpr std::array<std::string_view, 7> kFirstWords{";$FILEVERSION",  ";###",
                                                         "***BUSMASTER",   "Time Stamp,ID,",
                                                         "timestamp,arbitration_id", "File created on ",

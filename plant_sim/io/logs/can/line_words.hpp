@@ -72,6 +72,7 @@ inline constexpr std::array<std::uint8_t, 256> kHexDigit = [] {
 [[nodiscard]] CanLine parse_screen(std::string_view line, CanLineState& state, RecordedFrame& out);
 [[nodiscard]] CanLine parse_asc(std::string_view line, CanLineState& state, RecordedFrame& out);
 [[nodiscard]] CanLine parse_raw_hex(std::string_view line, CanLineState& state, RecordedFrame& out);
+[[nodiscard]] CanLine parse_frame_table(std::string_view line, CanLineState& state, RecordedFrame& out);
 [[nodiscard]] CanLine parse_slcan(std::string_view line, CanLineState& state, RecordedFrame& out);
 
 }  // namespace voltlap::plant

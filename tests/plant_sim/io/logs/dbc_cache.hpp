@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One folder for the parsed DBC files of all tests of a run: each content is read by cantools once, the user's own cache
-// is left alone, and what an earlier build left behind is not used.
+// One folder for the parsed DBC files of all tests of a run: each content is read by cantools once, the user's own
+// cache is left alone, and what an earlier build left behind is not used.
 #pragma once
 #include <cstdlib>
 

@@ -147,6 +147,25 @@ TEST(CanLine, SlcanWithAStampOfThirtyTwoBitsAndWithNone) {
   check_kind(CanLine::kHeader, CanFormat::kSlcan, "z");
 }
 
+TEST(CanLine, ATableOfFramesIsReadByTheNamesOfItsColumns) {
+  check_kind(CanLine::kHeader, CanFormat::kTable, "Analyser 3000, exported");
+  check_kind(CanLine::kHeader, CanFormat::kTable, "Flags\tCh\tT/R\tTime\tCAN ID\tLen\tData\tParser");
+  check_kind(CanLine::kFrame, CanFormat::kTable, "1\t0\tRX\t12.5\t0x000001db\t4\t0xee c0 c3 0a \tdefault");
+  LONGS_EQUAL(0x1DB, timed.id);
+  LONGS_EQUAL(4, timed.length);
+  LONGS_EQUAL(0x0A, timed.data[3]);
+  DOUBLES_EQUAL(12.5, timed.time_s, 0.0);
+  check_kind(CanLine::kUnreadable, CanFormat::kTable, "1\t0\tRX\t12.5\t0x000001db\t4\t0xee c0 c3\tdefault");
+  check_kind(CanLine::kUnreadable, CanFormat::kTable, "1\t0\tRX");
+  state = {};
+  check_kind(CanLine::kHeader, CanFormat::kTable, "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8");
+  check_kind(CanLine::kFrame, CanFormat::kTable, "2500000,00000123,true,Rx,1,2,0A,FF,,,,,,");
+  CHECK_EQUAL(0x123U | RecordedFrame::kExtendedFlag, timed.id);
+  LONGS_EQUAL(0xFF, timed.data[1]);
+  DOUBLES_EQUAL(2.5, timed.time_s, 1e-12);
+  STRCMP_EQUAL("1", state.buses.at(timed.bus).c_str());
+}
+
 TEST(CanLine, BusesAreNumberedInTheOrderInWhichTheySpeak) {
   static_cast<void>(parse(CanFormat::kCandump, "(1.0) can1 044#01"));
   static_cast<void>(parse(CanFormat::kCandump, "(1.0) can0 044#01"));
