@@ -100,9 +100,9 @@ LogConvertCommand::LogConvertCommand(CLI::App& app)
       ->required();
   command_->add_option("--bus", bus_, "Only the frames of this interface or channel")->check(some_name("a bus"));
   command_->add_option("--from", from_s_, "Only frames from this time after the first on [s]")
-      ->check(number_between(-1e9, 1e9));
+      ->check(number_from_zero());
   command_->add_option("--to", to_s_, "Only frames up to this time after the first [s]")
-      ->check(number_between(-1e9, 1e9));
+      ->check(number_from_zero());
   command_->footer(
       "Frames that cannot be trusted are left out and counted; error and remote frames are not carried over.\n"
       "Example: voltlap log convert drive.blf --out drive.log.gz\n"

@@ -18,7 +18,7 @@ class LogConvertCommand {
   CLI::App* command_;
   RecordingInput recording_;
   std::string out_, bus_;
-  double from_s_ = -1e300, to_s_ = 1e300;
+  double from_s_ = 0.0, to_s_ = 1e300;
 };
 
 }  // namespace voltlap::plant

@@ -25,8 +25,8 @@ bool may_be_negative(std::string_view role) {
          role == "motor_torque" || role.starts_with("wheel_speed_") || role.starts_with("temperature_");
 }
 
-/// Whether the DBC's range allows a value. Read as signed, a minimum of 0 or more says nothing: it follows from the sign
-/// that is in doubt; what is below 0 may be as large as what is above.
+/// Whether the DBC's range allows a value. Read as signed, a minimum of 0 or more says nothing: it follows from the
+/// sign that is in doubt; what is below 0 may be as large as what is above.
 bool is_in_range(const DbcSignal& signal, double recorded, bool is_signed) {
   if (!signal.min || !signal.max || !(*signal.min < *signal.max)) return true;
   const double tolerance = 0.5 * std::abs(signal.scale);

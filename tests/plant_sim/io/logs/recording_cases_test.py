@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings as loggers, clocks and exporters of the field make them. Each is the same test: a current of 0 and 100 A
-in turns of 20 s, a voltage of 96 V - 0.05 ohm I, a row each 0.4 s, 120 s. A right reader gives that, or says why not."""
+in turns of 20 s, a voltage of 96 V - 0.05 ohm I, a row each 0.4 s, 120 s. A right reader gives that, or says why
+not."""
 import gzip
 import os
 import shutil
@@ -100,7 +101,8 @@ def test_channels_of_asc_are_buses(read):
     lines = ["base hex  timestamps absolute"]
     for k in range(ROWS):
         data = " ".join(payload(k)[n:n + 2] for n in range(0, 16, 2))
-        lines += [f"{STEP_S * k:.6f} 1  100 Rx d 8 {data}", f"{STEP_S * k + 0.01:.6f} 2  100 Rx d 8 00 00 00 00 00 00 00 00"]
+        lines += [f"{STEP_S * k:.6f} 1  100 Rx d 8 {data}",
+                  f"{STEP_S * k + 0.01:.6f} 2  100 Rx d 8 00 00 00 00 00 00 00 00"]
     assert read(lines).code == 1
     check_whole(read(lines, roles=role_map(', bus = "1"')))
 
@@ -180,7 +182,8 @@ def test_candump_on_the_screen(read, stamp):
 
 
 def slcan(end="\n", stamped=True, turn=60000):
-    return "".join(f"t1008{payload(k)}" + (f"{round(400 * k) % turn:04X}" if stamped else "") + end for k in range(ROWS))
+    return "".join(f"t1008{payload(k)}" + (f"{round(400 * k) % turn:04X}" if stamped else "") + end
+                   for k in range(ROWS))
 
 
 @pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
