@@ -211,6 +211,15 @@ bool CanRecording::time_by_period(RecordedFrame& frame) {
   return true;
 }
 
+/// Buses one after the other, of the same time: nobody can tell how far the second lies behind.
+void CanRecording::refuse_bus_behind(const RecordedFrame& first) const {
+  throw InputError(fmt::format("{}:{}", path_, first.line),
+                   fmt::format("the frames of {} behind those of the other bus, though of the same time",
+                               state_.buses.at(first.bus)),
+                   "frames in the order of their time",
+                   "Sort the file by its stamps (of candump: sort -s -k1,1), or read each bus from a file of its own");
+}
+
 /// One line of the file into the clock; false at its end.
 bool CanRecording::read() {
   std::string_view line;
@@ -243,6 +252,7 @@ void CanRecording::end() {
 
 bool CanRecording::next(RecordedFrame& out) {
   while (!clock_->pop(out)) {
+    if (const auto& behind = clock_->bus_behind()) refuse_bus_behind(*behind);
     if (clock_->finished()) {
       end();
       return false;

@@ -71,6 +71,7 @@ class CanRecording {
   bool read();
   bool time_by_period(RecordedFrame& frame);
   void judge_lines() const;
+  [[noreturn]] void refuse_bus_behind(const RecordedFrame& first) const;
   void end();
 
   std::string path_, format_name_;

@@ -149,6 +149,8 @@ void FrameClock::take_back(const RecordedFrame& frame) {
     const bool goes_on = ahead_.size() + 1 >= kWitnesses;  // a last frame or two make no part
     const bool as_before = back_s < 2.0 * latest_by_s_;    // a bus whose frames are always written late ends so
     if (returns == 0 && goes_on && !as_before) {
+      const bool within = frame.time_s > parts_.back().recorded_begin_s - kFar;
+      if (!heard_[frame.bus] && within && !bus_behind_) bus_behind_ = frame;
       const bool anew = frame.time_s < kNearZero && newest_s_ > kNearZero;
       return begin_part(frame, anew ? ClockPart::Begin::kAnew : ClockPart::Begin::kSet);
     }
@@ -185,6 +187,7 @@ void FrameClock::accept(const RecordedFrame& frame) {
   if (interval_s < kFar) usual_s_ = usual_s_ == 0.0 ? interval_s : usual_s_ + kSlow * (interval_s - usual_s_);
   newest_s_ = frame.time_s;
   widest_s_ = std::max(widest_s_, newest_s_);
+  heard_[frame.bus] = true;
   ClockPart& part = parts_.back();
   ++part.frames;
   part.recorded_end_s = newest_s_;
@@ -194,6 +197,7 @@ void FrameClock::accept(const RecordedFrame& frame) {
 }
 
 void FrameClock::sort_in(const RecordedFrame& frame) {
+  heard_[frame.bus] = true;
   ++parts_.back().frames;
   RecordedFrame given = frame;
   given.time_s += shift_s_;

@@ -12,7 +12,9 @@
 //                lay between is not known
 // Nothing is dropped uncounted, and no stamp decides how much memory or time it takes.
 #pragma once
+#include <bitset>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -82,6 +84,9 @@ class FrameClock {
   bool pop(RecordedFrame& out);
 
   [[nodiscard]] const std::vector<ClockPart>& parts() const { return parts_; }
+  /// The first frame of a bus that was not heard before, where the stamps step back into what was recorded already: one
+  /// bus stands behind the other in the file, and no clock was set.
+  [[nodiscard]] const std::optional<RecordedFrame>& bus_behind() const { return bus_behind_; }
 
  private:
   bool take_next();
@@ -101,6 +106,8 @@ class FrameClock {
   FrameQueue ahead_;    ///< pushed, not yet judged
   FrameQueue ordered_;  ///< judged, in order, not yet given
   std::vector<ClockPart> parts_;
+  std::bitset<256> heard_;  ///< buses
+  std::optional<RecordedFrame> bus_behind_;
   double newest_s_ = 0.0;  ///< latest stamp of this part
   double shift_s_ = 0.0;   ///< from stamps to given times
   double usual_s_ = 0.0;   ///< interval between frames

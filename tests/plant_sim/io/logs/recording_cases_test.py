@@ -107,6 +107,13 @@ def test_channels_of_asc_are_buses(read):
     check_whole(read(lines, roles=role_map(', bus = "1"')))
 
 
+def test_buses_one_behind_the_other_are_refused(read):
+    lines = candump() + [line.replace("can0", "can1").replace("100#", "200#") for line in candump()]
+    refused = read(lines)
+    assert refused.code == 1 and "can1" in refused.err and "sort" in refused.err
+    check_whole(read(sorted(lines)))
+
+
 # Clocks
 
 @pytest.mark.parametrize("late_s", [0.005, 0.3, 2.0])
