@@ -3,12 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
+#include "io/logs/cell_log.hpp"
 #include "plant_sim/core/scratch.hpp"
 #include "plant_sim/io/logs/dbc_cache.hpp"
-#include "io/logs/cell_log.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -91,6 +92,19 @@ TEST(DriveLog, FramesBecomeChannelsWithTheirOwnStamps) {
   DOUBLES_EQUAL(98.0, log.channels.at("pack_voltage").value[25], 1e-9);
   CHECK(log.defects.empty());
   CHECK(log.masked.empty());
+}
+
+TEST(DriveLog, AfterARecorderThatStartedAnewTheStateOfACellIsLeftFree) {
+  const DriveLog log = read(square(200, 100.0) + square(200, 0.0), pack_map());
+  LONGS_EQUAL(1, log.restarts_s.size());
+  LogOptions options;
+  options.cells_in_series = 24;
+  const CellLog cell = cell_log_of(log, options);
+  LONGS_EQUAL(400, cell.rows());
+  for (std::size_t row = 0; row < cell.rows(); ++row) CHECK_EQUAL(row == 200, cell.gap[row]);
+  // A clock that is set while the recording goes on hides nothing.
+  const CellLog set = cell_log_of(read(square(200, 1000.0) + square(200, 900.0), pack_map()), options);
+  CHECK(std::none_of(set.gap.begin(), set.gap.end(), [](bool gap) { return gap; }));
 }
 
 TEST(DriveLog, AbsoluteClockStartsAtTheFirstFrame) {
