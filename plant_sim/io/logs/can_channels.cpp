@@ -12,6 +12,7 @@
 #include "io/logs/can/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
 #include "io/logs/dbc_file.hpp"
+#include "io/logs/frame_checksum.hpp"
 #include "io/logs/signal_tap.hpp"
 
 namespace voltlap::plant {
@@ -35,15 +36,6 @@ struct FrameTap {
   std::size_t frames = 0, rejected = 0;
   double first_rejected_s = 0.0;
 };
-
-/// Byte 7 is the sum of the others, with identifier and length in Orion's own rule.
-bool checksum_holds(FrameChecksum rule, const RecordedFrame& frame) {
-  if (rule == FrameChecksum::kNone) return true;
-  if (frame.length != Frame::kMaxBytes) return false;
-  unsigned sum = rule == FrameChecksum::kOrion ? (frame.id & ~Frame::kExtendedFlag) + frame.length : 0;
-  for (std::size_t k = 0; k + 1 < Frame::kMaxBytes; ++k) sum += frame.data[k];
-  return (sum & 0xFFU) == frame.data[Frame::kMaxBytes - 1];
-}
 
 const DbcSignal& signal_in(const DbcFile& dbc, const DbcMessage& message, const std::string& name,
                            const std::string& place) {
@@ -79,25 +71,14 @@ class CanTaps {
     VOLTLAP_DEMAND(source.frame.has_value());
     const std::string place = fmt::format("{}: roles.{}", map_.source, role);
     const DbcFile& dbc = dbc_of(source.dbc);
-    const DbcMessage& message = message_in(dbc, *source.frame, place);
-    FrameTap& tap = tap_of(*source.frame, source.bus);
-    if (message.cycle_time_s) periods_s_.try_emplace(*source.frame, *message.cycle_time_s);
-    if (source.period_s) periods_s_[*source.frame] = *source.period_s;
-    if (source.checksum != FrameChecksum::kNone) tap.checksum = source.checksum;
-    if (!source.counter.empty()) watch(tap, signal_in(dbc, message, source.counter, place));
-    if (!source.index.empty()) {
-      tap.signals.emplace_back(log_, role, source, message, signal_in(dbc, message, source.signal, place),
-                               &signal_in(dbc, message, source.index, place));
-      return;
+    const std::uint32_t last = source.last_frame.value_or(*source.frame);
+    long before = 0;  // numbers in the frames before
+    for (std::uint32_t id = *source.frame; id <= last; ++id) {
+      const DbcMessage& message = message_in(dbc, id, place);
+      add(role, source, dbc, message, before);
+      before += static_cast<long>(numbered_signals(message, source).size());
     }
-    const auto numbered = numbered_signals(message, source);
-    for (const auto& [n, signal] : numbered) {
-      const long number = n - source.first.value_or(1) + 1;
-      tap.signals.emplace_back(log_, with_number(role, number), source, message, *signal, nullptr);
-    }
-    if (numbered.empty()) {
-      tap.signals.emplace_back(log_, role, source, message, signal_in(dbc, message, source.signal, place), nullptr);
-    }
+    if (source.last_frame) ranges_.emplace_back(*source.frame, last);
   }
 
   /// Intervals between the frames of an identifier, by the map or else by the DBC.
@@ -118,6 +99,29 @@ class CanTaps {
   }
 
  private:
+  void add(const std::string& role, const RoleSource& source, const DbcFile& dbc, const DbcMessage& message,
+           long before) {
+    const std::string place = fmt::format("{}: roles.{}", map_.source, role);
+    FrameTap& tap = tap_of(message.id, source.bus);
+    if (message.cycle_time_s) periods_s_.try_emplace(message.id, *message.cycle_time_s);
+    if (source.period_s) periods_s_[message.id] = *source.period_s;
+    if (source.checksum != FrameChecksum::kNone) tap.checksum = source.checksum;
+    if (!source.counter.empty()) watch(tap, signal_in(dbc, message, source.counter, place));
+    if (!source.index.empty()) {
+      tap.signals.emplace_back(log_, role, source, message, signal_in(dbc, message, source.signal, place),
+                               &signal_in(dbc, message, source.index, place));
+      return;
+    }
+    const auto numbered = numbered_signals(message, source);
+    for (const auto& [n, signal] : numbered) {
+      const long number = before + n - source.first.value_or(1) + 1;
+      tap.signals.emplace_back(log_, with_number(role, number), source, message, *signal, nullptr);
+    }
+    if (numbered.empty()) {
+      tap.signals.emplace_back(log_, role, source, message, signal_in(dbc, message, source.signal, place), nullptr);
+    }
+  }
+
   const DbcFile& dbc_of(const std::string& text) {
     const std::string path = path_in_map(map_, text);
     auto& dbc = files_[path];
@@ -161,6 +165,7 @@ class CanTaps {
   void finish(std::uint32_t id, FrameTap& tap) {
     const std::string name = tap.bus.empty() ? identifier_text(id) : tap.bus + " " + identifier_text(id);
     if (tap.frames == 0) {
+      if (is_beyond_last(id)) return;
       log_.defects.push_back(
           {"frame never seen", "", 0, 0.0, fmt::format("frame {} is not in the recording", name)});
       return;
@@ -171,6 +176,21 @@ class CanTaps {
                                           tap.rejected, tap.frames, tap.first_rejected_s)});
     }
     for (SignalTap& signal : tap.signals) signal.finish();
+  }
+
+  /// Frames of a range behind the last one that was heard are those of a larger battery.
+  [[nodiscard]] bool is_beyond_last(std::uint32_t id) const {
+    for (const auto& [first, last] : ranges_) {
+      if (id <= first || id > last) continue;
+      for (std::uint32_t later = id; later <= last; ++later) {
+        const auto at = taps_.find(later);
+        if (at == taps_.end()) continue;
+        const auto is_heard = [](const FrameTap& tap) { return tap.frames > 0; };
+        if (std::any_of(at->second.begin(), at->second.end(), is_heard)) return false;
+      }
+      return true;
+    }
+    return false;
   }
 
   static void watch(FrameTap& tap, const DbcSignal& signal) {
@@ -197,6 +217,7 @@ class CanTaps {
   std::map<std::string, std::unique_ptr<DbcFile>> files_;
   std::map<std::uint32_t, double> periods_s_;
   std::unordered_map<std::uint32_t, std::vector<FrameTap>> taps_;  ///< of an identifier, by bus
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges_;    ///< first and last frame of numbers that go on
 };
 
 }  // namespace
@@ -219,6 +240,7 @@ static void note_summary(DriveLog& log, const std::string& path, const CanSummar
 void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path,
                       const std::map<std::string, RoleSource>& roles, bool main) {
   VOLTLAP_DEMAND(!roles.empty());
+  if (main) log.notes.insert(log.notes.end(), map.notes.begin(), map.notes.end());
   CanTaps taps(log, map);
   for (const auto& [role, source] : roles) taps.add(role, source);
   const double shift_s = roles.begin()->second.shift_s;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -31,9 +32,20 @@ struct RoleColumn {
   std::vector<double> values;
 };
 
+/// An entry for all numbers at once has the role with 1 as well.
+std::optional<RoleSource> first_of_numbered(const MeasuredTable& table, const RoleMap& map, const std::string& role) {
+  if (!role.ends_with("_1") || map.find(role) != nullptr) return std::nullopt;
+  const RoleSource* all = map.find(role.substr(0, role.size() - 1) + "<n>");
+  if (all == nullptr || all->frame || !all->index.empty() || !all->file.empty()) return std::nullopt;
+  RoleSource out = *all;
+  out.column = with_number(all->column, all->first.value_or(1));
+  return table.find(out.column) >= 0 ? std::optional(out) : std::nullopt;
+}
+
 RoleColumn role_column(const MeasuredTable& table, const RoleMap& map, const std::string& role,
                        std::vector<std::string>& said) {
-  const RoleSource* from = map.find(role);
+  const std::optional<RoleSource> numbered = first_of_numbered(table, map, role);
+  const RoleSource* from = numbered ? &*numbered : map.find(role);
   if (from == nullptr) return {};
   const std::size_t index = table.index_for(from->column, role, map.source);
   RoleColumn out{with_file_unit(*from, role, table, map.source, said), table.values[index]};

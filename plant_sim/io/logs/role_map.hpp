@@ -3,6 +3,7 @@
 // (files: plant_sim/data/maps/*.toml; all keys in its README).
 //
 //   match = ["t,I,U"]           # optional: header lines that this map is chosen for without --map
+//   match_columns = ["t", "I"]  # optional: columns that a table must have for the same
 //   match_frames = [0x6B0]      # optional: identifiers that a CAN recording must have for the same
 //   [roles]
 //   current = {column = "I", unit = "A", scale = 1, offset = 0, discharge = "+"}   # "+", "-" or "auto"
@@ -28,6 +29,7 @@ namespace voltlap::plant {
 struct RoleMap {
   std::string source;                       ///< file or "column names", for reports
   std::vector<std::string> match;           ///< header lines that it fits
+  std::vector<std::string> match_columns{};  ///< columns of a table that it fits
   std::vector<std::uint32_t> match_frames;  ///< identifiers of a CAN recording that it fits, without flags
   std::map<std::string, RoleSource> roles;  ///< by role name; <n> may stand for all numbers at once
   std::vector<std::string> notes{};         ///< how columns were recognised where no map named them

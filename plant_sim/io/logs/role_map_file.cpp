@@ -23,8 +23,8 @@ constexpr std::int64_t kLastStandard = 0x7FF, kLastExtended = 0x1FFFFFFF;
 constexpr std::array<std::string_view, 11> kEither{"unit", "scale",   "offset", "discharge", "index",  "first",
                                                    "file", "shift_s", "min",    "max",       "invalid"};
 constexpr std::array<std::string_view, 2> kOfColumn{"column", "time"};
-constexpr std::array<std::string_view, 8> kOfFrame{"frame", "extended", "signal",  "dbc",
-                                                   "bus",   "checksum", "counter", "period_s"};
+constexpr std::array<std::string_view, 9> kOfFrame{"frame", "last_frame", "extended", "signal",  "dbc",
+                                                   "bus",   "checksum",   "counter",  "period_s"};
 
 std::string place_of(const std::string& path, const toml::node& node, std::string_view what) {
   return fmt::format("{}:{}: {}", path, node.source().begin.line, what);
@@ -152,10 +152,28 @@ FrameChecksum checksum_of(const Entry& entry) {
   const std::string text = entry.text_or_none("checksum");
   if (text.empty()) return FrameChecksum::kNone;
   if (text == "orion") return FrameChecksum::kOrion;
+  if (text == "crc8") return FrameChecksum::kCrc8;
   if (text != "sum") {
-    entry.refuse("checksum", "\"orion\" (identifier + 8 + sum of bytes 0 to 6) or \"sum\" (of bytes 0 to 6)");
+    entry.refuse("checksum", "\"orion\" (identifier + 8 + sum of bytes 0 to 6), \"sum\" (of bytes 0 to 6) or \"crc8\" "
+                             "(SAE J1850 over the identifier and bytes 0 to 6)");
   }
   return FrameChecksum::kSum;
+}
+
+/// Numbers that go on in the frames behind the first.
+void take_last_frame(const Entry& entry, RoleSource& out) {
+  constexpr std::uint32_t kMostFrames = 1000;
+  const auto last = entry.whole("last_frame");
+  if (!last || !out.frame) return;
+  const std::uint32_t flag = *out.frame & RecordedFrame::kExtendedFlag, first = *out.frame & ~flag;
+  const std::int64_t end = flag != 0 ? kLastExtended : kLastStandard;
+  if (*last <= first || *last > std::min<std::int64_t>(end, first + kMostFrames)) {
+    entry.refuse("last_frame", "an identifier above that of frame, of as many bits, at most 1000 further");
+  }
+  if (!is_numbered(entry.role()) || entry.has("index")) {
+    entry.refuse("last_frame", "it only for a role with <n> whose signals have their number in the name");
+  }
+  out.last_frame = static_cast<std::uint32_t>(*last) | flag;
 }
 
 void take_frame(const Entry& entry, RoleSource& out, Complaints& complaints) {
@@ -165,6 +183,7 @@ void take_frame(const Entry& entry, RoleSource& out, Complaints& complaints) {
     const bool extended = entry.flag("extended") || id > kLastStandard;
     out.frame = static_cast<std::uint32_t>(id) | (extended ? RecordedFrame::kExtendedFlag : 0U);
   });
+  complaints.collect([&] { take_last_frame(entry, out); });
   complaints.collect([&] { out.signal = entry.needed_text("signal", "signal = \"name in the DBC\""); });
   complaints.collect([&] { out.dbc = entry.needed_text("dbc", "dbc = \"file.dbc\""); });
   complaints.collect([&] { out.bus = entry.text_or_none("bus"); });
@@ -253,17 +272,22 @@ RoleSource source_of(const std::string& path, const std::string& role, const tom
   return out;
 }
 
+std::vector<std::string> texts_of(const std::string& path, const toml::table& file, const char* key,
+                                  const char* expected) {
+  const toml::node* match = file.get(key);
+  if (match == nullptr) return {};
+  const toml::array* list = match->as_array();
+  const bool texts = list != nullptr && std::all_of(list->begin(), list->end(),
+                                                    [](const toml::node& text) { return text.is_string(); });
+  if (!texts) throw InputError(place_of(path, *match, key), found_text(*match), expected, "Correct it");
+  std::vector<std::string> out;
+  for (const toml::node& text : *list) out.push_back(text.value_or(std::string()));
+  return out;
+}
+
 void take_match(const std::string& path, const toml::table& file, RoleMap& map) {
-  if (const toml::node* match = file.get("match")) {
-    const toml::array* list = match->as_array();
-    const bool texts = list != nullptr && std::all_of(list->begin(), list->end(),
-                                                      [](const toml::node& text) { return text.is_string(); });
-    if (!texts) {
-      throw InputError(place_of(path, *match, "match"), found_text(*match), "a list of header lines, [\"t,I,U\"]",
-                       "Correct it");
-    }
-    for (const toml::node& header : *list) map.match.push_back(header.value_or(std::string()));
-  }
+  map.match = texts_of(path, file, "match", "a list of header lines, [\"t,I,U\"]");
+  map.match_columns = texts_of(path, file, "match_columns", "a list of names of columns, [\"t\", \"I\", \"U\"]");
   if (const toml::node* match = file.get("match_frames")) {
     const toml::array* list = match->as_array();
     const bool whole = list != nullptr && std::all_of(list->begin(), list->end(), [](const toml::node& id) {
@@ -284,7 +308,7 @@ void take_match(const std::string& path, const toml::table& file, RoleMap& map) 
 
 RoleMap load_role_map(const std::string& path) {
   const toml::table file = parse_toml_file(path);
-  constexpr std::array<std::string_view, 3> kKnown{"match", "match_frames", "roles"};
+  constexpr std::array<std::string_view, 4> kKnown{"match", "match_columns", "match_frames", "roles"};
   for (const auto& [key, node] : file) {
     if (std::find(kKnown.begin(), kKnown.end(), key.str()) != kKnown.end()) continue;
     throw InputError(place_of(path, node, key.str()), fmt::format("key \"{}\"", key.str()),

@@ -10,7 +10,7 @@
 namespace voltlap::plant {
 
 enum class DischargeSign { kPositive, kNegative, kAuto };
-enum class FrameChecksum { kNone, kOrion, kSum };
+enum class FrameChecksum { kNone, kOrion, kSum, kCrc8 };
 
 struct RoleSource {
   std::string column;
@@ -19,6 +19,7 @@ struct RoleSource {
   std::string unit{};  ///< as it was told by the map or by the column's name; empty: told by nobody
 
   std::optional<std::uint32_t> frame{};  ///< identifier, bit 31 set for 29 bits; none: the source is a column
+  std::optional<std::uint32_t> last_frame{};  ///< numbers go on from frame to frame up to this one; flags as `frame`
   std::string signal{}, dbc{};           ///< of the frame; the path as it stands in the map
   std::string bus{};                     ///< interface or channel that the frame is on; empty: the only one
   std::optional<double> period_s{};      ///< between its frames, for recordings without stamps
