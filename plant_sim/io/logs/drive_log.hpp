@@ -59,9 +59,11 @@ struct DriveLog {
 /// there, and for a recording in which no role has a value; what it does not know it answers with a draft map.
 [[nodiscard]] DriveLog read_drive_log(const std::string& path, const RoleMap* map, const DataFolder& data);
 
-/// The map for a recording without a map of its own, as role_map_for does it for tables; for a CAN recording the
-/// shipped map whose `match_frames` it has.
-[[nodiscard]] RoleMap role_map_for_recording(const std::string& path, const DataFolder& data);
+/// The map for a recording without a map of its own: the shipped one that it fits; for a table else what role_map_for
+/// finds. With the DBC files of a CAN recording the map is proposed from their signals, see propose_map. Throws
+/// InputError with a draft where a choice is left open.
+[[nodiscard]] RoleMap role_map_for_recording(const std::string& path, const DataFolder& data,
+                                             const std::vector<std::string>& dbc_files = {});
 
 /// Value of a channel at each time: of its latest usable sample, NaN before the first and when it is older than
 /// `longest_s`. A hold, as a receiver on the bus has it.

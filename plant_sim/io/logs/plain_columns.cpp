@@ -12,6 +12,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "io/logs/map_proposal.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -153,25 +154,6 @@ RoleMap plain_map(const MeasuredTable& table) {
   return map;
 }
 
-std::string draft_map(const MeasuredTable& table) {
-  const auto like = [&](std::initializer_list<std::string_view> words) -> std::string {
-    for (const auto word : words) {
-      for (const std::string& column : table.columns) {
-        std::string lower = column;
-        std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
-        if (lower.starts_with(word)) return column;
-      }
-    }
-    return "?";
-  };
-  return fmt::format(
-      "[roles]\ntime = {{column = \"{}\", unit = \"s\"}}\n"
-      "current = {{column = \"{}\", unit = \"A\", discharge = \"auto\"}}\n"
-      "voltage = {{column = \"{}\", unit = \"V\"}}\n",
-      like({"test", "time", "zeit", "sec", "t"}), like({"cur", "strom", "amp", "i", "a"}),
-      like({"volt", "spann", "v", "u"}));
-}
-
 std::optional<std::string> sign_by_state(const MeasuredTable& table, std::vector<double>& current) {
   if (std::any_of(current.begin(), current.end(), [](double i) { return i < 0.0; })) return std::nullopt;
   const auto has = [](const std::string& text, std::initializer_list<std::string_view> parts) {
@@ -227,11 +209,23 @@ RoleMap role_map_for(const MeasuredTable& table, const DataFolder& data) {
     RoleMap map = load_role_map(data.find("maps", name, "maps"));
     if (std::find(map.match.begin(), map.match.end(), header) != map.match.end()) return map;
   }
-  RoleMap recognised = recognised_map(table);
-  if (is_enough(recognised)) return recognised;
+  std::string two_for_one_role;
+  try {
+    RoleMap recognised = recognised_map(table);
+    if (is_enough(recognised)) return recognised;
+  } catch (const InputError& error) {
+    two_for_one_role = error.what();  // behaviour may tell them apart
+  }
+  const MapProposal proposal = propose_map(signals_of(table));
+  if (proposal.is_complete()) return proposal.map();
+  if (!two_for_one_role.empty()) {
+    throw InputError(fmt::format("{} This draft is a map but for what stands open in it (--write-map writes it):\n{}",
+                                 two_for_one_role, proposal.draft()));
+  }
   throw InputError(table.path, fmt::format("columns {}{}", fmt::join(table.columns, ", "), columns_of_words(table)),
                    "time_s, current_a and voltage_v, or a role map (--map)",
-                   "This draft is a start for one; save it, correct it and give it with --map:\n" + draft_map(table));
+                   "This draft is a map but for what stands open in it; save it (--write-map FILE does), choose, and "
+                   "give it with --map:\n" + proposal.draft());
 }
 
 }  // namespace voltlap::plant

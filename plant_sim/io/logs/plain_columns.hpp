@@ -30,9 +30,6 @@ namespace voltlap::plant {
 /// Time, current and a voltage.
 [[nodiscard]] bool is_enough(const RoleMap& map);
 
-/// A start for a map, with the columns that come nearest.
-[[nodiscard]] std::string draft_map(const MeasuredTable& table);
-
 /// Some cyclers write amounts and a state beside them (Maccor: C, D, R). Where the current is never negative and the
 /// words of a column tell charge from discharge, it gets its sign, discharge positive; what was done in words.
 [[nodiscard]] std::optional<std::string> sign_by_state(const MeasuredTable& table, std::vector<double>& current);

@@ -123,8 +123,8 @@ bool same_values(const MeasuredTable& table, const Candidate& a, const Candidate
   throw InputError(table.path, fmt::format("{}, and {} for the role {}", called(a), called(b), role),
                    "one column for each role",
                    fmt::format("Say which in a map (--map), such as {} = {{column = \"{}\", unit = \"{}\"}}; two of "
-                               "the same name need other names in the file. A draft:\n{}",
-                               role, table.columns[a.column], unit, draft_map(table)));
+                               "the same name need other names in the file.",
+                               role, table.columns[a.column], unit));
 }
 
 std::vector<Candidate> named(const MeasuredTable& table, const Names& names, Quantity quantity) {
