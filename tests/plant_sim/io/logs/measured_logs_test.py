@@ -10,6 +10,8 @@ import pytest
 
 BIN = Path(os.environ["VOLTLAP_BUILD_DIR"]) / "tests/bin"
 DATA = os.environ.get("VOLTLAP_DATA")
+ROOT = Path(__file__).parents[4]
+MAPS = ROOT / "plant_sim/data/maps"
 pytestmark = pytest.mark.skipif(not DATA, reason="VOLTLAP_DATA is not set")
 
 
@@ -75,6 +77,24 @@ def test_orion_cells_pass_their_checksum_in_candump_and_asc():
         assert len(cells) > 60
         assert all(4.0 < cell[3] <= cell[4] < 4.1 for cell in cells)
         assert not any("checksum" in line for line in words)
+
+
+@pytest.mark.parametrize(("name", "excerpt", "whole", "recordings"), [
+    ("uwfe_can", "dbc/uwfe_2024.dbc", "uwfe_canlogs/2024CAR.dbc",
+     ["uwfe_canlogs/A_postregen_193.candump.log.gz", "uwfe_canlogs/B_pitt_autox_24.candump.log.gz",
+      "uwfe_canlogs/F_april2025_glitchy_11.TXT.gz"]),
+    ("leaf_ze1_can", "dbc/leaf_ze1.dbc", "dbc/leaf/EV-can_ZE1.dbc",
+     ["leaf_canlogs/leaf62_drive_2.candump.log.gz", "leaf_canlogs/leaf62_startup.candump.log.gz"]),
+    ("orion2_conversion_can", "dbc/orion2_conversion.dbc", "orion2_conversion_candump/ZeroEvDBC_onlyBMS_DU.dbc",
+     ["orion2_conversion_candump/candump-2025-11-05_214230.log.gz",
+      "orion2_conversion_candump/can0_2025-11-01.asc.gz"])])
+def test_the_excerpt_beside_a_map_decodes_what_the_whole_dbc_decodes(name, excerpt, whole, recordings, tmp_path):
+    text = (MAPS / f"{name}.toml").read_text()
+    assert "VOLTLAP_DATA" not in text
+    with_whole = tmp_path / "whole.toml"
+    with_whole.write_text(text.replace(excerpt, f"{DATA}/{whole}").replace("../../../can_dbc", str(ROOT / "can_dbc")))
+    for recording in recordings:
+        assert show(recording, name) == show(recording, with_whole)
 
 
 def test_tables_with_groups_and_with_a_second_file():

@@ -3,6 +3,10 @@
 
 #include "plant_sim/core/scratch.hpp"
 
+#include <filesystem>
+
+#include <fmt/format.h>
+
 #include <CppUTest/TestHarness.h>
 
 using namespace voltlap::plant;
@@ -52,7 +56,9 @@ TEST(RoleMap, EveryShippedMapIsRead) {
 }
 
 TEST(RoleMap, UnknownColumnsGiveADraftMap) {
-  const MeasuredTable table = table_of("Zeitx,Stromwert?,Spann", "0,1,3");
+  std::string rows = "Zeitx,Stromwert?,Spann\n";
+  for (int row = 0; row < 50; ++row) rows += fmt::format("{},{},{}\n", row, row % 7, 90.0 - row % 7);
+  const MeasuredTable table = read_measured_table(scratch.write("table.csv", rows));
   const std::string message = complaint([&] { (void)role_map_for(table, data); });
   STRCMP_CONTAINS("current = {column = \"Stromwert?\"", message.c_str());
   STRCMP_CONTAINS("time = {column = \"Zeitx\"", message.c_str());
@@ -136,6 +142,12 @@ TEST(RoleMap, ValuesOfARightTypeThatMakeNoSenseAreRefused) {
                {"current = {frame = 1, extended = 1, signal = \"I\", dbc = \"a.dbc\"}", "extended"},
                {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", bus = 0}", "bus"},
                {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", period_s = 0}", "period_s"},
+               {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", last_frame = 2}", "last_frame"},
+               {"\"cell_voltage_<n>\" = {frame = 1, signal = \"U<n>\", dbc = \"a.dbc\", last_frame = 1}", "last_frame"},
+               {"\"cell_voltage_<n>\" = {frame = 1, signal = \"U<n>\", dbc = \"a.dbc\", last_frame = 0x800}",
+                "last_frame"},
+               {"\"cell_voltage_<n>\" = {frame = 1, signal = \"U\", index = \"N\", dbc = \"a.dbc\", last_frame = 2}",
+                "last_frame"},
                {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", column = \"I\"}", "column"}};
   for (const auto& [entry, key] : wrong) {
     const std::string message = complaint_of(std::string("[roles]\n\n") + entry + "\n");
@@ -144,4 +156,29 @@ TEST(RoleMap, ValuesOfARightTypeThatMakeNoSenseAreRefused) {
   }
   STRCMP_CONTAINS(":1: match", complaint_of("match = \"a,b\"\n[roles]\nsoc = {column = \"s\"}\n").c_str());
   STRCMP_CONTAINS(":1: match_frames", complaint_of("match_frames = [-1]\n[roles]\nsoc = {column = \"s\"}\n").c_str());
+}
+
+TEST(RoleMap, NumbersMayGoOnFromFrameToFrame) {
+  const RoleMap map = load_role_map(scratch.write(
+      "map.toml",
+      "[roles]\n\"cell_voltage_<n>\" = {frame = 0x10010, last_frame = 0x10013, signal = \"U<n>\", dbc = \"a.dbc\"}\n"));
+  CHECK_EQUAL(0x80010010U, *map.find("cell_voltage_<n>")->frame);
+  CHECK_EQUAL(0x80010013U, *map.find("cell_voltage_<n>")->last_frame);
+}
+
+TEST(RoleMap, ColumnsThatAMapAsksForAreTexts) {
+  for (const char* value : {"[\"t\", 3]", "\"t\""}) {
+    const std::string map = fmt::format("match_columns = {}\n[roles]\nsoc = {{column = \"s\"}}\n", value);
+    STRCMP_CONTAINS("match_columns", complaint_of(map).c_str());
+  }
+}
+
+TEST(RoleMap, ShippedMapsNeedNoFolderOfMeasuredDataForCan) {
+  ::unsetenv("VOLTLAP_DATA");
+  for (const std::string& name : data.names("maps")) {
+    const RoleMap map = load_role_map(data.find("maps", name, "test"));
+    for (const auto& [role, source] : map.roles) {
+      if (source.frame) CHECK_TEXT(std::filesystem::exists(path_in_map(map, source.dbc)), (name + " " + role).c_str());
+    }
+  }
 }

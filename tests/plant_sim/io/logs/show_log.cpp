@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// show_log RECORDING [MAP]: a recording's channels ("channel role samples begin end lowest highest") and what was
-// said about it.
+// show_log RECORDING [MAP [ROLE...]]: a recording's channels ("channel role samples begin end lowest highest") and what
+// was said about it; "-" for no map; of the roles every sample ("sample role time value").
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <string>
 
 #include "core/errors.hpp"
 #include "io/logs/drive_log.hpp"
@@ -16,8 +17,14 @@ int main(int argc, char** argv) {
   const DataFolder data(VOLTLAP_DATA_FOLDER);
   try {
     RoleMap map;
-    if (argc > 2) map = load_role_map(data.find("maps", argv[2], "MAP"));
-    const DriveLog log = read_drive_log(argv[1], argc > 2 ? &map : nullptr, data);
+    const bool given = argc > 2 && std::string(argv[2]) != "-";
+    if (given) map = load_role_map(data.find("maps", argv[2], "MAP"));
+    const DriveLog log = read_drive_log(argv[1], given ? &map : nullptr, data);
+    for (int k = 3; k < argc; ++k) {
+      const Channel* channel = log.find(argv[k]);
+      for (std::size_t row = 0; channel != nullptr && row < channel->size(); ++row)
+        fmt::print("sample {} {:.6f} {:.9g}\n", argv[k], channel->time_s[row], channel->value[row]);
+    }
     for (const auto& [role, channel] : log.channels) {
       double low = 1e300, high = -1e300;
       for (const double value : channel.value) {
