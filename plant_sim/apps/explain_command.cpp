@@ -101,6 +101,7 @@ ExplainCommand::ExplainCommand(CLI::App& app)
       ->required();
   command_->add_option("--map", map_,
                        "Role map: name or path; default: by column names, or a shipped map by its header");
+  finding_.add(*command_);
   command_->add_option("--model", model_, "Cell, pack or vehicle file (TOML): name or path")->required();
   command_->add_option("--reference", references_,
                        "Logs that are known to be good: what is usual is learned from them");
@@ -128,13 +129,27 @@ ExplainCommand::ExplainCommand(CLI::App& app)
       "Exit code: 0 a verdict was reached, whichever; 2 usage or input; 130 interrupted.");
 }
 
+std::unique_ptr<ScratchFile> ExplainCommand::find_map() {
+  finding_.check_needed(!map_.empty());
+  if (!finding_.is_asked()) return nullptr;
+  const std::optional<RoleMap> map = finding_.find(log_);
+  for (const std::string& note : map->notes) fmt::print(stderr, "{}\n", note);
+  if (!finding_.write_map.empty() && finding_.write_map != AtomicFile::kStandardOutput) {
+    map_ = finding_.write_map;
+    return nullptr;
+  }
+  auto file = std::make_unique<ScratchFile>(finding_.text(log_));
+  map_ = file->path();
+  return file;
+}
+
 void ExplainCommand::refuse_shared_files() const {
   const auto same = [](const std::string& a, const std::string& b) {
     std::error_code ignored;
     return a == b || std::filesystem::equivalent(a, b, ignored);
   };
   const std::pair<const char*, std::string> outputs[] = {
-      {"--json", json_}, {"--report", report_}, {"--write-model", write_model_}};
+      {"--json", json_}, {"--report", report_}, {"--write-model", write_model_}, {"--write-map", finding_.write_map}};
   std::vector<std::pair<const char*, std::string>> inputs = {
       {"the log", log_}, {"--model", model_}, {"--map", map_}, {"--holdout", holdout_}};
   for (const std::string& reference : references_) inputs.emplace_back("--reference", reference);
@@ -215,7 +230,7 @@ std::vector<std::pair<std::string, std::string>> ExplainCommand::run_facts(const
       {"log", log_},
       {"model", fmt::format("{} ({} file)", model_, kinds[static_cast<std::size_t>(model.kind)])},
       {"--reference", references_.empty() ? "none" : fmt::format("{}", fmt::join(references_, ", "))}};
-  if (!map_.empty()) out.emplace_back("--map", map_);
+  if (!map_.empty()) out.emplace_back("--map", finding_.is_asked() ? "made from the log" : map_);
   if (!holdout_.empty()) out.emplace_back("--holdout", holdout_);
   out.emplace_back("--set", settings_.empty() ? "nothing" : fmt::format("{}", fmt::join(settings_, " ")));
   out.emplace_back("seed", fmt::format("{}", seed_));
@@ -227,6 +242,7 @@ int ExplainCommand::run(const DataFolder& data) try {
   ExplainOptions options;
   options.seed = seed_;
   Model model = load_model(data, model_, take_settings(options));
+  const auto map_file = find_map();
   catch_interrupt();  // before there is a file that must not stay behind
   Outputs files{json_, report_, write_model_};
   ProgressLine line("explain");

@@ -3,11 +3,13 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "apps/map_finding.hpp"
 #include "apps/progress_line.hpp"
 #include "core/parameter_file.hpp"
 #include "discrepancy/explain.hpp"
@@ -22,6 +24,8 @@ class ExplainCommand {
   int run(const DataFolder& data);
 
  private:
+  /// With --dbc or --write-map: makes the log's map and sees to it that --map names its file.
+  [[nodiscard]] std::unique_ptr<ScratchFile> find_map();
   void refuse_shared_files() const;
   /// Splits --set into settings of the model and of the explanation itself.
   [[nodiscard]] std::vector<std::string> take_settings(ExplainOptions& options) const;
@@ -33,6 +37,7 @@ class ExplainCommand {
 
   CLI::App* command_;
   std::string log_, map_, model_, holdout_, json_, report_, write_model_;
+  MapFinding finding_;
   std::vector<std::string> references_, settings_;
   std::uint64_t seed_ = 1;
 };

@@ -271,7 +271,10 @@ int IdentifyCommand::run(const DataFolder& data) {
   take_ocv(data, options);
   const ToldBody told = told_body();
   std::optional<AtomicFile> out, json, report;
-  refuse_shared_files({{"--out", out_}, {"--json", json_}, {"--report", report_}});
+  refuse_shared_files({{"--out", out_},
+                       {"--json", json_},
+                       {"--report", report_},
+                       {"--write-map", recordings_.finding.write_map}});
   if (!out_.empty()) out.emplace(out_);
   if (!json_.empty()) json.emplace(json_);
   if (!report_.empty()) report.emplace(report_);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/recording_options.hpp"
 
+#include <algorithm>
+
 #include "apps/flag_checks.hpp"
 
 namespace voltlap::plant {
@@ -9,13 +11,14 @@ void RecordingOptions::add(CLI::App& command) {
   command_ = &command;
   command
       .add_option("data", files,
-                  "Recordings of time, current and voltage: CSV, also gzipped, or a CAN log with its --map")
+                  "Recordings of time, current and voltage: CSV, also gzipped, or a CAN log with its --map or --dbc")
       ->required();
   command
       .add_option("--map", maps,
                   "Role map: name or path; given again, of the files after it; default: by column names, or a shipped "
                   "map by its header")
       ->allow_extra_args(false);
+  finding.add(command);
   command.add_option("--cells-in-series", cells_in_series, "Cells in series behind the recorded voltage")
       ->check(whole_number(1, 1000))
       ->capture_default_str();
@@ -33,6 +36,13 @@ std::vector<std::optional<RoleMap>> RecordingOptions::role_maps(const DataFolder
     if (option->get_name() == "--map" && maps.size() > 1)
       next = load_role_map(data.find("maps", maps.at(given++), "--map"));
     if (option->get_name() == "data") out.push_back(next);
+  }
+  finding.check_needed(std::all_of(out.begin(), out.end(), [](const auto& map) { return map.has_value(); }));
+  bool written = false;
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (out[k]) continue;
+    out[k] = written ? finding.find_only(files.at(k)) : finding.find(files.at(k));
+    written = true;
   }
   return out;
 }

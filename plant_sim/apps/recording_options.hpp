@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/map_finding.hpp"
 #include "io/logs/cell_log.hpp"
 
 namespace voltlap::plant {
@@ -13,13 +14,14 @@ namespace voltlap::plant {
 struct RecordingOptions {
   std::vector<std::string> files;
   std::vector<std::string> maps;
+  MapFinding finding;
   int cells_in_series = 1, cells_in_parallel = 1;
 
   /// Adds `data` and the flags.
   void add(CLI::App& command);
 
-  /// The map of each file; none without --map. One map is that of all files, of several each holds for the files
-  /// after it.
+  /// The map of each file; none without --map, --dbc and --write-map. One map is that of all files, of several each
+  /// holds for the files after it.
   [[nodiscard]] std::vector<std::optional<RoleMap>> role_maps(const DataFolder& data) const;
   /// The first map, for a table that stands beside the files.
   [[nodiscard]] std::optional<RoleMap> first_map(const DataFolder& data) const;

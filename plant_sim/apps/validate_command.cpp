@@ -88,7 +88,10 @@ std::string ValidateCommand::command_line() const {
 }
 
 int ValidateCommand::run(const DataFolder& data) {
-  refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--report", report_}});
+  refuse_shared_files({{"--json", json_},
+                       {"--csv", csv_},
+                       {"--report", report_},
+                       {"--write-map", recordings_.finding.write_map}});
   const CellParameters cell = load_cell(data, cell_, "cell");
   std::optional<AtomicFile> json, csv, report;
   if (!json_.empty()) json.emplace(json_);
