@@ -106,7 +106,9 @@ voltlap.chartLines = (spec, { layers, window, at }) => {
     const extreme = one.extreme ? { x: at(one.extreme.time_s), value: one.extreme.value } : null;
     return {
       name: one.name,
-      data: voltlap.withExtreme(layer.x, layer.values(one), extreme),
+      data: one.points ? null : voltlap.withExtreme(layer.x, layer.values(one), extreme),
+      points: one.points,
+      step: one.step,
       color: voltlap.color(one.color),
       stroke: voltlap.strokes[one.role ?? "signal"],
       z: { reference: 2, limit: 6 }[one.role] ?? 5 - i,

@@ -11,6 +11,8 @@
 // the times of the frame's thin layers.
 // With `means` a view of many laps draws the samples pale and their running mean over a lap on top.
 // Curves over each other are those of series without a role, the second series dashed.
+// A series with times of its own (voltlap.OwnTimes) has points(from, to, width), textAt(place) and step in place of
+// values; `range` stands behind its name.
 "use strict";
 
 voltlap.TimeChart = class {
@@ -75,7 +77,7 @@ voltlap.TimeChart = class {
       tabindex: "0",
       role: "group",
       "aria-roledescription": "chart over time or distance",
-      "aria-label": `${spec.title}, ${spec.series.map((series) => series.name).join(", ")}, in ${spec.unit}`,
+      "aria-label": `${spec.title}, ${spec.series.map((series) => series.name).join(", ")}${spec.unit ? `, in ${spec.unit}` : ""}`,
       "aria-describedby": describedBy,
     });
     this.#plot = element(
@@ -95,6 +97,10 @@ voltlap.TimeChart = class {
         this.#plot,
       ),
     );
+  }
+
+  static #range({ range }) {
+    return range ? [voltlap.element("small", {}, `${range} `)] : [];
   }
 
   get #overlaid() {
@@ -138,7 +144,7 @@ voltlap.TimeChart = class {
       const output = element("output");
       this.#outputs.push(output);
       const key = this.#showsFamily ? [] : [voltlap.TimeChart.#key(series)];
-      this.#legend.append(element("li", {}, ...key, `${series.name} `, output));
+      this.#legend.append(element("li", {}, ...key, `${series.name} `, ...voltlap.TimeChart.#range(series), output));
     }
     for (const band of [...(spec.bandNames ?? []), ...(spec.level ? [spec.level] : [])]) {
       const key = element("span", { class: "key block", style: `--key: var(--${band.color})` });
@@ -146,6 +152,11 @@ voltlap.TimeChart = class {
     }
     this.#legend.append(this.#meanNote);
     if (spec.note) this.#legend.append(element("li", {}, spec.note));
+  }
+
+  /** Of a line with times of its own what the view can show. */
+  #dataOf(line) {
+    return line.points ? line.points(...this.#group.view, this.width) : line.data;
   }
 
   #lineStyle(line) {
@@ -163,11 +174,12 @@ voltlap.TimeChart = class {
     const series = this.#lines.map((line, i) => ({
       type: "line",
       name: line.name,
-      data: line.data,
+      data: this.#dataOf(line),
+      step: line.step,
       dimensions: ["x", "value"],
       showSymbol: false,
       silent: true,
-      sampling: line.role === "means" ? undefined : "minmax",
+      sampling: line.role === "means" || line.points ? undefined : "minmax",
       animation: false,
       z: line.z,
       lineStyle: { color: line.color, join: "round", ...line.stroke, ...this.#lineStyle(line) },
@@ -189,7 +201,7 @@ voltlap.TimeChart = class {
         },
         xAxis: {
           type: "value",
-          min: 0,
+          min: this.#group.begin,
           max: end,
           name: axis.name(end),
           nameLocation: "middle",
@@ -205,7 +217,7 @@ voltlap.TimeChart = class {
           max: spec.high,
           scale: true,
           splitNumber: 4,
-          name: `${spec.axis ?? spec.title}, ${spec.unit}`,
+          name: [spec.axis ?? spec.title, spec.unit].filter(Boolean).join(", "),
           nameLocation: "middle",
           nameRotate: 90,
           nameGap: 46,
@@ -271,7 +283,10 @@ voltlap.TimeChart = class {
 
   showView() {
     if (this.width <= 0) return;
-    const series = this.#lines.map((line) => ({ lineStyle: this.#lineStyle(line) }));
+    const series = this.#lines.map((line) => ({
+      lineStyle: this.#lineStyle(line),
+      ...(line.points ? { data: this.#dataOf(line) } : {}),
+    }));
     this.#chart.setOption({ xAxis: this.#viewAxis({}), dataZoom: [this.#viewRange()], series });
     this.#showMeanNote();
   }
@@ -328,6 +343,7 @@ voltlap.TimeChart = class {
   }
 
   #valueText(series, index) {
+    if (series.textAt) return series.textAt(this.#group.cursor);
     const number = voltlap.quantity(series.values[index], this.#spec.digits, this.#spec.unit);
     return series.remark ? `${number}${series.remark(index)}` : number;
   }

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/plot/log_plot_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/demand.hpp"
+#include "io/page/html_page.hpp"
+#include "io/page/html_parts.hpp"
+#include "io/page/html_series.hpp"
+
+namespace voltlap::plant {
+
+std::string_view log_plot_page_files(std::string_view name);  // made by page_files.cmake
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array<std::string_view, 6> kScripts = {"series.js",         "own_times.js", "time_charts.js", "time_chart.js",
+                                                      "chart_gestures.js", "log_plot.js"};
+/// Steps of 2^30 at most: a difference of two values still is a number of 32 bits.
+constexpr double kMostSteps = 1 << 30;
+
+/// Names of page.css, told apart with any kind of colour vision.
+constexpr std::array<std::string_view, 6> kColours = {"blue", "orange", "green", "purple", "limit-4", "limit-3"};
+
+Json packed(const HtmlSeries& series) { return {{"resolution", series.resolution()}, {"deltas", series.base64()}}; }
+
+double time_resolution(double span_s) {
+  constexpr double kFine = 1e-4, kCoarse = 1e-3, kLong = 600.0;  // s
+  return std::max(span_s < kLong ? kFine : kCoarse, span_s / kMostSteps);
+}
+
+double value_resolution(const SignalSurvey& survey) {
+  // A value that has more decimals than that is drawn to a part in a million of its range.
+  const double decimal = std::pow(10.0, -survey.decimals());
+  const double finest = survey.range() * 1e-6;
+  const double out = std::max({decimal, survey.decimals() < 3 ? 0.0 : finest, survey.range() / kMostSteps});
+  return std::isfinite(out) && out > 0.0 ? out : 1.0;
+}
+
+/// Decimals that are worth reading in a range: four figures of it.
+int decimals_worth(double low, double high, int decimals) {
+  const double size = std::max(std::abs(low), std::abs(high));
+  const int before = size >= 1.0 ? static_cast<int>(std::floor(std::log10(size))) + 1 : 0;
+  return std::clamp(decimals, 0, std::max(0, 5 - before));
+}
+
+std::string value_text(double value, int decimals) {
+  constexpr double kLarge = 1e7;
+  if (std::abs(value) >= kLarge) return fmt::format("{:.4g}", value);
+  return fmt::format("{:.{}f}", value, decimals);
+}
+
+std::string value_text(const SignalSurvey& survey, double value) {
+  return value_text(value, decimals_worth(survey.low(), survey.high(), survey.decimals()));
+}
+
+std::string interval_text(double interval_s) {
+  if (interval_s <= 0.0) return {};
+  return interval_s < 1.0 ? fmt::format("{:.2g} ms", 1e3 * interval_s) : fmt::format("{:.2g} s", interval_s);
+}
+
+/// The span of time that the charts show.
+std::pair<double, double> stretch(const PlottedLog& log) {
+  const double begin = std::max(log.request.from_s.value_or(0.0), 0.0);
+  const double end = std::min(log.request.to_s.value_or(log.facts.duration_s), log.facts.duration_s);
+  return {begin, std::max(end, begin + 1e-3)};
+}
+
+const SignalTrace& trace_of(const PlottedLog& log, std::size_t signal) {
+  const auto& chosen = log.choice.signals;
+  const auto at = std::find(chosen.begin(), chosen.end(), signal);
+  VOLTLAP_DEMAND(at != chosen.end());
+  return log.traces[static_cast<std::size_t>(at - chosen.begin())];
+}
+
+Json series_json(const PlottedLog& log, std::size_t signal, std::size_t place) {
+  const SignalTrace& trace = trace_of(log, signal);
+  const SignalSurvey& survey = log.surveys[signal];
+  VOLTLAP_DEMAND(trace.time_s().size() == trace.value().size());
+  HtmlSeries times("time", time_resolution(survey.last_s() - survey.first_s())), begins("begins", 1.0);
+  HtmlSeries values("value", value_resolution(survey));
+  for (std::size_t k = 0; k < trace.time_s().size(); ++k) {
+    times.add(trace.time_s()[k] - survey.first_s());
+    values.add(trace.value()[k] - survey.low());
+  }
+  for (const std::size_t begin : trace.begins()) begins.add(static_cast<double>(begin));
+  return {{"name", log.heads[signal].name},
+          {"color", kColours[place % kColours.size()]},
+          {"range", fmt::format("{} … {}", value_text(survey, survey.low()), value_text(survey, survey.high()))},
+          {"stepped", survey.is_stepped()},
+          {"digits", decimals_worth(survey.low(), survey.high(), survey.decimals())},
+          {"points", times.size()},
+          {"first_s", survey.first_s()},
+          {"low", survey.low()},
+          {"begins", trace.begins().size()},
+          {"time", packed(times)},
+          {"value", packed(values)},
+          {"begin", packed(begins)}};
+}
+
+Json page_data(const PlottedLog& log) {
+  const auto [begin, end] = stretch(log);
+  Json charts = Json::array();
+  for (const ChartGroup& group : log.groups) {
+    Json series = Json::array();
+    for (const std::size_t signal : group.signals) series.push_back(series_json(log, signal, series.size()));
+    charts.push_back({{"title", group.title}, {"unit", group.unit}, {"series", series}});
+  }
+  return {{"begin_s", begin}, {"end_s", end}, {"charts", charts}};
+}
+
+std::string tiles(const PlottedLog& log) {
+  const auto [begin, end] = stretch(log);
+  std::size_t heard = 0, gaps = 0;
+  for (const SignalSurvey& survey : log.surveys) heard += survey.samples() > 0 ? 1U : 0U;
+  for (const SignalTrace& trace : log.traces) gaps += trace.gaps();
+  const bool whole = !log.request.from_s && !log.request.to_s;
+  return html_tile("shown", fmt::format("{:.1f}", end - begin), "s",
+                   whole ? "the whole recording" : fmt::format("of {:.1f} s", log.facts.duration_s)) +
+         html_tile("recording", fmt::format("{}", log.facts.frames), "", log.facts.format) +
+         html_tile("signals drawn", fmt::format("{}", log.choice.signals.size()), "",
+                   fmt::format("of {} in the recording", heard)) +
+         html_tile("charts", fmt::format("{}", log.groups.size()), "", "one for each unit and size") +
+         html_tile("gaps", fmt::format("{}", gaps), "", "of drawn signals; no line crosses one") +
+         html_tile("remarks", fmt::format("{}", log.facts.notes.size()), "", "on the recording, below");
+}
+
+std::string signal_rows(const PlottedLog& log) {
+  std::string out;
+  const auto add = [&](std::size_t k, bool drawn) {
+    const SignalSurvey& s = log.surveys[k];
+    const SignalHead& head = log.heads[k];
+    out += html_row({head.name, drawn ? "drawn" : "", unit_text(head.unit), value_text(s, s.low()),
+                     fmt::format("{:.3f}", s.low_at_s()), value_text(s, s.high()), fmt::format("{:.3f}", s.high_at_s()),
+                     value_text(s, s.last()), fmt::format("{}", s.samples()), fmt::format("{}", s.changes()),
+                     s.missing() > 0 ? fmt::format("{}", s.missing()) : "", interval_text(s.usual_interval_s()),
+                     head.source});
+  };
+  std::vector<bool> drawn(log.heads.size(), false);
+  for (const ChartGroup& group : log.groups) {
+    for (const std::size_t k : group.signals) {
+      add(k, true);
+      drawn[k] = true;
+    }
+  }
+  for (std::size_t k = 0; k < log.heads.size(); ++k) {
+    if (!drawn[k] && log.surveys[k].samples() > 0) add(k, false);
+  }
+  return out;
+}
+
+std::string notes(const PlottedLog& log) {
+  std::string out;
+  const auto add = [&](const std::string& text) { out += "<li>" + html_text(text) + "</li>\n"; };
+  for (std::size_t k = 0; k < log.traces.size(); ++k) {
+    if (log.traces[k].bucket_s() == 0.0) continue;
+    add(fmt::format("{}: lowest and highest value of every {:.3g} s are drawn", log.heads[log.choice.signals[k]].name,
+                    log.traces[k].bucket_s()));
+  }
+  std::vector<std::string> empty;
+  for (std::size_t k = 0; k < log.heads.size(); ++k) {
+    if (log.surveys[k].samples() == 0 && log.surveys[k].missing() > 0) empty.push_back(log.heads[k].name);
+  }
+  for (const std::string& name : empty) add(name + ": sent, and never with a measurement");
+  for (const std::string& note : log.facts.notes) add(note);
+  return out.empty() ? "<li>none</li>\n" : out;
+}
+
+}  // namespace
+
+std::string log_plot_page(const PlottedLog& log) {
+  VOLTLAP_DEMAND(log.surveys.size() == log.heads.size() && log.traces.size() == log.choice.signals.size());
+  const std::string file = std::filesystem::path(log.request.recording).filename().string();
+  const auto [begin, end] = stretch(log);
+  const std::string headline =
+      fmt::format("{}{}", file, log.facts.start.empty() ? "" : ", " + log.facts.start);
+  const std::string facts = fmt::format("{:.3f} s to {:.3f} s. Drawn: {}.", begin, end, log.choice.reason);
+  const std::string data = page_data(log).dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string body = fill_template(
+      html_asset("log_plot.html", log_plot_page_files),
+      {{"status", "Recording"},
+       {"headline", html_text(headline)},
+       {"facts", html_text(facts)},
+       {"tiles", tiles(log)},
+       {"signal_rows", signal_rows(log)},
+       {"notes", notes(log)},
+       {"run_facts", html_fact("command", log.request.command) + html_fact("recording", log.request.recording) +
+                         html_fact("version", log.request.version)}});
+  return html_page({.title = file + ", voltlap log plot",
+                    .description = headline,
+                    .body = body,
+                    .scripts = {kScripts.begin(), kScripts.end()},
+                    .data = data,
+                    .own = log_plot_page_files});
+}
+
+}  // namespace voltlap::plant
