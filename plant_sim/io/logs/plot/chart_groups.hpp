@@ -5,12 +5,13 @@
 #include <vector>
 
 #include "io/logs/plot/recorded_signals.hpp"
-#include "io/logs/plot/signal_survey.hpp"
+#include "io/logs/plot/signal_course.hpp"
 
 namespace voltlap::plant {
 
 struct ChartGroup {
-  std::string title, unit;           ///< unit as unit_text gives it
+  std::string quantity, title;
+  std::string unit;                  ///< as signal_unit gives it
   std::vector<std::size_t> signals;  ///< numbers
   int decimals = 0;                  ///< of its values as text
 };
@@ -18,6 +19,6 @@ struct ChartGroup {
 /// Every signal of `chosen` once.
 [[nodiscard]] std::vector<ChartGroup> chart_groups(const std::vector<std::size_t>& chosen,
                                                    const std::vector<SignalHead>& heads,
-                                                   const std::vector<SignalSurvey>& surveys);
+                                                   const std::vector<SignalCourse>& courses);
 
 }  // namespace voltlap::plant

@@ -9,7 +9,7 @@
 #include "core/errors.hpp"
 #include "io/logs/plot/chart_groups.hpp"
 #include "io/logs/plot/log_plot_page.hpp"
-#include "io/logs/plot/signal_choice.hpp"
+#include "io/logs/plot/plot_choice.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -27,8 +27,8 @@ bool is_inside(const LogPlotRequest& request, double time_s) {
   return (!request.from_s || time_s >= *request.from_s) && (!request.to_s || time_s <= *request.to_s);
 }
 
-std::vector<SignalSurvey> survey(RecordedSignals& recorded, const LogPlotRequest& request) {
-  std::vector<SignalSurvey> out;
+std::vector<SignalCourse> courses_of(RecordedSignals& recorded, const LogPlotRequest& request) {
+  std::vector<SignalCourse> out;
   recorded.read(
       [&](std::size_t signal, double time_s, double value) {
         if (signal >= out.size()) out.resize(signal + 1);
@@ -36,7 +36,7 @@ std::vector<SignalSurvey> survey(RecordedSignals& recorded, const LogPlotRequest
       },
       [&](std::size_t frames) { request.progress(fmt::format("looking at {} frames", frames), 0.0); });
   out.resize(recorded.heads().size());
-  const bool any = std::any_of(out.begin(), out.end(), [](const SignalSurvey& one) { return one.samples() > 0; });
+  const bool any = std::any_of(out.begin(), out.end(), [](const SignalCourse& one) { return one.samples() > 0; });
   if (any) return out;
   throw InputError(request.recording,
                    request.from_s || request.to_s
@@ -47,15 +47,15 @@ std::vector<SignalSurvey> survey(RecordedSignals& recorded, const LogPlotRequest
 
 /// Traces of the chosen signals, in the order in which they were chosen.
 std::vector<SignalTrace> trace(RecordedSignals& recorded, const LogPlotRequest& request,
-                               const std::vector<std::size_t>& chosen, const std::vector<SignalSurvey>& surveys) {
+                               const std::vector<std::size_t>& chosen, const std::vector<SignalCourse>& courses) {
   VOLTLAP_DEMAND(!chosen.empty());
   const std::size_t most = std::min(kMostPoints, kPointsOfPage / chosen.size());
   constexpr std::size_t kNotDrawn = ~std::size_t{0};
-  std::vector<std::size_t> place(surveys.size(), kNotDrawn);
+  std::vector<std::size_t> place(courses.size(), kNotDrawn);
   std::vector<SignalTrace> out;
   for (const std::size_t signal : chosen) {
     place[signal] = out.size();
-    out.emplace_back(surveys[signal], most);
+    out.emplace_back(courses[signal], most);
   }
   const double frames_in_all = static_cast<double>(std::max<std::size_t>(recorded.facts().frames, 1));
   recorded.read(
@@ -73,18 +73,18 @@ std::vector<SignalTrace> trace(RecordedSignals& recorded, const LogPlotRequest& 
 
 LogPlot plot_log(RecordedSignals& recorded, const LogPlotRequest& request) {
   check_stretch(request);
-  const std::vector<SignalSurvey> surveys = survey(recorded, request);
+  const std::vector<SignalCourse> courses = courses_of(recorded, request);
   const std::vector<SignalHead>& heads = recorded.heads();
-  const SignalChoice choice = request.signals.empty() ? signals_that_move(heads, surveys)
-                                                      : signals_named(request.signals, recorded, surveys);
-  const std::vector<SignalTrace> traces = trace(recorded, request, choice.signals, surveys);
-  const std::vector<ChartGroup> groups = chart_groups(choice.signals, heads, surveys);
+  const PlotChoice choice = request.signals.empty() ? signals_that_move(heads, courses)
+                                                      : signals_named(request.signals, recorded, courses);
+  const std::vector<SignalTrace> traces = trace(recorded, request, choice.signals, courses);
+  const std::vector<ChartGroup> groups = chart_groups(choice.signals, heads, courses);
   LogPlot out;
   out.choice = choice.reason;
   out.signals = choice.signals.size();
   out.charts = groups.size();
   out.notes = recorded.facts().notes;
-  out.page = log_plot_page({request, recorded.facts(), heads, surveys, choice, traces, groups});
+  out.page = log_plot_page({request, recorded.facts(), heads, courses, choice, traces, groups});
   return out;
 }
 

@@ -2,6 +2,7 @@
 #include "io/logs/plot/log_plot_page.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/demand.hpp"
+#include "io/logs/plot/signal_unit.hpp"
 #include "io/page/html_page.hpp"
 #include "io/page/html_parts.hpp"
 #include "io/page/html_series.hpp"
@@ -37,11 +39,11 @@ double time_resolution(double span_s) {
   return std::max(span_s < kLong ? kFine : kCoarse, span_s / kMostSteps);
 }
 
-double value_resolution(const SignalSurvey& survey) {
+double value_resolution(const SignalCourse& course) {
   // A value that has more decimals than that is drawn to a part in a million of its range.
-  const double decimal = std::pow(10.0, -survey.decimals());
-  const double finest = survey.range() * 1e-6;
-  const double out = std::max({decimal, survey.decimals() < 3 ? 0.0 : finest, survey.range() / kMostSteps});
+  const double decimal = std::pow(10.0, -course.decimals());
+  const double finest = course.range() * 1e-6;
+  const double out = std::max({decimal, course.decimals() < 3 ? 0.0 : finest, course.range() / kMostSteps});
   return std::isfinite(out) && out > 0.0 ? out : 1.0;
 }
 
@@ -58,8 +60,8 @@ std::string value_text(double value, int decimals) {
   return fmt::format("{:.{}f}", value, decimals);
 }
 
-std::string value_text(const SignalSurvey& survey, double value) {
-  return value_text(value, decimals_worth(survey.low(), survey.high(), survey.decimals()));
+std::string value_text(const SignalCourse& course, double value) {
+  return value_text(value, decimals_worth(course.low(), course.high(), course.decimals()));
 }
 
 std::string interval_text(double interval_s) {
@@ -83,23 +85,23 @@ const SignalTrace& trace_of(const PlottedLog& log, std::size_t signal) {
 
 Json series_json(const PlottedLog& log, std::size_t signal, std::size_t place) {
   const SignalTrace& trace = trace_of(log, signal);
-  const SignalSurvey& survey = log.surveys[signal];
+  const SignalCourse& course = log.courses[signal];
   VOLTLAP_DEMAND(trace.time_s().size() == trace.value().size());
-  HtmlSeries times("time", time_resolution(survey.last_s() - survey.first_s())), begins("begins", 1.0);
-  HtmlSeries values("value", value_resolution(survey));
+  HtmlSeries times("time", time_resolution(course.last_s() - course.first_s())), begins("begins", 1.0);
+  HtmlSeries values("value", value_resolution(course));
   for (std::size_t k = 0; k < trace.time_s().size(); ++k) {
-    times.add(trace.time_s()[k] - survey.first_s());
-    values.add(trace.value()[k] - survey.low());
+    times.add(trace.time_s()[k] - course.first_s());
+    values.add(trace.value()[k] - course.low());
   }
   for (const std::size_t begin : trace.begins()) begins.add(static_cast<double>(begin));
   return {{"name", log.heads[signal].name},
           {"color", kColours[place % kColours.size()]},
-          {"range", fmt::format("{} … {}", value_text(survey, survey.low()), value_text(survey, survey.high()))},
-          {"stepped", survey.is_stepped()},
-          {"digits", decimals_worth(survey.low(), survey.high(), survey.decimals())},
+          {"range", fmt::format("{} … {}", value_text(course, course.low()), value_text(course, course.high()))},
+          {"stepped", course.is_stepped()},
+          {"digits", decimals_worth(course.low(), course.high(), course.decimals())},
           {"points", times.size()},
-          {"first_s", survey.first_s()},
-          {"low", survey.low()},
+          {"first_s", course.first_s()},
+          {"low", course.low()},
           {"begins", trace.begins().size()},
           {"time", packed(times)},
           {"value", packed(values)},
@@ -112,15 +114,15 @@ Json page_data(const PlottedLog& log) {
   for (const ChartGroup& group : log.groups) {
     Json series = Json::array();
     for (const std::size_t signal : group.signals) series.push_back(series_json(log, signal, series.size()));
-    charts.push_back({{"title", group.title}, {"unit", group.unit}, {"series", series}});
+    charts.push_back({{"title", group.title}, {"axis", group.quantity}, {"unit", group.unit}, {"series", series}});
   }
   return {{"begin_s", begin}, {"end_s", end}, {"charts", charts}};
 }
 
-std::string tiles(const PlottedLog& log) {
+std::string tiles(const PlottedLog& log, std::size_t remarks) {
   const auto [begin, end] = stretch(log);
   std::size_t heard = 0, gaps = 0;
-  for (const SignalSurvey& survey : log.surveys) heard += survey.samples() > 0 ? 1U : 0U;
+  for (const SignalCourse& course : log.courses) heard += course.samples() > 0 ? 1U : 0U;
   for (const SignalTrace& trace : log.traces) gaps += trace.gaps();
   const bool whole = !log.request.from_s && !log.request.to_s;
   return html_tile("shown", fmt::format("{:.1f}", end - begin), "s",
@@ -130,15 +132,15 @@ std::string tiles(const PlottedLog& log) {
                    fmt::format("of {} in the recording", heard)) +
          html_tile("charts", fmt::format("{}", log.groups.size()), "", "one for each unit and size") +
          html_tile("gaps", fmt::format("{}", gaps), "", "of drawn signals; no line crosses one") +
-         html_tile("remarks", fmt::format("{}", log.facts.notes.size()), "", "on the recording, below");
+         html_tile("remarks", fmt::format("{}", remarks), "", "on the recording, below");
 }
 
 std::string signal_rows(const PlottedLog& log) {
   std::string out;
   const auto add = [&](std::size_t k, bool drawn) {
-    const SignalSurvey& s = log.surveys[k];
+    const SignalCourse& s = log.courses[k];
     const SignalHead& head = log.heads[k];
-    out += html_row({head.name, drawn ? "drawn" : "", unit_text(head.unit), value_text(s, s.low()),
+    out += html_row({head.name, drawn ? "drawn" : "", signal_unit(head.unit).text, value_text(s, s.low()),
                      fmt::format("{:.3f}", s.low_at_s()), value_text(s, s.high()), fmt::format("{:.3f}", s.high_at_s()),
                      value_text(s, s.last()), fmt::format("{}", s.samples()), fmt::format("{}", s.changes()),
                      s.missing() > 0 ? fmt::format("{}", s.missing()) : "", interval_text(s.usual_interval_s()),
@@ -152,46 +154,60 @@ std::string signal_rows(const PlottedLog& log) {
     }
   }
   for (std::size_t k = 0; k < log.heads.size(); ++k) {
-    if (!drawn[k] && log.surveys[k].samples() > 0) add(k, false);
+    if (!drawn[k] && log.courses[k].samples() > 0) add(k, false);
   }
   return out;
 }
 
-std::string notes(const PlottedLog& log) {
-  std::string out;
-  const auto add = [&](const std::string& text) { out += "<li>" + html_text(text) + "</li>\n"; };
+/// Defects, decisions and what the drawing left out, in words.
+std::vector<std::string> notes(const PlottedLog& log) {
+  constexpr std::size_t kNamed = 8;
+  std::vector<std::string> out;
   for (std::size_t k = 0; k < log.traces.size(); ++k) {
     if (log.traces[k].bucket_s() == 0.0) continue;
-    add(fmt::format("{}: lowest and highest value of every {:.3g} s are drawn", log.heads[log.choice.signals[k]].name,
-                    log.traces[k].bucket_s()));
+    out.push_back(fmt::format("{}: too many samples for a page; the lowest and the highest value of every {:.3g} s are "
+                              "drawn",
+                              log.heads[log.choice.signals[k]].name, log.traces[k].bucket_s()));
   }
   std::vector<std::string> empty;
   for (std::size_t k = 0; k < log.heads.size(); ++k) {
-    if (log.surveys[k].samples() == 0 && log.surveys[k].missing() > 0) empty.push_back(log.heads[k].name);
+    if (log.courses[k].samples() == 0 && log.courses[k].missing() > 0) empty.push_back(log.heads[k].name);
   }
-  for (const std::string& name : empty) add(name + ": sent, and never with a measurement");
-  for (const std::string& note : log.facts.notes) add(note);
+  if (!empty.empty()) {
+    const std::size_t count = empty.size();
+    empty.resize(std::min(count, kNamed));
+    out.push_back(fmt::format("{} signals were sent and had no measurement at any time, only codes that say so: {}{}",
+                              count, fmt::join(empty, ", "), count > kNamed ? " ..." : ""));
+  }
+  out.insert(out.end(), log.facts.notes.begin(), log.facts.notes.end());
+  return out;
+}
+
+std::string notes_html(const std::vector<std::string>& notes) {
+  std::string out;
+  for (const std::string& note : notes) out += "<li>" + html_text(note) + "</li>\n";
   return out.empty() ? "<li>none</li>\n" : out;
 }
 
 }  // namespace
 
 std::string log_plot_page(const PlottedLog& log) {
-  VOLTLAP_DEMAND(log.surveys.size() == log.heads.size() && log.traces.size() == log.choice.signals.size());
+  VOLTLAP_DEMAND(log.courses.size() == log.heads.size() && log.traces.size() == log.choice.signals.size());
   const std::string file = std::filesystem::path(log.request.recording).filename().string();
   const auto [begin, end] = stretch(log);
   const std::string headline =
       fmt::format("{}{}", file, log.facts.start.empty() ? "" : ", " + log.facts.start);
   const std::string facts = fmt::format("{:.3f} s to {:.3f} s. Drawn: {}.", begin, end, log.choice.reason);
+  const std::vector<std::string> remarks = notes(log);
   const std::string data = page_data(log).dump(-1, ' ', false, Json::error_handler_t::replace);
   const std::string body = fill_template(
       html_asset("log_plot.html", log_plot_page_files),
       {{"status", "Recording"},
        {"headline", html_text(headline)},
        {"facts", html_text(facts)},
-       {"tiles", tiles(log)},
+       {"tiles", tiles(log, remarks.size())},
        {"signal_rows", signal_rows(log)},
-       {"notes", notes(log)},
+       {"notes", notes_html(remarks)},
        {"run_facts", html_fact("command", log.request.command) + html_fact("recording", log.request.recording) +
                          html_fact("version", log.request.version)}});
   return html_page({.title = file + ", voltlap log plot",

@@ -6,7 +6,7 @@
 
 #include "io/logs/plot/chart_groups.hpp"
 #include "io/logs/plot/log_plot.hpp"
-#include "io/logs/plot/signal_choice.hpp"
+#include "io/logs/plot/plot_choice.hpp"
 #include "io/logs/plot/signal_trace.hpp"
 
 namespace voltlap::plant {
@@ -15,8 +15,8 @@ struct PlottedLog {
   const LogPlotRequest& request;
   const RecordingFacts& facts;
   const std::vector<SignalHead>& heads;
-  const std::vector<SignalSurvey>& surveys;  ///< of each head
-  const SignalChoice& choice;
+  const std::vector<SignalCourse>& courses;  ///< of each head
+  const PlotChoice& choice;
   const std::vector<SignalTrace>& traces;    ///< of each chosen signal
   const std::vector<ChartGroup>& groups;
 };

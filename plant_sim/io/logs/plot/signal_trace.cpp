@@ -8,13 +8,13 @@
 
 namespace voltlap::plant {
 
-SignalTrace::SignalTrace(const SignalSurvey& survey, std::size_t most_points)
-    : gap_s_(survey.gap_s()), first_s_(survey.first_s()), stepped_(survey.is_stepped()) {
+SignalTrace::SignalTrace(const SignalCourse& course, std::size_t most_points)
+    : gap_s_(course.gap_s()), first_s_(course.first_s()), stepped_(course.is_stepped()) {
   VOLTLAP_DEMAND(most_points >= 16);
-  const std::size_t lossless = (stepped_ ? 1 : 2) * survey.changes() + 2;
+  const std::size_t lossless = (stepped_ ? 1 : 2) * course.changes() + 2;
   if (lossless <= most_points) return;
   // Two points a bucket, and a third where a repeated value ends.
-  bucket_s_ = 3.0 * (survey.last_s() - survey.first_s()) / static_cast<double>(most_points);
+  bucket_s_ = 3.0 * (course.last_s() - course.first_s()) / static_cast<double>(most_points);
 }
 
 void SignalTrace::add(double time_s, double value) {

@@ -7,16 +7,16 @@
 #include <optional>
 #include <vector>
 
-#include "io/logs/plot/signal_survey.hpp"
+#include "io/logs/plot/signal_course.hpp"
 
 namespace voltlap::plant {
 
 class SignalTrace {
  public:
-  /// `survey` is of the same samples, and complete.
-  SignalTrace(const SignalSurvey& survey, std::size_t most_points);
+  /// `course` is of the same samples, and complete.
+  SignalTrace(const SignalCourse& course, std::size_t most_points);
 
-  /// As SignalSurvey::add.
+  /// As SignalCourse::add.
   void add(double time_s, double value);
   void finish();
 

@@ -37,10 +37,10 @@
     };
   };
 
-  const specOf = ({ title, unit, series }, k) => ({
+  const specOf = ({ title, axis: quantity, unit, series }, k) => ({
     id: `chart-${k}`,
     title,
-    axis: unit ? title.split(",")[0] : "value",
+    axis: unit ? quantity : "value",
     unit,
     digits: 0,
     series: series.map((one) => seriesOf(one, unit)),

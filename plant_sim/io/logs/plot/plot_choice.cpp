@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/logs/plot/signal_choice.hpp"
+#include "io/logs/plot/plot_choice.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,12 +12,13 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "io/logs/plot/signal_unit.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 constexpr std::size_t kMost = 24;         // without being asked
-constexpr std::size_t kMostOfUnit = 6;
+constexpr std::size_t kMostOfQuantity = 6, kMostOfOther = 1;
 constexpr std::size_t kMostNamed = 96;    // a page that can still be read
 constexpr std::size_t kSuggested = 8;
 
@@ -78,53 +79,50 @@ std::vector<std::string> nearest(const std::string& pattern, const std::vector<S
 }
 
 /// Counts, checks and choices of multiplexers say nothing about the car.
-bool is_housekeeping(const SignalHead& head, const SignalSurvey& survey) {
-  static constexpr std::array<std::string_view, 9> kWords = {"counter", "crc",  "checksum", "rolling", "chksum",
-                                                             "_cnt",    "_mux", "alive",    "multiplex"};
+bool is_housekeeping(const SignalHead& head, const SignalCourse& course) {
+  static constexpr std::array<std::string_view, 12> kWords = {"counter", "crc",  "checksum", "rolling",   "chksum",
+                                                              "csum",    "prun", "_cnt",     "_mux",      "alive",
+                                                              "clock",   "multiplex"};
   const std::string name = without_case_and_marks(head.name);
   const bool named = std::any_of(kWords.begin(), kWords.end(), [&](std::string_view word) {
     return contains(name, word[0] == '_' ? word.substr(1) : word) && (word[0] != '_' || contains(head.name, word));
   });
-  return named || survey.is_counter() || survey.is_noise();
+  return named || course.is_counter() || course.is_noise();
 }
 
 /// How many steps of its last decimal it covers, as a power of two; it counts no more than ten.
-double levels_of(const SignalSurvey& survey) {
+double levels_of(const SignalCourse& course) {
   constexpr double kMostLevels = 10.0;
-  return std::min(std::log2(1.0 + survey.range() * std::pow(10.0, survey.decimals())), kMostLevels);
+  return std::min(std::log2(1.0 + course.range() * std::pow(10.0, course.decimals())), kMostLevels);
 }
 
 /// A signal of many levels that changes often says most.
-double score_of(const SignalSurvey& survey) {
-  const double changes = static_cast<double>(survey.changes());
-  return levels_of(survey) + std::min(std::log2(1.0 + changes), 10.0);
+double score_of(const SignalCourse& course) {
+  const double changes = static_cast<double>(course.changes());
+  return levels_of(course) + std::min(std::log2(1.0 + changes), 10.0);
+}
+
+/// What is measured in units that everybody knows comes first, then what has no unit, then the rest.
+enum class Kind { kKnown, kUnitless, kOther };
+using Quantity = std::pair<Kind, std::string>;
+
+Quantity quantity_of(const SignalHead& head) {
+  const SignalUnit unit = signal_unit(head.unit);
+  if (unit.quantity.empty()) return {Kind::kOther, unit.text};
+  return {unit.text.empty() ? Kind::kUnitless : Kind::kKnown, unit.quantity};
 }
 
 }  // namespace
 
-std::string unit_text(const std::string& unit) {
-  static const std::map<std::string, std::string> kSame = {
-      {"degC", "°C"},    {"C", "°C"},       {"deg C", "°C"}, {"Deg C", "°C"}, {"DegC", "°C"},  {"Celsius", "°C"},
-      {"celsius", "°C"}, {"degrees C", "°C"}, {"degc", "°C"},  {"ºC", "°C"}, {"deg", "°"},    {"Deg", "°"},
-      {"Volts", "V"},    {"volts", "V"},    {"Volt", "V"},   {"v", "V"},      {"Amps", "A"},   {"amps", "A"},
-      {"Amp", "A"},      {"a", "A"},        {"RPM", "rpm"},  {"Rpm", "rpm"},  {"1/min", "rpm"}, {"N.m", "Nm"},
-      {"N·m", "Nm"},     {"N-m", "Nm"},     {"nm", "Nm"},    {"kph", "km/h"}, {"kmh", "km/h"}, {"KPH", "km/h"},
-      {"Percent", "%"},  {"percent", "%"},  {"pct", "%"},    {"kw", "kW"},    {"KW", "kW"},    {"1", ""},
-      {"-", ""},         {"bool", ""},      {"Boolean", ""}, {"none", ""},    {"None", ""},    {"enum", ""},
-      {"watts", "W"},    {"ohm", "Ω"},      {"Ohm", "Ω"},    {"sec", "s"},    {"bit", ""},     {"flag", ""}};
-  const auto at = kSame.find(unit);
-  return at == kSame.end() ? unit : at->second;
-}
-
-SignalChoice signals_named(const std::vector<std::string>& patterns, const RecordedSignals& recorded,
-                           const std::vector<SignalSurvey>& surveys) {
-  SignalChoice out;
+PlotChoice signals_named(const std::vector<std::string>& patterns, const RecordedSignals& recorded,
+                           const std::vector<SignalCourse>& courses) {
+  PlotChoice out;
   const std::vector<SignalHead>& heads = recorded.heads();
-  VOLTLAP_DEMAND(surveys.size() == heads.size());
+  VOLTLAP_DEMAND(courses.size() == heads.size());
   for (const std::string& pattern : patterns) {
     bool found = false;
     for (std::size_t k = 0; k < heads.size(); ++k) {
-      if (!fits_any(pattern, heads[k].name) || surveys[k].samples() == 0) continue;
+      if (!fits_any(pattern, heads[k].name) || courses[k].samples() == 0) continue;
       found = true;
       if (std::find(out.signals.begin(), out.signals.end(), k) == out.signals.end()) out.signals.push_back(k);
     }
@@ -138,37 +136,42 @@ SignalChoice signals_named(const std::vector<std::string>& patterns, const Recor
   return out;
 }
 
-SignalChoice signals_that_move(const std::vector<SignalHead>& heads, const std::vector<SignalSurvey>& surveys) {
-  VOLTLAP_DEMAND(surveys.size() == heads.size());
-  std::map<std::string, std::vector<std::size_t>> by_unit;
+PlotChoice signals_that_move(const std::vector<SignalHead>& heads, const std::vector<SignalCourse>& courses) {
+  VOLTLAP_DEMAND(courses.size() == heads.size());
+  std::map<Quantity, std::vector<std::size_t>> by_quantity;
   std::size_t heard = 0, constant = 0, housekeeping = 0;
   for (std::size_t k = 0; k < heads.size(); ++k) {
-    if (surveys[k].samples() == 0) continue;
+    if (courses[k].samples() == 0) continue;
     ++heard;
-    if (surveys[k].is_constant())
+    if (courses[k].is_constant())
       ++constant;
-    else if (is_housekeeping(heads[k], surveys[k]))
+    else if (is_housekeeping(heads[k], courses[k]))
       ++housekeeping;
     else
-      by_unit[unit_text(heads[k].unit)].push_back(k);
+      by_quantity[quantity_of(heads[k])].push_back(k);
   }
-  for (auto& [unit, signals] : by_unit) {
+  for (auto& [quantity, signals] : by_quantity) {
     std::stable_sort(signals.begin(), signals.end(),
-                     [&](std::size_t a, std::size_t b) { return score_of(surveys[a]) > score_of(surveys[b]); });
+                     [&](std::size_t a, std::size_t b) { return score_of(courses[a]) > score_of(courses[b]); });
   }
-  SignalChoice out;
-  for (std::size_t rank = 0; rank < kMostOfUnit; ++rank) {
-    for (const auto& [unit, signals] : by_unit) {
-      if (rank < signals.size() && out.signals.size() < kMost) out.signals.push_back(signals[rank]);
+  PlotChoice out;
+  const auto take = [&](bool other, std::size_t most) {
+    for (std::size_t rank = 0; rank < most; ++rank) {
+      for (const auto& [quantity, signals] : by_quantity) {
+        if ((quantity.first == Kind::kOther) != other || rank >= signals.size() || out.signals.size() == kMost) continue;
+        out.signals.push_back(signals[rank]);
+      }
     }
-  }
+  };
+  take(false, kMostOfQuantity);
+  take(true, kMostOfOther);
   for (std::size_t k = 0; out.signals.empty() && k < heads.size() && k < kMost; ++k) {
-    if (surveys[k].samples() > 0) out.signals.push_back(k);
+    if (courses[k].samples() > 0) out.signals.push_back(k);
   }
   std::sort(out.signals.begin(), out.signals.end());
   out.reason = out.signals.size() == heard
                    ? fmt::format("all {} signals", heard)
-                   : fmt::format("the {} of {} signals that move most, some of each unit; {} never change, {} are "
+                   : fmt::format("the {} of {} signals that move most, some of each quantity; {} never change, {} are "
                                  "counters or checksums; --signals chooses others",
                                  out.signals.size(), heard, constant, housekeeping);
   return out;

@@ -8,7 +8,7 @@
 
 namespace voltlap::plant {
 
-class SignalSurvey {
+class SignalCourse {
  public:
   /// Time never decreases. A value that is no number is a sample without a value.
   void add(double time_s, double value);

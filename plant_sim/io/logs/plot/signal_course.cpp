@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/logs/plot/signal_survey.hpp"
+#include "io/logs/plot/signal_course.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ bool has_decimals(double value, int decimals) {
 
 }  // namespace
 
-void SignalSurvey::add(double time_s, double value) {
+void SignalCourse::add(double time_s, double value) {
   VOLTLAP_DEMAND(std::isfinite(time_s));
   if (!std::isfinite(value)) {
     ++missing_;
@@ -44,7 +44,7 @@ void SignalSurvey::add(double time_s, double value) {
 }
 
 /// A value other than the last one.
-void SignalSurvey::add_change(double value) {
+void SignalCourse::add_change(double value) {
   if (samples_ > 0) {
     const double step = value - last_;
     if (changes_ == 0) step_ = step;
@@ -60,13 +60,13 @@ void SignalSurvey::add_change(double value) {
   ++different_;
 }
 
-void SignalSurvey::add_interval(double interval_s) {
+void SignalCourse::add_interval(double interval_s) {
   const int power = interval_s > kShortest ? std::ilogb(interval_s / kShortest) + 1 : 0;
   ++intervals_[static_cast<std::size_t>(std::min(power, static_cast<int>(intervals_.size()) - 1))];
 }
 
 /// Upper end of the class of intervals below which that part of them lies.
-double SignalSurvey::interval_quantile(double part) const {
+double SignalCourse::interval_quantile(double part) const {
   VOLTLAP_DEMAND(within(part, 0.0, 1.0));
   if (samples_ < 2) return 0.0;
   const double wanted = part * static_cast<double>(samples_ - 1);
@@ -79,25 +79,28 @@ double SignalSurvey::interval_quantile(double part) const {
   return std::ldexp(kShortest, static_cast<int>(k));
 }
 
-double SignalSurvey::usual_interval_s() const { return interval_quantile(0.5) * 0.75; }
+double SignalCourse::usual_interval_s() const { return interval_quantile(0.5) * 0.75; }
 
-double SignalSurvey::gap_s() const {
+double SignalCourse::gap_s() const {
   // What is sent on change has no habit: only an interval far beyond nearly all others is a gap.
   constexpr double kUsual = 0.95, kBeyond = 8.0, kLeast = 0.2;  // -, -, s
   return std::max(kBeyond * interval_quantile(kUsual), kLeast);
 }
 
-bool SignalSurvey::is_stepped() const {
+bool SignalCourse::is_stepped() const {
   constexpr std::size_t kSeldom = 10;  // samples for each change
   return different_ <= kFew || changes_ * kSeldom < samples_;
 }
 
-bool SignalSurvey::is_counter() const {
-  constexpr double kNearlyAll = 0.9;
-  return changes_ >= kEnough && static_cast<double>(same_steps_) >= kNearlyAll * static_cast<double>(changes_);
+bool SignalCourse::is_counter() const {
+  // One of 2 bits steps back at every fourth sample.
+  constexpr double kNearlyAll = 0.9, kMost = 0.7;
+  const bool always = static_cast<double>(changes_) > kNearlyAll * static_cast<double>(samples_);
+  const double same = static_cast<double>(same_steps_) / static_cast<double>(std::max<std::size_t>(changes_, 1));
+  return changes_ >= kEnough && same >= (always && different_ <= kFew ? kMost : kNearlyAll);
 }
 
-bool SignalSurvey::is_noise() const {
+bool SignalCourse::is_noise() const {
   // Two values drawn at random from a range are a third of it apart on average.
   constexpr double kFar = 0.25;
   return changes_ >= kEnough && different_ > kFew && 2 * changes_ > samples_ &&
