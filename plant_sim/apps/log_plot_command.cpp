@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kToldNotes = 6;
 
 /// A word as a shell takes it.
-std::string quoted(const std::string& word) {
+std::string shell_word(const std::string& word) {
   if (word.find_first_of(" *?[]()'\"$&;|<>\\") == std::string::npos) return word;
   std::string out = "'";
   for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -29,12 +29,17 @@ std::string quoted(const std::string& word) {
 
 LogPlotCommand::LogPlotCommand(CLI::App& app)
     : command_(log_group(app).add_subcommand("plot", "Signals of a recording over time, as one HTML page of charts")) {
-  command_->add_option("recording", sources_.recording, "A CAN recording in any format, or a table (CSV), also packed")
+  command_
+      ->add_option("LOG", sources_.recording,
+                   "A recording of a CAN bus as for log info, or a table (CSV); plain, gzip or zstd")
       ->required();
-  command_->add_option("--dbc", sources_.dbc_files, "Files that describe the frames: DBC, KCD, SYM or ARXML")
+  command_
+      ->add_option("--dbc", sources_.dbc_files,
+                   "DBC file (KCD, SYM, ARXML as well) that knows the frames; may be given again")
       ->allow_extra_args(false);
   command_->add_option("--map", sources_.map,
-                       "Role map: name or path; the signals are the roles, in SI units, in place of --dbc");
+                       "Role map: without --dbc the signals are its roles, in SI units; beside it the map's intervals "
+                       "are used");
   command_
       ->add_option("--signals", signals_,
                    "Names or patterns (BmsStatus.PackVoltage, PackVoltage, '*Temp*'), separated by commas; default: "
@@ -54,17 +59,17 @@ LogPlotCommand::LogPlotCommand(CLI::App& app)
 }
 
 std::string LogPlotCommand::command_line() const {
-  std::string out = "voltlap log plot " + quoted(sources_.recording);
-  for (const std::string& file : sources_.dbc_files) out += " --dbc " + quoted(file);
-  if (!sources_.map.empty()) out += " --map " + quoted(sources_.map);
+  std::string out = "voltlap log plot " + shell_word(sources_.recording);
+  for (const std::string& file : sources_.dbc_files) out += " --dbc " + shell_word(file);
+  if (!sources_.map.empty()) out += " --map " + shell_word(sources_.map);
   if (!signals_.empty()) {
     std::string names;
     for (const std::string& name : signals_) names += (names.empty() ? "" : ",") + name;
-    out += " --signals " + quoted(names);
+    out += " --signals " + shell_word(names);
   }
   if (from_s_) out += fmt::format(" --from {:g}", *from_s_);
   if (to_s_) out += fmt::format(" --to {:g}", *to_s_);
-  return out + " --report " + quoted(report_);
+  return out + " --report " + shell_word(report_);
 }
 
 int LogPlotCommand::run(const DataFolder& data) {

@@ -12,8 +12,9 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/logs/can/can_recording.hpp"
-#include "io/logs/dbc_decoder.hpp"
+#include "io/logs/can/dbc_set.hpp"
 #include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/role_map.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -40,27 +41,23 @@ using HeardFrames = std::unordered_map<std::uint64_t, HeardFrame>;
 
 class CanSignals : public RecordedSignals {
  public:
-  explicit CanSignals(const SignalSources& sources);
+  CanSignals(const SignalSources& sources, const DataFolder& data);
   void read(const SampleSink& sink, const ReadProgress& progress) override;
   [[nodiscard]] const std::vector<SignalHead>& heads() const override { return heads_; }
   [[nodiscard]] std::vector<std::string> silent() const override;
   [[nodiscard]] const RecordingFacts& facts() const override { return facts_; }
 
  private:
-  struct File {
-    DbcFile file;
-    DbcDecoder decoder;
-    explicit File(const std::string& path) : file(path), decoder(file) {}
-  };
   HeardFrame& heard(const RecordedFrame& frame, const std::vector<std::string>& buses);
   void give(const HeardFrame& heard, const RecordedFrame& frame, double time_s, const SampleSink& sink);
   void tell(const CanRecording& recording);
-  void note_files();
   void note_unknown();
+  void note_refused();
   void name_by_bus(const std::vector<std::string>& buses);
 
   std::string path_;
-  std::vector<std::unique_ptr<File>> files_;
+  DbcSet dbc_;
+  CanReading reading_{.broken = BrokenStream::kKeep, .period_s = {}};
   HeardFrames heard_;
   std::vector<SignalHead> heads_;
   std::vector<double> values_;
@@ -69,36 +66,13 @@ class CanSignals : public RecordedSignals {
   bool read_ = false;
 };
 
-CanSignals::CanSignals(const SignalSources& sources) : path_(sources.recording) {
-  std::size_t most = 0;
-  for (const std::string& path : sources.dbc_files) {
-    files_.push_back(std::make_unique<File>(path));
-    most = std::max(most, files_.back()->decoder.most_signals());
-  }
-  values_.resize(most);
-  present_.resize(presence_words(most));
-  note_files();
-}
-
-/// Frames that a file has and that cannot be used, and those that an earlier file has already.
-void CanSignals::note_files() {
-  for (std::size_t k = 0; k < files_.size(); ++k) {
-    const DbcFile& file = files_[k]->file;
-    for (const DbcRefusal& refused : file.refused()) {
-      facts_.notes.push_back(fmt::format("{}:{}: frame {} {} is left out: {}", file.path(), refused.line,
-                                         identifier_text(refused.id), refused.name, refused.found));
-    }
-    std::vector<std::string> again;
-    for (const DbcMessage& message : file.messages()) {
-      const bool earlier = std::any_of(files_.begin(), files_.begin() + static_cast<std::ptrdiff_t>(k),
-                                       [&](const auto& other) { return other->file.find(message.id) != nullptr; });
-      if (earlier) again.push_back(identifier_text(message.id) + " " + message.name);
-    }
-    if (again.empty()) continue;
-    const std::size_t count = again.size();
-    again.resize(std::min(count, kNamed));
-    facts_.notes.push_back(fmt::format("{}: {} of its frames stand in an earlier file, which counts: {}{}", file.path(),
-                                       count, fmt::join(again, ", "), count > kNamed ? " ..." : ""));
+CanSignals::CanSignals(const SignalSources& sources, const DataFolder& data)
+    : path_(sources.recording), dbc_(sources.dbc_files) {
+  values_.resize(dbc_.most_signals());
+  present_.resize(presence_words(dbc_.most_signals()));
+  if (sources.map.empty()) return;
+  for (const auto& [role, source] : load_role_map(data.find("maps", sources.map, "--map")).roles) {
+    if (source.frame && source.period_s) reading_.period_s[*source.frame] = *source.period_s;
   }
 }
 
@@ -108,9 +82,7 @@ HeardFrame& CanSignals::heard(const RecordedFrame& frame, const std::vector<std:
   if (!is_new) return at->second;
   HeardFrame& out = at->second;
   out.bus = frame.bus;
-  for (const auto& file : files_) {
-    if (out.message == nullptr) out.message = file->decoder.find(frame.id);
-  }
+  out.message = dbc_.find(frame.id);
   if (out.message == nullptr) return out;
   out.first = heads_.size();
   const DbcMessage& message = out.message->message();
@@ -136,7 +108,7 @@ void CanSignals::give(const HeardFrame& heard, const RecordedFrame& frame, doubl
 }
 
 void CanSignals::read(const SampleSink& sink, const ReadProgress& progress) {
-  CanRecording recording(path_, {.broken = BrokenStream::kKeep});
+  CanRecording recording(path_, reading_);
   for (auto& [key, frame] : heard_) frame.frames = 0;
   RecordedFrame frame;
   std::size_t frames = 0;
@@ -176,6 +148,7 @@ void CanSignals::tell(const CanRecording& recording) {
   }
   for (const std::string& note : summary.notes) facts_.notes.push_back(note);
   if (!summary.broken.empty()) facts_.notes.push_back("the recording ends early: " + summary.broken);
+  note_refused();
   note_unknown();
   name_by_bus(summary.buses);
   if (!heads_.empty()) return;
@@ -188,7 +161,7 @@ void CanSignals::note_unknown() {
   std::map<std::uint32_t, std::size_t> counts;
   std::size_t frames = 0;
   for (const auto& [key, heard] : heard_) {
-    if (heard.message != nullptr) continue;
+    if (heard.message != nullptr || dbc_.refusal(static_cast<std::uint32_t>(key)) != nullptr) continue;
     counts[static_cast<std::uint32_t>(key)] += heard.frames;
     frames += heard.frames;
   }
@@ -200,6 +173,21 @@ void CanSignals::note_unknown() {
   for (const auto& [id, count] : sorted) named.push_back(fmt::format("{} ({})", identifier_text(id), count));
   facts_.notes.push_back(fmt::format("{} frames of {} identifiers stand in no DBC file and are not shown: {}{}", frames,
                                      counts.size(), fmt::join(named, ", "), counts.size() > kNamed ? " ..." : ""));
+}
+
+/// Frames that a file has and that cannot be decoded as it describes them.
+void CanSignals::note_refused() {
+  std::map<std::uint32_t, std::size_t> counts;
+  for (const auto& [key, heard] : heard_) {
+    if (heard.message == nullptr) counts[static_cast<std::uint32_t>(key)] += heard.frames;
+  }
+  for (const auto& [id, count] : counts) {
+    const DbcRefusal* refused = dbc_.refusal(id);
+    if (refused == nullptr) continue;
+    facts_.notes.push_back(fmt::format("{} frames {} {} are not shown: line {} of the DBC file has {}; expected {}", count,
+                                       identifier_text(id), refused->name, refused->line, refused->found,
+                                       refused->expected));
+  }
 }
 
 /// Where several buses have the same frame, its signals are told apart by the bus.
@@ -221,8 +209,8 @@ std::vector<std::string> CanSignals::silent() const {
     if (heard.message != nullptr) is_heard[heard.message->message().name] = true;
   }
   std::vector<std::string> out;
-  for (const auto& file : files_) {
-    for (const DbcMessage& message : file->file.messages()) {
+  for (const auto& file : dbc_.files()) {
+    for (const DbcMessage& message : file->messages()) {
       if (is_heard.contains(message.name)) continue;
       for (const DbcSignal& signal : message.signals) out.push_back(message.name + "." + signal.name);
     }
@@ -232,8 +220,8 @@ std::vector<std::string> CanSignals::silent() const {
 
 }  // namespace
 
-std::unique_ptr<RecordedSignals> can_signals(const SignalSources& sources) {
-  return std::make_unique<CanSignals>(sources);
+std::unique_ptr<RecordedSignals> can_signals(const SignalSources& sources, const DataFolder& data) {
+  return std::make_unique<CanSignals>(sources, data);
 }
 
 }  // namespace voltlap::plant

@@ -7,21 +7,14 @@
 #include <cmath>
 #include <ctime>
 
-#include "core/errors.hpp"
 #include "io/logs/can/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
 
 namespace voltlap::plant {
 
 std::unique_ptr<RecordedSignals> open_signals(const SignalSources& sources, const DataFolder& data) {
-  if (!sources.map.empty()) {
-    if (!sources.dbc_files.empty()) {
-      throw InputError("--map", "a role map and DBC files", "one of them",
-                       "Leave --dbc out: the map names the files that its roles are decoded with");
-    }
-    return role_signals(sources, data);
-  }
-  if (!sources.dbc_files.empty()) return can_signals(sources);
+  if (!sources.dbc_files.empty()) return can_signals(sources, data);
+  if (!sources.map.empty()) return role_signals(sources, data);
   return is_can_recording(sources.recording) ? role_signals(sources, data) : table_signals(sources.recording);
 }
 

@@ -47,7 +47,7 @@ class RecordedSignals {
 struct SignalSources {
   std::string recording;
   std::vector<std::string> dbc_files;
-  std::string map;  ///< name or path of a role map; empty: none
+  std::string map;  ///< name or path of a role map; empty: none. Beside DBC files only its intervals count
 };
 
 /// Opens what fits: roles when there is a map, frames with the DBC files, a table with its columns. A CAN recording
@@ -57,7 +57,7 @@ struct SignalSources {
 /// Day and time of a clock that counts from 1970; empty for any other.
 [[nodiscard]] std::string start_text(double begin_s);
 
-[[nodiscard]] std::unique_ptr<RecordedSignals> can_signals(const SignalSources& sources);
+[[nodiscard]] std::unique_ptr<RecordedSignals> can_signals(const SignalSources& sources, const DataFolder& data);
 [[nodiscard]] std::unique_ptr<RecordedSignals> table_signals(const std::string& path);
 [[nodiscard]] std::unique_ptr<RecordedSignals> role_signals(const SignalSources& sources, const DataFolder& data);
 

@@ -143,6 +143,22 @@ TEST(RecordedSignals, AMapGivesItsRolesInSi) {
   STRCMP_EQUAL("A", recorded->heads()[0].unit.c_str());
 }
 
-TEST(RecordedSignals, AMapBesideDbcFilesIsRefused) {
-  STRCMP_CONTAINS("one of them", complaint([&] { static_cast<void>(open_signals({"x", {"a.dbc"}, "m.toml"}, data)); }).c_str());
+TEST(RecordedSignals, AMapBesideDbcFilesSaysHowOftenFramesWithoutStampsCome) {
+  const std::string map = scratch.write("p.toml",
+                                        "[roles]\npack_voltage = {frame = 0x100, signal = \"Voltage\", unit = \"V\", "
+                                        "dbc = \"a.dbc\", period_s = 0.5}\n");
+  const SignalSources sources{scratch.write("a.slcan", "t1008A00F000000000000\nt1008AA0F000000000000\n"),
+                              {scratch.write("a.dbc", kDbc)},
+                              map};
+  const Read read = all_of(*open_signals(sources, data));
+  DOUBLES_EQUAL(0.5, read.samples.at("Bms.Voltage")[1].first, 1e-9);
+}
+
+TEST(RecordedSignals, AFrameThatItsFileDescribesWronglyIsNamedAndTheOthersAreRead) {
+  const std::string dbc = scratch.write("b.dbc", std::string(kDbc) +
+                                                     "BO_ 300 Wrong: 2 X\n SG_ S : 0|32@1+ (1,0) [0|0] \"\" X\n");
+  const SignalSources sources{scratch.write("a.log", "(1.0) can0 100#A00F000000000000\n(1.1) can0 12C#0000\n"), {dbc}, {}};
+  const Read read = all_of(*open_signals(sources, data));
+  LONGS_EQUAL(1, read.samples.at("Bms.Voltage").size());
+  CHECK(mentions(read.facts, "1 frames 0x12C Wrong are not shown"));
 }
