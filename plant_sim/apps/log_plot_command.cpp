@@ -89,7 +89,7 @@ int LogPlotCommand::run(const DataFolder& data) {
   page.write(plot.page);
   page.commit();
   std::FILE* stream = summary_stream({report_});
-  fmt::print(stream, "{}: {} in {} charts\n", report_, plot.choice, plot.charts);
+  fmt::print(stream, "{}: {} chart{} of {}\n", report_, plot.charts, plot.charts == 1 ? "" : "s", plot.choice);
   for (std::size_t k = 0; k < std::min(plot.notes.size(), kToldNotes); ++k)
     fmt::print(stream, "  {}\n", plot.notes[k]);
   if (plot.notes.size() > kToldNotes)

@@ -169,11 +169,15 @@ PlotChoice signals_that_move(const std::vector<SignalHead>& heads, const std::ve
     if (courses[k].samples() > 0) out.signals.push_back(k);
   }
   std::sort(out.signals.begin(), out.signals.end());
-  out.reason = out.signals.size() == heard
-                   ? fmt::format("all {} signals", heard)
-                   : fmt::format("the {} of {} signals that move most, some of each quantity; {} never change, {} are "
-                                 "counters or checksums; --signals chooses others",
-                                 out.signals.size(), heard, constant, housekeeping);
+  const std::size_t moving = heard - constant - housekeeping;
+  const std::string which =
+      out.signals.size() == heard ? fmt::format("all {} signals", heard)
+      : moving == out.signals.size()
+          ? fmt::format("the {} of {} signals that move", moving, heard)
+          : fmt::format("{} of the {} signals that move, those that move most of each quantity", out.signals.size(), moving);
+  const std::string others = fmt::format("; {} never change, {} are counters or checksums; --signals chooses others",
+                                         constant, housekeeping);
+  out.reason = which + (out.signals.size() == heard ? "" : others);
   return out;
 }
 
