@@ -9,6 +9,7 @@
 #include "apps/flag_checks.hpp"
 #include "apps/log_group.hpp"
 #include "apps/progress_line.hpp"
+#include "core/input_files.hpp"
 #include "io/atomic_file.hpp"
 #include "io/logs/plot/log_plot.hpp"
 
@@ -73,6 +74,8 @@ std::string LogPlotCommand::command_line() const {
 }
 
 int LogPlotCommand::run(const DataFolder& data) {
+  note_input(sources_.recording);
+  for (const std::string& file : sources_.dbc_files) note_input(file);
   AtomicFile page(report_);
   ProgressLine progress("plotting");
   const auto recorded = open_signals(sources_, data);

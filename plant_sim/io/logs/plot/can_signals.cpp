@@ -70,9 +70,15 @@ CanSignals::CanSignals(const SignalSources& sources, const DataFolder& data)
     : path_(sources.recording), dbc_(sources.dbc_files) {
   values_.resize(dbc_.most_signals());
   present_.resize(presence_words(dbc_.most_signals()));
-  if (sources.map.empty()) return;
-  for (const auto& [role, source] : load_role_map(data.find("maps", sources.map, "--map")).roles) {
-    if (source.frame && source.period_s) reading_.period_s[*source.frame] = *source.period_s;
+  if (!sources.map.empty()) {
+    for (const auto& [role, source] : load_role_map(data.find("maps", sources.map, "--map")).roles) {
+      if (source.frame && source.period_s) reading_.period_s[*source.frame] = *source.period_s;
+    }
+  }
+  for (const auto& file : dbc_.files()) {
+    for (const DbcMessage& message : file->messages()) {
+      if (message.cycle_time_s) reading_.period_s.try_emplace(message.id, *message.cycle_time_s);
+    }
   }
 }
 

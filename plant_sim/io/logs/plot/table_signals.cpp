@@ -41,7 +41,8 @@ SignalHead head_of(const std::string& column) {
   }
   const std::string small = lower(column);
   for (const auto& [ending, unit] : kEndings) {
-    if (small.ends_with(ending) && small.size() > ending.size()) return {column, std::string(unit), {}};
+    const bool alone = ending.size() > 3 && small == ending.substr(1);  // rpm
+    if (alone || (small.ends_with(ending) && small.size() > ending.size())) return {column, std::string(unit), {}};
   }
   return {column, {}, {}};
 }

@@ -56,7 +56,7 @@ voltlap.OwnTimes = class {
       const value = this.valueAt(time);
       if (value !== null) out.push(time, value);
     };
-    atEdge(from);
+    if (times[0] < from) atEdge(from);
     const first = times[0] >= from ? 0 : voltlap.indexAt(times, from) + 1;
     const columns = Math.max(Math.floor(width), 100);
     const step = (to - from) / columns;
