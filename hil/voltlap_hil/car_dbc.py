@@ -131,15 +131,17 @@ class CarDbc:
         try:
             from voltlap_logs import dbc_json  # type: ignore[import-not-found]
         except SystemExit:  # it is a program as well, and has said which package is missing
-            raise InputError("a Python package is missing: `pip install -r toolchain/requirements/run.txt` installs it")\
-                from None
+            raise InputError("the Python package cantools is missing: `pip install -r toolchain/requirements/run.txt` "
+                             "installs it") from None
         dbc_json.logging.disable(dbc_json.logging.CRITICAL)  # cantools' hints about what is refused here with a line
         try:
             content = dbc_json.database_json(path, dbc_json.text_of(path))
         except dbc_json.FileRefused as error:
             raise InputError(str(error)) from None
-        except RecursionError:
-            raise InputError(f"{path}: found brackets or multiplexers without end; expected a DBC file") from None
+        except Exception as error:  # the parser ends in any of Python's own on text that only looks like a DBC file
+            text = " ".join(str(error).split())[:200] or type(error).__name__
+            raise InputError(f"{path}: found what is no DBC file that can be read ({text}); expected BO_ and SG_ "
+                             "lines") from None
         for row in content["refused"]:
             can_id = row["id"] | (EXTENDED if row["extended"] else 0)
             self.refused.setdefault(can_id, row["name"])
@@ -167,5 +169,5 @@ class CarDbc:
             message.show(set().union(*wanted.values()))
         for pattern in patterns:
             if pattern not in found:
-                raise InputError(f"--signals: found {pattern!r}, which fits no signal of the DBC files; expected names or "
-                                 "patterns such as BmsStatus.PackVoltage, PackVoltage, *Temp*")
+                raise InputError(f"--signals: found {pattern!r}, which fits no signal of the DBC files; expected names "
+                                 "or patterns such as BmsStatus.PackVoltage, PackVoltage, *Temp*")

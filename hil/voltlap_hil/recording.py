@@ -17,6 +17,7 @@ from .errors import InputError
 from .recording_lines import LogFrame, UNREADABLE, candump, parser_of
 
 _BACK_S, _AHEAD_S = 5.0, 86400.0  # a step of the stamps beyond: the clock was set
+_EXPECTED = "expected candump, ASC, SLCAN, BLF, TRC, MF4, GVRET CSV or another format of `voltlap log`"
 _LOOK = 1000  # lines that decide whether it is a recording at all
 
 
@@ -68,8 +69,7 @@ class Recording:
         except Exception as error:  # a reader ends in any of Python's own on bytes that only look like its format
             text = " ".join(str(error).split())[:200] or type(error).__name__
             if not self.frames:
-                raise InputError(f"{self.path}: not a recording that can be read ({text}); expected candump, ASC, SLCAN, "
-                                 "BLF, TRC, MF4, GVRET CSV or another format of `voltlap log`") from None
+                raise InputError(f"{self.path}: not a recording that can be read ({text}); {_EXPECTED}") from None
             self.notes.append(f"damaged behind frame {self.frames}: {text}")
         if self.untimed:
             self.notes.append("the frames have no stamps: ages, rates and bus load are not known")
@@ -85,8 +85,7 @@ class Recording:
             yield from self._text(source, found.key)
             return
         if found is None and b"\0" not in source.head():
-            raise InputError(f"{self.path}: not a recording that is known; expected candump, ASC, SLCAN, BLF, TRC, MF4, "
-                             "GVRET CSV or another format of `voltlap log`")
+            raise InputError(f"{self.path}: not a recording that is known; {_EXPECTED}")
         chosen = frames.chosen(source, None)
         self.format = chosen.name
         from voltlap_logs.errors import BrokenOff

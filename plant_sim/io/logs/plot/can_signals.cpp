@@ -149,8 +149,10 @@ void CanSignals::tell(const CanRecording& recording) {
   facts_.duration_s = summary.end_s - summary.begin_s;
   facts_.frames = summary.frames;
   for (const CanDefect& defect : summary.defects) {
-    facts_.notes.push_back(fmt::format("{} x {}{}{}", defect.count, defect.kind, defect.used ? ": mended" : ": left out",
-                                       defect.first_line > 0 ? fmt::format(", first in line {}", defect.first_line) : ""));
+    const std::string place =
+        defect.first_line > 0 ? fmt::format(", first in line {}", defect.first_line) : std::string();
+    facts_.notes.push_back(
+        fmt::format("{} x {}{}{}", defect.count, defect.kind, defect.used ? ": mended" : ": left out", place));
   }
   for (const std::string& note : summary.notes) facts_.notes.push_back(note);
   if (!summary.broken.empty()) facts_.notes.push_back("the recording ends early: " + summary.broken);
@@ -190,8 +192,8 @@ void CanSignals::note_refused() {
   for (const auto& [id, count] : counts) {
     const DbcRefusal* refused = dbc_.refusal(id);
     if (refused == nullptr) continue;
-    facts_.notes.push_back(fmt::format("{} frames {} {} are not shown: line {} of the DBC file has {}; expected {}", count,
-                                       identifier_text(id), refused->name, refused->line, refused->found,
+    facts_.notes.push_back(fmt::format("{} frames {} {} are not shown: line {} of the DBC file has {}; expected {}",
+                                       count, identifier_text(id), refused->name, refused->line, refused->found,
                                        refused->expected));
   }
 }

@@ -24,8 +24,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 6> kScripts = {"series.js",         "own_times.js", "time_charts.js", "time_chart.js",
-                                                      "chart_gestures.js", "log_plot.js"};
+constexpr std::array<std::string_view, 6> kScripts = {
+    "series.js", "own_times.js", "time_charts.js", "time_chart.js", "chart_gestures.js", "log_plot.js"};
 /// Steps of 2^30 at most: a difference of two values still is a number of 32 bits.
 constexpr double kMostSteps = 1 << 30;
 

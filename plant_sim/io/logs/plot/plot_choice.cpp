@@ -112,6 +112,52 @@ Quantity quantity_of(const SignalHead& head) {
   return {unit.text.empty() ? Kind::kUnitless : Kind::kKnown, unit.quantity};
 }
 
+/// Signals that say something, the best first, by what they measure; and how many do not.
+struct Moving {
+  std::map<Quantity, std::vector<std::size_t>> by_quantity;
+  std::size_t heard = 0, constant = 0, housekeeping = 0;
+
+  [[nodiscard]] std::string reason(std::size_t chosen) const {
+    if (chosen == heard) return fmt::format("all {} signals", heard);
+    const std::size_t moving = heard - constant - housekeeping;
+    const std::string which =
+        moving == chosen ? fmt::format("the {} of {} signals that move", moving, heard)
+                         : fmt::format("{} of the {} signals that move, those that move most of each quantity", chosen,
+                                       moving);
+    return which + fmt::format("; {} never change, {} are counters or checksums; --signals chooses others", constant,
+                               housekeeping);
+  }
+};
+
+Moving signals_by_quantity(const std::vector<SignalHead>& heads, const std::vector<SignalCourse>& courses) {
+  Moving out;
+  for (std::size_t k = 0; k < heads.size(); ++k) {
+    if (courses[k].samples() == 0) continue;
+    ++out.heard;
+    if (courses[k].is_constant())
+      ++out.constant;
+    else if (is_housekeeping(heads[k], courses[k]))
+      ++out.housekeeping;
+    else
+      out.by_quantity[quantity_of(heads[k])].push_back(k);
+  }
+  for (auto& [quantity, signals] : out.by_quantity) {
+    std::stable_sort(signals.begin(), signals.end(),
+                     [&](std::size_t a, std::size_t b) { return score_of(courses[a]) > score_of(courses[b]); });
+  }
+  return out;
+}
+
+/// The best of each quantity, then the second of each, and so on, while there is room.
+void take_by_rank(const Moving& moving, bool other, std::size_t most_of_each, std::vector<std::size_t>& chosen) {
+  for (std::size_t rank = 0; rank < most_of_each; ++rank) {
+    for (const auto& [quantity, signals] : moving.by_quantity) {
+      const bool is_wanted = (quantity.first == Kind::kOther) == other && rank < signals.size();
+      if (is_wanted && chosen.size() < kMost) chosen.push_back(signals[rank]);
+    }
+  }
+}
+
 }  // namespace
 
 PlotChoice signals_named(const std::vector<std::string>& patterns, const RecordedSignals& recorded,
@@ -138,46 +184,15 @@ PlotChoice signals_named(const std::vector<std::string>& patterns, const Recorde
 
 PlotChoice signals_that_move(const std::vector<SignalHead>& heads, const std::vector<SignalCourse>& courses) {
   VOLTLAP_DEMAND(courses.size() == heads.size());
-  std::map<Quantity, std::vector<std::size_t>> by_quantity;
-  std::size_t heard = 0, constant = 0, housekeeping = 0;
-  for (std::size_t k = 0; k < heads.size(); ++k) {
-    if (courses[k].samples() == 0) continue;
-    ++heard;
-    if (courses[k].is_constant())
-      ++constant;
-    else if (is_housekeeping(heads[k], courses[k]))
-      ++housekeeping;
-    else
-      by_quantity[quantity_of(heads[k])].push_back(k);
-  }
-  for (auto& [quantity, signals] : by_quantity) {
-    std::stable_sort(signals.begin(), signals.end(),
-                     [&](std::size_t a, std::size_t b) { return score_of(courses[a]) > score_of(courses[b]); });
-  }
+  const Moving moving = signals_by_quantity(heads, courses);
   PlotChoice out;
-  const auto take = [&](bool other, std::size_t most) {
-    for (std::size_t rank = 0; rank < most; ++rank) {
-      for (const auto& [quantity, signals] : by_quantity) {
-        if ((quantity.first == Kind::kOther) != other || rank >= signals.size() || out.signals.size() == kMost) continue;
-        out.signals.push_back(signals[rank]);
-      }
-    }
-  };
-  take(false, kMostOfQuantity);
-  take(true, kMostOfOther);
+  take_by_rank(moving, false, kMostOfQuantity, out.signals);
+  take_by_rank(moving, true, kMostOfOther, out.signals);
   for (std::size_t k = 0; out.signals.empty() && k < heads.size() && k < kMost; ++k) {
     if (courses[k].samples() > 0) out.signals.push_back(k);
   }
   std::sort(out.signals.begin(), out.signals.end());
-  const std::size_t moving = heard - constant - housekeeping;
-  const std::string which =
-      out.signals.size() == heard ? fmt::format("all {} signals", heard)
-      : moving == out.signals.size()
-          ? fmt::format("the {} of {} signals that move", moving, heard)
-          : fmt::format("{} of the {} signals that move, those that move most of each quantity", out.signals.size(), moving);
-  const std::string others = fmt::format("; {} never change, {} are counters or checksums; --signals chooses others",
-                                         constant, housekeeping);
-  out.reason = which + (out.signals.size() == heard ? "" : others);
+  out.reason = moving.reason(out.signals.size());
   return out;
 }
 

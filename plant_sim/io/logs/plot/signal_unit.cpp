@@ -47,7 +47,8 @@ constexpr std::array kKnown{
     KnownUnit{"Hz", "Frequency", "|hz|"},
     KnownUnit{"s", "Time", "|s|sec|secs|second|seconds|"},
     KnownUnit{"ms", "Time", "|ms|msec|millisecond|milliseconds|"},
-    KnownUnit{"", "Numbers without a unit", "||1|-|bool|boolean|none|enum|flag|bit|bits|n/a|na|unitless|count|counts|hex|"},
+    KnownUnit{"", "Numbers without a unit",
+              "||1|-|bool|boolean|none|enum|flag|bit|bits|n/a|na|unitless|count|counts|hex|"},
 };
 
 /// Some files put the quantity before it: "current:A", "temperature:C".

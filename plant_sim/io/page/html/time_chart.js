@@ -77,7 +77,9 @@ voltlap.TimeChart = class {
       tabindex: "0",
       role: "group",
       "aria-roledescription": "chart over time or distance",
-      "aria-label": `${spec.title}, ${spec.series.map((series) => series.name).join(", ")}${spec.unit ? `, in ${spec.unit}` : ""}`,
+      "aria-label": [spec.title, ...spec.series.map(({ name }) => name), ...(spec.unit ? [`in ${spec.unit}`] : [])].join(
+        ", ",
+      ),
       "aria-describedby": describedBy,
     });
     this.#plot = element(

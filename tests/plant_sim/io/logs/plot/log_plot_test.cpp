@@ -27,7 +27,8 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 TEST_GROUP(LogPlot) {
   Scratch scratch;
   DataFolder data{VOLTLAP_DATA_FOLDER};
-  LogPlotRequest request{"drive.csv", {}, {}, {}, "1.0", "voltlap log plot drive.csv", [](const std::string&, double) {}};
+  LogPlotRequest request{
+      "drive.csv", {}, {}, {}, "1.0", "voltlap log plot drive.csv", [](const std::string&, double) {}};
 
   std::string drive(int rows) const {
     std::string text = "t_s,pack_v,cell_v,count,<b>\n";

@@ -62,7 +62,8 @@ TEST_GROUP(RecordedSignals) {
 };
 
 TEST(RecordedSignals, FramesGiveTheirSignalsSecondsAfterTheBeginning) {
-  const Read read = can("(1700000000.000000) can0 100#A00F9CFF00000000\n(1700000000.500000) can0 100#AA0F000000000000\n");
+  const Read read =
+      can("(1700000000.000000) can0 100#A00F9CFF00000000\n(1700000000.500000) can0 100#AA0F000000000000\n");
   const auto& voltage = read.samples.at("Bms.Voltage");
   LONGS_EQUAL(2, voltage.size());
   DOUBLES_EQUAL(0.5, voltage[1].first, 1e-6);
@@ -103,7 +104,8 @@ TEST(RecordedSignals, ARecordingWithoutAFrameOfTheFilesIsRefused) {
 }
 
 TEST(RecordedSignals, ATableGivesEveryNumericColumnWithItsUnit) {
-  const SignalSources sources{scratch.write("b.csv", "time_ms,v_v,Speed [km/h],word\n500,3.5,10,a\n1500,,20,b\n"), {}, {}};
+  const std::string text = "time_ms,v_v,Speed [km/h],word\n500,3.5,10,a\n1500,,20,b\n";
+  const SignalSources sources{scratch.write("b.csv", text), {}, {}};
   const auto recorded = open_signals(sources, data);
   const Read read = all_of(*recorded);
   LONGS_EQUAL(2, recorded->heads().size());
@@ -157,7 +159,8 @@ TEST(RecordedSignals, AMapBesideDbcFilesSaysHowOftenFramesWithoutStampsCome) {
 TEST(RecordedSignals, AFrameThatItsFileDescribesWronglyIsNamedAndTheOthersAreRead) {
   const std::string dbc = scratch.write("b.dbc", std::string(kDbc) +
                                                      "BO_ 300 Wrong: 2 X\n SG_ S : 0|32@1+ (1,0) [0|0] \"\" X\n");
-  const SignalSources sources{scratch.write("a.log", "(1.0) can0 100#A00F000000000000\n(1.1) can0 12C#0000\n"), {dbc}, {}};
+  const std::string lines = "(1.0) can0 100#A00F000000000000\n(1.1) can0 12C#0000\n";
+  const SignalSources sources{scratch.write("a.log", lines), {dbc}, {}};
   const Read read = all_of(*open_signals(sources, data));
   LONGS_EQUAL(1, read.samples.at("Bms.Voltage").size());
   CHECK(mentions(read.facts, "1 frames 0x12C Wrong are not shown"));
