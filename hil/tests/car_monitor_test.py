@@ -74,7 +74,16 @@ def test_values_ranges_units_and_names_of_states(log, car, capsys):
     signals = message(snapshot(capsys, "--log", log, "--dbc", car), "Pack")["signals"]
     assert signals["Voltage"] == {"value": 351.0, "unit": "V", "least": 351.0, "most": 400.0}
     assert signals["Current"] == {"value": -49.0, "unit": "A", "least": -49.0, "most": 0}
-    assert signals["State"]["value"] == "Drive"
+    assert signals["State"]["value"] == "Drive" and signals["State"]["seen"] == ["Drive"]
+
+
+def test_states_are_told_in_the_order_in_which_they_came(tmp_path, car, capsys):
+    path = tmp_path / "a.log"
+    path.write_text("".join(line(0.1 * k, 0x100, pack(400, 0, state)) for k, state in enumerate((0, 1, 2, 2, 0, 7))))
+    state = message(snapshot(capsys, "--log", path, "--dbc", car), "Pack")["signals"]["State"]
+    assert state["value"] == 7 and state["seen"] == ["Off", "Precharge", "Drive", 7]
+    assert main(["--log", str(path), "--dbc", str(car)]) == 0
+    assert "Off, Precharge, Drive, 7" in capsys.readouterr().out
 
 
 def test_multiplexed_signals_keep_their_own_last_value(log, car, capsys):
@@ -97,7 +106,7 @@ def test_a_code_for_no_measurement_is_no_value_and_no_extreme(tmp_path, car, cap
     path = tmp_path / "a.log"
     path.write_text(line(0.0, 0x100, pack(400, 0, 1)) + line(0.1, 0x100, pack(400, 0, 255)))
     assert message(snapshot(capsys, "--log", path, "--dbc", car), "Pack")["signals"]["State"] == {
-        "value": None, "unit": "", "least": 1, "most": 1}
+        "value": None, "unit": "", "least": 1, "most": 1, "seen": ["Precharge"]}
 
 
 def test_buses_are_told_apart(tmp_path, car, capsys):

@@ -19,6 +19,7 @@ from .recording_lines import LogFrame
 
 _BIN_S, _BINS = 0.1, 10
 _LATE, _LOST = 3.0, 10.0  # cycles
+_STATES = 16  # of a signal with named values that are told
 _SHORTEST_S = 0.01  # of a mean cycle that is believed
 _FD_HEAD_BITS = 70  # of a CAN FD frame, about; its data may be sent faster: an upper estimate
 
@@ -31,6 +32,7 @@ class _Range:
     now: float | None = None  # with sign, not scaled; None: no measurement
     least: float = math.inf
     most: float = -math.inf
+    seen: dict[float, None] = field(default_factory=dict)  # of a state, in the order in which they came
 
     def take(self, bits: int) -> None:
         if self.signal.is_invalid(bits) or not math.isfinite(number := self.signal.number(bits)):
@@ -38,12 +40,15 @@ class _Range:
             return
         self.now = number
         self.least, self.most = min(self.least, number), max(self.most, number)
+        if self.signal.choices and len(self.seen) < _STATES:
+            self.seen[number] = None
 
     def row(self) -> dict[str, Any]:
         s = self.signal
         ends = sorted((s.scaled(self.least), s.scaled(self.most))) if self.least <= self.most else [None, None]
-        return {"value": None if self.now is None else s.shown(self.now), "unit": s.unit, "least": ends[0],
-                "most": ends[1]}
+        row = {"value": None if self.now is None else s.shown(self.now), "unit": s.unit, "least": ends[0],
+               "most": ends[1]}
+        return {**row, "seen": [s.shown(number) for number in self.seen]} if s.choices else row
 
 
 @dataclass

@@ -18,7 +18,7 @@ _RIGHT = ("frames", "1/s", "load, %", "age, ms", "value", "lowest", "highest")
 def _table(title: str, *columns: str) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     for column in columns:
-        table.add_column(column, justify="right" if column in _RIGHT else "left", no_wrap=column not in ("", "value"))
+        table.add_column(column, justify="right" if column in _RIGHT else "left", no_wrap=column not in ("", "value", "states so far"))
     return table
 
 
@@ -60,13 +60,15 @@ def messages(snapshot: dict[str, Any]) -> Table:
 
 def signals(snapshot: dict[str, Any]) -> Table:
     several = len(snapshot["buses"]) > 1
-    table = _table("Signals", "signal", "value", "unit", "lowest", "highest")
+    table = _table("Signals", "signal", "value", "unit", "lowest", "highest", "states so far")
     for row in snapshot["messages"]:
         place = f"{row['bus']}:" if several else ""
         for name, reading in row["signals"].items():
-            moved = reading["least"] != reading["most"]
+            states = reading.get("seen", [])
+            moved = reading["least"] != reading["most"] and not states
             ends = [number(reading[end]) if moved else "" for end in ("least", "most")]
             table.add_row(f"{place}{row['message']}.{name}", number(reading["value"]), reading["unit"], *ends,
+                          ", ".join(map(number, states)) if len(states) > 1 else "",
                           style="" if row["state"] == "fresh" else "dim")
     return table
 
