@@ -103,10 +103,19 @@ def test_rates_load_freshness_and_what_is_unknown(log, car, capsys):
 
 
 def test_a_code_for_no_measurement_is_no_value_and_no_extreme(tmp_path, car, capsys):
+    car.write_text(DBC + 'VAL_ 256 Voltage 65535 "SNA" ;\n')
     path = tmp_path / "a.log"
-    path.write_text(line(0.0, 0x100, pack(400, 0, 1)) + line(0.1, 0x100, pack(400, 0, 255)))
-    assert message(snapshot(capsys, "--log", path, "--dbc", car), "Pack")["signals"]["State"] == {
-        "value": None, "unit": "", "least": 1, "most": 1, "seen": ["Precharge"]}
+    path.write_text(line(0.0, 0x100, pack(400)) + line(0.1, 0x100, b"\xff\xff" + pack(0)[2:]))
+    assert message(snapshot(capsys, "--log", path, "--dbc", car), "Pack")["signals"]["Voltage"] == {
+        "value": None, "unit": "V", "least": 400.0, "most": 400.0}
+
+
+def test_a_state_of_fault_is_told_by_its_name(tmp_path, car, capsys):
+    car.write_text(DBC.replace('2 "Drive"', '2 "Drive" 3 "Fault"'))
+    path = tmp_path / "a.log"
+    path.write_text(line(0.0, 0x100, pack(400, 0, 2)) + line(0.1, 0x100, pack(400, 0, 3)))
+    state = message(snapshot(capsys, "--log", path, "--dbc", car), "Pack")["signals"]["State"]
+    assert state["value"] == "Fault" and state["seen"] == ["Drive", "Fault"]
 
 
 def test_buses_are_told_apart(tmp_path, car, capsys):

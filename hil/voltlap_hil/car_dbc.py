@@ -31,6 +31,10 @@ class CarSignal:
         self.signed: bool = row["signed"] and not self.float
         self.choices: dict[int, str] = dict(map(tuple, row["choices"]))
         self.invalid: list[list[int]] = row["invalid"]
+        # Of named states "Fault" and "Init" are as good as any: they are told, not left out.
+        self.states = sum(not self.is_invalid(raw % (1 << self.length)) for raw in self.choices) >= 2
+        if self.states:
+            self.invalid = []
         self.multiplexer: str | None = row["multiplexer"]
         self.cases: list[list[int]] = row["cases"]
         self.big_endian: bool = row["big_endian"]

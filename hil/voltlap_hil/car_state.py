@@ -40,7 +40,7 @@ class _Range:
             return
         self.now = number
         self.least, self.most = min(self.least, number), max(self.most, number)
-        if self.signal.choices and len(self.seen) < _STATES:
+        if self.signal.states and len(self.seen) < _STATES:
             self.seen[number] = None
 
     def row(self) -> dict[str, Any]:
@@ -48,7 +48,7 @@ class _Range:
         ends = sorted((s.scaled(self.least), s.scaled(self.most))) if self.least <= self.most else [None, None]
         row = {"value": None if self.now is None else s.shown(self.now), "unit": s.unit, "least": ends[0],
                "most": ends[1]}
-        return {**row, "seen": [s.shown(number) for number in self.seen]} if s.choices else row
+        return {**row, "seen": [s.shown(number) for number in self.seen]} if s.states else row
 
 
 @dataclass

@@ -23,18 +23,28 @@ constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kToldEvery = 50'000;  // frames
 constexpr std::size_t kNamed = 6;           // of a list in a note
 
+/// Its values are named states, of which "Fault" and "Init" are as good as any: they are told, not left out.
+bool is_state(const DbcSignal& signal) {
+  const auto named = std::count_if(signal.value_names.begin(), signal.value_names.end(), [&](const auto& state) {
+    return !signal.is_invalid_code(static_cast<std::uint64_t>(state.first) & signal.bits.mask());
+  });
+  return named >= 2;
+}
+
+/// Codes that a file says are no measurement, told by the raw value.
+bool has_no_value_codes(const DbcSignal& signal) {
+  if (is_state(signal)) return false;
+  return !signal.invalid_codes.empty() || (signal.is_integer() && (signal.min || signal.max));
+}
+
 /// A frame of a DBC file on one bus, and the numbers of its signals.
 struct HeardFrame {
   const CompiledMessage* message = nullptr;  ///< nullptr: no file knows it
   std::size_t first = 0;                     ///< number of its first signal
   std::size_t frames = 0;
   std::uint8_t bus = 0;
+  std::vector<bool> has_codes;  ///< of each signal: raw values that are no measurement
 };
-
-/// Codes that a file says are no measurement, told by the raw value.
-bool has_no_value_codes(const DbcSignal& signal) {
-  return !signal.invalid_codes.empty() || (signal.is_integer() && (signal.min || signal.max));
-}
 
 /// Numbers of the signals by identifier and bus, in the order in which they were heard.
 using HeardFrames = std::unordered_map<std::uint64_t, HeardFrame>;
@@ -93,19 +103,24 @@ HeardFrame& CanSignals::heard(const RecordedFrame& frame, const std::vector<std:
   out.first = heads_.size();
   const DbcMessage& message = out.message->message();
   const std::string bus = frame.bus < buses.size() ? ", " + buses[frame.bus] : std::string();
-  for (const DbcSignal& signal : message.signals)
-    heads_.push_back({message.name + "." + signal.name, signal.unit, identifier_text(message.id) + bus});
+  for (const DbcSignal& signal : message.signals) {
+    SignalHead head{message.name + "." + signal.name, signal.unit, identifier_text(message.id) + bus, {}};
+    for (const auto& [raw, name] : signal.value_names)
+      head.states[static_cast<double>(raw) * signal.scale + signal.offset] = name;
+    heads_.push_back(std::move(head));
+    out.has_codes.push_back(has_no_value_codes(signal));
+  }
   return out;
 }
 
 void CanSignals::give(const HeardFrame& heard, const RecordedFrame& frame, double time_s, const SampleSink& sink) {
   heard.message->decode_all(frame, values_, present_);
   const std::vector<DbcSignal>& signals = heard.message->message().signals;
-  VOLTLAP_DEMAND(heard.first + signals.size() <= heads_.size());
+  VOLTLAP_DEMAND(heard.first + signals.size() <= heads_.size() && heard.has_codes.size() == signals.size());
   for (std::size_t k = 0; k < signals.size(); ++k) {
     if ((present_[k / 64] >> (k % 64) & 1U) == 0) continue;
     double value = values_[k];
-    if (has_no_value_codes(signals[k])) {
+    if (heard.has_codes[k]) {
       const std::uint64_t raw = signals[k].raw(frame.data);
       if (signals[k].is_invalid_code(raw) || signals[k].is_end_beyond_range(raw)) value = kNoValue;
     }

@@ -26,7 +26,8 @@ std::string title_of(const ChartGroup& group, bool alone_of_unit, const std::vec
     low = std::min(low, courses[k].low());
     high = std::max(high, courses[k].high());
   }
-  return fmt::format("{}, {:.4g} to {:.4g}{}", group.quantity, low, high, group.unit.empty() ? "" : " " + group.unit);
+  const std::string values = low == high ? fmt::format("{:.4g}", low) : fmt::format("{:.4g} to {:.4g}", low, high);
+  return fmt::format("{}, {}{}", group.quantity, values, group.unit.empty() ? "" : " " + group.unit);
 }
 
 }  // namespace

@@ -64,9 +64,18 @@ std::string value_text(const SignalCourse& course, double value) {
   return value_text(value, decimals_worth(course.low(), course.high(), course.decimals()));
 }
 
+/// A state's name with its number, any other value alone.
+std::string value_text(const SignalHead& head, const SignalCourse& course, double value) {
+  const auto state = head.states.find(value);
+  const std::string number = value_text(course, value);
+  return state == head.states.end() ? number : fmt::format("{} ({})", state->second, number);
+}
+
 std::string interval_text(double interval_s) {
   if (interval_s <= 0.0) return {};
-  return interval_s < 1.0 ? fmt::format("{:.2g} ms", 1e3 * interval_s) : fmt::format("{:.2g} s", interval_s);
+  const bool is_short = interval_s < 1.0;
+  const double number = is_short ? 1e3 * interval_s : interval_s;
+  return fmt::format("{:.{}f} {}", number, number < 10.0 ? 1 : 0, is_short ? "ms" : "s");
 }
 
 /// The span of time that the charts show.
@@ -93,12 +102,17 @@ Json series_json(const PlottedLog& log, std::size_t signal, std::size_t place) {
     times.add(trace.time_s()[k] - course.first_s());
     values.add(trace.value()[k] - course.low());
   }
+  Json states = Json::array();
+  for (const auto& [value, name] : log.heads[signal].states) {
+    if (value >= course.low() && value <= course.high()) states.push_back({value, name});
+  }
   for (const std::size_t begin : trace.begins()) begins.add(static_cast<double>(begin));
   return {{"name", log.heads[signal].name},
           {"color", kColours[place % kColours.size()]},
           {"range", fmt::format("{} … {}", value_text(course, course.low()), value_text(course, course.high()))},
           {"stepped", course.is_stepped()},
           {"digits", decimals_worth(course.low(), course.high(), course.decimals())},
+          {"states", states},
           {"points", times.size()},
           {"first_s", course.first_s()},
           {"low", course.low()},
@@ -142,7 +156,7 @@ std::string signal_rows(const PlottedLog& log) {
     const SignalHead& head = log.heads[k];
     out += html_row({head.name, drawn ? "drawn" : "", signal_unit(head.unit).text, value_text(s, s.low()),
                      fmt::format("{:.3f}", s.low_at_s()), value_text(s, s.high()), fmt::format("{:.3f}", s.high_at_s()),
-                     value_text(s, s.last()), fmt::format("{}", s.samples()), fmt::format("{}", s.changes()),
+                     value_text(head, s, s.last()), fmt::format("{}", s.samples()), fmt::format("{}", s.changes()),
                      s.missing() > 0 ? fmt::format("{}", s.missing()) : "", interval_text(s.usual_interval_s()),
                      head.source});
   };

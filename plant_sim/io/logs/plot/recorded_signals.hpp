@@ -4,6 +4,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@ struct SignalHead {
   std::string name;    ///< such as "BmsStatus.PackVoltage", or "can1:BmsStatus.PackVoltage" where two buses have it
   std::string unit;    ///< as the source has it; may be empty
   std::string source;  ///< such as "0x186, can0" or "column 3"
+  std::map<double, std::string> states{};  ///< names of values
 };
 
 /// What a recording is, in words for people; complete when it has been read once.

@@ -32,7 +32,10 @@
       points: (from, to, width) => signal.points(from, to, width),
       textAt: (time) => {
         const value = signal.valueAt(time);
-        return value === null ? "not known" : voltlap.quantity(value, packed.digits, unit).trim();
+        if (value === null) return "not known";
+        const number = voltlap.quantity(value, packed.digits, unit).trim();
+        const state = packed.states.find(([at]) => Math.abs(at - value) < 1e-9);
+        return state ? `${state[1]} (${number})` : number;
       },
     };
   };

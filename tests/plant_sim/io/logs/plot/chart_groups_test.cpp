@@ -18,7 +18,7 @@ TEST_GROUP(ChartGroups) {
   std::vector<SignalHead> heads;
   std::vector<SignalCourse> courses;
   void add(const std::string& unit, double low, double high) {
-    heads.push_back({fmt::format("S{}", heads.size()), unit, ""});
+    heads.push_back({fmt::format("S{}", heads.size()), unit, "", {}});
     courses.push_back(course_of_values({low, high}));
   }
   std::vector<ChartGroup> groups() const {

@@ -26,6 +26,8 @@ BO_ 256 Pack: 8 Bms
 BO_ 512 Inverter: 2 Bms
  SG_ MotorTemp : 0|8@1+ (1,-40) [-40|200] "degC" X
  SG_ Idle : 8|8@1+ (1,0) [0|255] "" X
+
+VAL_ 256 State 0 "Off" 1 "Precharge" 2 "Drive" 3 "Fault" ;
 """
 
 
@@ -140,6 +142,16 @@ def test_cursor_tells_the_value_and_that_nothing_is_known_in_a_gap(browser, page
     page.mouse("mouseMoved", left + 0.1 * wide, y + height / 2)
     page.settle()
     assert page.run("document.querySelector('#charts .legend output').textContent").endswith(" V")
+
+
+def test_a_state_is_told_by_its_name(browser, page_file):
+    page = opened(browser, page_file)
+    x, y, width, height = box_of(page, 3)
+    page.mouse("mouseMoved", x + 66 + 0.3 * (width - 84), y + height / 2)
+    page.settle()
+    assert page.run("[...document.querySelectorAll('#charts .legend')][3].querySelector('output').textContent") == \
+        "Precharge (1)"
+    assert "Fault (3)" in page.run("document.getElementById('signals').textContent")
 
 
 def test_thinning_keeps_extremes_gaps_and_edges_of_any_signal(browser, page_file):

@@ -30,7 +30,7 @@ std::vector<double> counter() {
 class Heard : public RecordedSignals {
  public:
   void add(const std::string& name, const std::string& unit, const std::vector<double>& values) {
-    heads_.push_back({name, unit, ""});
+    heads_.push_back({name, unit, "", {}});
     courses.push_back(course_of_values(values));
   }
   void read(const SampleSink&, const ReadProgress&) override {}

@@ -85,6 +85,18 @@ TEST(RecordedSignals, ACodeForNoMeasurementIsASampleWithoutAValue) {
   CHECK(std::isnan(read.samples.at("Bms.Voltage")[1].second));
 }
 
+TEST(RecordedSignals, AStateThatIsCalledFaultIsAState) {
+  const std::string names = "VAL_ 512 A 0 \"Off\" 1 \"Drive\" 5 \"Fault\" ;\nVAL_ 256 Voltage 4000 \"SNA\" ;\n";
+  const SignalSources sources{scratch.write("a.log", "(1.0) can0 200#0005\n(1.1) can0 100#A00F000000000000\n"),
+                              {scratch.write("n.dbc", kDbc + names)},
+                              {}};
+  const auto recorded = open_signals(sources, data);
+  const Read read = all_of(*recorded);
+  DOUBLES_EQUAL(5.0, read.samples.at("Modes.A")[0].second, 0.0);
+  STRCMP_EQUAL("Fault", recorded->heads()[1].states.at(5.0).c_str());
+  CHECK(std::isnan(read.samples.at("Bms.Voltage")[0].second));
+}
+
 TEST(RecordedSignals, TheSameFrameOnTwoBusesIsTwoSignals) {
   const Read read = can("(1.0) can0 100#A00F000000000000\n(1.1) can1 100#000A000000000000\n(1.2) can0 200#0005\n");
   LONGS_EQUAL(1, read.samples.at("can0:Bms.Voltage").size());
