@@ -22,6 +22,9 @@ const char* const kDbc =
     " SG_ B m1 : 8|8@1+ (1,0) [0|0] \"\" X\n"
     "BO_ 768 Never: 1 X\n SG_ Heard : 0|8@1+ (1,0) [0|0] \"\" X\n";
 
+/// cantools takes a second to start: a file is read by it once for all tests.
+const Scratch kCache;
+
 struct Read {
   std::map<std::string, std::vector<std::pair<double, double>>> samples;
   RecordingFacts facts;
@@ -51,7 +54,7 @@ bool mentions(const RecordingFacts& facts, const std::string& words) {
 TEST_GROUP(RecordedSignals) {
   Scratch scratch;
   DataFolder data{VOLTLAP_DATA_FOLDER};
-  TEST_SETUP() { ::setenv("XDG_CACHE_HOME", scratch.file("cache").c_str(), 1); }
+  TEST_SETUP() { ::setenv("XDG_CACHE_HOME", kCache.file("cache").c_str(), 1); }
   TEST_TEARDOWN() { ::unsetenv("XDG_CACHE_HOME"); }
 
   Read can(const std::string& lines) {
