@@ -12,13 +12,14 @@ from rich.text import Text
 from .monitor_view import COLOURS, number
 
 _UNKNOWN = 8
+_WRAPPED = ("", "value", "states so far")
 _RIGHT = ("frames", "1/s", "load, %", "age, ms", "value", "lowest", "highest")
 
 
 def _table(title: str, *columns: str) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     for column in columns:
-        table.add_column(column, justify="right" if column in _RIGHT else "left", no_wrap=column not in ("", "value", "states so far"))
+        table.add_column(column, justify="right" if column in _RIGHT else "left", no_wrap=column not in _WRAPPED)
     return table
 
 

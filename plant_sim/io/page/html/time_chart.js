@@ -77,9 +77,7 @@ voltlap.TimeChart = class {
       tabindex: "0",
       role: "group",
       "aria-roledescription": "chart over time or distance",
-      "aria-label": [spec.title, ...spec.series.map(({ name }) => name), ...(spec.unit ? [`in ${spec.unit}`] : [])].join(
-        ", ",
-      ),
+      "aria-label": voltlap.chartLabel(spec),
       "aria-describedby": describedBy,
     });
     this.#plot = element(
@@ -99,10 +97,6 @@ voltlap.TimeChart = class {
         this.#plot,
       ),
     );
-  }
-
-  static #range({ range }) {
-    return range ? [voltlap.element("small", {}, `${range} `)] : [];
   }
 
   get #overlaid() {
@@ -146,7 +140,7 @@ voltlap.TimeChart = class {
       const output = element("output");
       this.#outputs.push(output);
       const key = this.#showsFamily ? [] : [voltlap.TimeChart.#key(series)];
-      this.#legend.append(element("li", {}, ...key, `${series.name} `, ...voltlap.TimeChart.#range(series), output));
+      this.#legend.append(element("li", {}, ...key, `${series.name} `, voltlap.rangeText(series), output));
     }
     for (const band of [...(spec.bandNames ?? []), ...(spec.level ? [spec.level] : [])]) {
       const key = element("span", { class: "key block", style: `--key: var(--${band.color})` });
@@ -162,7 +156,9 @@ voltlap.TimeChart = class {
   }
 
   #lineStyle(line) {
-    return { opacity: this.#opacity(line) };
+    // Samples are pale under their mean, which is there only in a view of many laps.
+    const on = this.#lines.some(({ role }) => role === "means") && this.#group.showsMeans;
+    return { opacity: voltlap.opacity(line.role, on) };
   }
 
   draw() {
@@ -253,10 +249,7 @@ voltlap.TimeChart = class {
   #viewAxis(text) {
     const [from, to] = this.#group.view;
     const { axis, end } = this.#group.frame;
-    const most = Math.max(2, this.width / 80);
-    const step = axis.steps.find((one) => (to - from) / one <= most) ?? axis.steps[axis.steps.length - 1];
-    const ticks = [];
-    for (let k = Math.ceil(from / step - 1e-6); k * step <= to + 1e-6; k += 1) ticks.push(k * step);
+    const { step, ticks } = voltlap.ticks(axis.steps, from, to, this.width / 80);
     const formatter = (value) => axis.text(value, step, end);
     return {
       axisTick: { customValues: ticks },
@@ -266,16 +259,6 @@ voltlap.TimeChart = class {
 
   get #showsBands() {
     return this.#spec.bands?.length > 0 && !this.#overlaid;
-  }
-
-  /** Samples are pale under their mean, which is there only in a view of many laps. */
-  #opacity(line) {
-    const on = this.#lines.some(({ role }) => role === "means") && this.#group.showsMeans;
-    if (line.role === "means") return Number(on);
-    if (line.role === "reference") return on ? 0 : 0.4;
-    if (line.role === "member") return 0.8;
-    if (line.role === "pale") return on ? 0.12 : 0.5;
-    return on && line.role === "samples" ? 0.22 : 1;
   }
 
   /** Pixels of the axis. */

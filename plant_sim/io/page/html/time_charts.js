@@ -5,7 +5,8 @@
 //   axis    one of voltlap.axes
 //   layers  [{name, color, x, values(series)}]: curves of the same signal over each other. x increases; values may end
 //           before it does. With one layer alone each signal keeps its own colour
-//   end     where the axis ends; begin: where it begins, 0 without; laps: places of faint lines on it; window: length of a lap, for running means, or null
+//   end     where the axis ends; begin: where it begins, 0 without; laps: places of faint lines on it
+//   window  length of a lap, for running means, or null
 //   at      from a time of the run to a place on the axis; null where layers begin at different times
 "use strict";
 
