@@ -152,6 +152,9 @@ def test_text_has_values_ranges_rates_and_counts(log, car, capsys):
 def test_only_chosen_signals_are_shown(log, car, capsys):
     shown = snapshot(capsys, "--log", log, "--dbc", car, "--signals", "*volt*,Temps.Rear")
     assert [list(row["signals"]) for row in shown["messages"]] == [["Voltage"], ["Rear"]]
+    shown = snapshot(capsys, "--log", log, "--dbc", car, "--signals", "Rear")
+    assert [row["message"] for row in shown["messages"]] == ["Temps"]
+    assert shown["unknown"] == {"0x555": 7} and shown["buses"]["can0"]["frames"] == 77
 
 
 def test_several_files_are_one(tmp_path, log, car, capsys):

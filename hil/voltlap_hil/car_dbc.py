@@ -94,6 +94,7 @@ class CarMessage:
         # A multiplexer comes before what depends on it.
         self.signals = sorted(signals, key=depth)
         self.hidden: set[str] = set()
+        self.shown = True
         self._above = [None if s.multiplexer is None else self.signals.index(by_name[s.multiplexer])
                        for s in self.signals]
 
@@ -115,6 +116,7 @@ class CarMessage:
     def show(self, names: set[str]) -> None:
         """Only these signals from now on; the others are decoded as well, for what depends on them."""
         self.hidden = {signal.name for signal in self.signals} - names
+        self.shown = bool(names)
 
     def layout(self) -> list[tuple[Any, ...]]:
         return [(s.name, s.shift, s.length, s.big_endian, s.signed, s.float, s.scale, s.offset) for s in self.signals]
@@ -162,7 +164,7 @@ class CarDbc:
                              "the file that is not of this car.")
 
     def keep(self, patterns: list[str]) -> None:
-        """Only signals whose name or Frame.Signal fits; frames without one stay known, without signals."""
+        """Only signals whose name or Frame.Signal fits; frames without one stay known, and are not shown."""
         found = set()
         for message in self.by_id.values():
             wanted = {pattern: {s.name for s in message.signals

@@ -147,10 +147,10 @@ class CarState:
             "buses": {bus: {"frames": count, "per_s": round(by_bus[bus] / seconds, 1) if seconds else 0.0,
                             "load_pct": round(100.0 * bits[bus] / (self._bit_rate * seconds), 2) if seconds else 0.0}
                       for bus, count in sorted(self._by_bus.items())},
-            "messages": [self._row(self._heard[key], per_s.get(key, 0.0)) for key in sorted(self._heard)],
+            "messages": [self._row(self._heard[key], per_s.get(key, 0.0)) for key in sorted(self._heard)
+                         if self._heard[key].message.shown],
             "unknown": {id_text(i): n for i, n in self._unknown.most_common()},
-            "never_heard": [m.name for i, m in sorted(self.dbc.by_id.items())
-                            if i not in heard],
+            "never_heard": [m.name for i, m in sorted(self.dbc.by_id.items()) if i not in heard and m.shown],
             "refused": {f"{id_text(i)} {self.dbc.refused[i]}": n for i, n in self._refused.most_common()},
         }
 
