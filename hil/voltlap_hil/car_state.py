@@ -35,12 +35,17 @@ class _Range:
     seen: dict[float, None] = field(default_factory=dict)  # of a state, in the order in which they came
 
     def take(self, bits: int) -> None:
-        if self.signal.is_invalid(bits) or not math.isfinite(number := self.signal.number(bits)):
+        signal = self.signal
+        number = signal.number(bits)
+        if (signal.invalid and signal.is_invalid(bits)) or (signal.float and not math.isfinite(number)):
             self.now = None
             return
         self.now = number
-        self.least, self.most = min(self.least, number), max(self.most, number)
-        if self.signal.states and len(self.seen) < _STATES:
+        if number < self.least:
+            self.least = number
+        if number > self.most:
+            self.most = number
+        if signal.states and len(self.seen) < _STATES:
             self.seen[number] = None
 
     def row(self) -> dict[str, Any]:
