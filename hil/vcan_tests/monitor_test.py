@@ -50,6 +50,16 @@ def test_once_prints_what_the_bus_says(traffic):
     assert snapshot["clock"] == "bus"
 
 
+def test_any_cars_bus_is_shown_by_its_own_file(traffic):
+    car = Path(__file__).parents[2] / "can_dbc" / "car.dbc"
+    run = subprocess.run([*MONITOR, "--dbc", car, "--once", "--json"], capture_output=True, text=True, timeout=HANG_S)
+    assert run.returncode == 0, run.stderr
+    snapshot = json.loads(run.stdout)
+    row = next(row for row in snapshot["messages"] if row["message"] == "BmsLimits")
+    assert row["signals"]["DischargeLimit"]["value"] == 123.4 and row["state"] == "fresh"
+    assert snapshot["buses"]["vcan0"]["per_s"] == pytest.approx(100.0, rel=0.2)
+
+
 def test_silent_bus_is_told_with_what_to_do():
     run = subprocess.run([*MONITOR, "--once", "--wait", "0.5"], capture_output=True, text=True, timeout=HANG_S)
     assert run.returncode == 3

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-_COLOURS = {"fresh": "green", "late": "yellow", "lost": "bold red", "never": "dim"}
+COLOURS = {"fresh": "green", "late": "yellow", "lost": "bold red", "never": "dim"}
 _GROUPS = ("CellVoltages", "Temperatures")
 _STATE_STYLES = {**dict.fromkeys(("TsActive", "ReadyToDrive", "Enabled"), "green"),
                  **dict.fromkeys(("Fault", "CommandTimeout"), "bold red")}
@@ -75,7 +75,7 @@ def nodes(snapshot: dict[str, Any]) -> Table:
     table = _table("node", "is", "age, ms", "1/s", "", title="Nodes")
     for node, row in snapshot["nodes"].items():
         lost = ", ".join(row["lost"][:3]) + (" ..." if len(row["lost"]) > 3 else "")
-        table.add_row(node, Text(row["state"], _COLOURS[row["state"]]), _age(row), f"{row['per_s']:.0f}",
+        table.add_row(node, Text(row["state"], COLOURS[row["state"]]), _age(row), f"{row['per_s']:.0f}",
                       Text(f"lost: {lost}" if lost else "", "red"))
     return table
 
@@ -90,7 +90,7 @@ def messages(snapshot: dict[str, Any]) -> Table:
         wrong += [f"{row['counter_gaps']} counter gaps"] if row["counter_gaps"] else []
         if wrong:
             content.append(("  " if content else "") + ", ".join(wrong), "bold red")
-        table.add_row(row["id"], Text(name, _COLOURS[row["state"]] if row["state"] != "fresh" else ""), _age(row),
+        table.add_row(row["id"], Text(name, COLOURS[row["state"]] if row["state"] != "fresh" else ""), _age(row),
                       f"{row['per_s']:.0f}", content)
     return table
 

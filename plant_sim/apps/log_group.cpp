@@ -6,7 +6,7 @@ namespace voltlap::plant {
 CLI::App& log_group(CLI::App& app) {
   const auto found = app.get_subcommands([](CLI::App* command) { return command->get_name() == "log"; });
   if (!found.empty()) return *found.front();
-  CLI::App* group = app.add_subcommand("log", "Recordings of a CAN bus: record, look at, check, decode, convert");
+  CLI::App* group = app.add_subcommand("log", "Recordings of a CAN bus: record, look at, check, plot, decode, convert");
   group->require_subcommand(1);
   return *group;
 }

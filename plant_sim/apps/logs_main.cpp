@@ -5,6 +5,7 @@
 #include "apps/log_decode_command.hpp"
 #include "apps/log_group.hpp"
 #include "apps/log_info_command.hpp"
+#include "apps/log_plot_command.hpp"
 #include "apps/other_programs.hpp"
 #include "apps/program.hpp"
 
@@ -16,7 +17,8 @@ void add_record(CLI::App& app) { log_group(app).add_subcommand("record", kLogRec
 
 int run(int argc, char** argv) {
   hand_record_over(argc, argv);
-  return run_commands<LogInfoCommand, LogCheckCommand, LogDecodeCommand, LogConvertCommand>(argc, argv, add_record);
+  return run_commands<LogInfoCommand, LogCheckCommand, LogDecodeCommand, LogConvertCommand, LogPlotCommand>(argc, argv,
+                                                                                                            add_record);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ struct OtherCommand {
 constexpr OtherCommand kOthers[] = {
     {"bench-test", "voltlap-learn", "Plan, rehearse and run battery tests on a virtual bench"},
     {"explain", "voltlap-explain", "What a simulation gets wrong about a log: the cause, its size, the gain"},
-    {"log", "voltlap-logs", "Recordings of a CAN bus: record, look at, check, decode, convert"},
+    {"log", "voltlap-logs", "Recordings of a CAN bus: record, look at, check, plot, decode, convert"},
     {"identify", "voltlap-learn", "Parameter tables of a cell from its measured tests or drives"},
     {"validate", "voltlap-learn", "A cell file against recordings of that cell that it was not made from"},
 };

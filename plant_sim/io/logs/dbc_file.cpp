@@ -56,6 +56,9 @@ DbcSignal signal_of(const Json& entry, unsigned frame_bytes) {
   out.max = number_of(entry.at("max"));
   out.cases = ranges_of(entry.at("cases"));
   out.invalid_codes = ranges_of(entry.at("invalid"));
+  for (const Json& choice : entry.at("choices")) {
+    if (choice.at(0).is_number_integer()) out.value_names[choice.at(0)] = choice.at(1);
+  }
   out.line = entry.at("line");
   VOLTLAP_DEMAND(out.length >= 1 && out.length <= 64);
   out.bits = BitField(entry.at("start"), out.length, entry.at("big_endian"));

@@ -4,6 +4,7 @@
 //   value = raw * scale + offset
 #pragma once
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,6 +32,7 @@ struct DbcSignal {
   std::optional<std::size_t> multiplexer;  ///< the signal of the frame on whose value it depends
   std::vector<RawRange> cases;             ///< values of the multiplexer under which it is there
   std::vector<RawRange> invalid_codes;     ///< what the file says is no measurement
+  std::map<std::int64_t, std::string> value_names;  ///< by raw value, with its sign
   std::size_t line = 0;
   BitField bits;
 

@@ -57,7 +57,7 @@ voltlap.ChartGestures = class {
     } else if (this.#drag?.pan) {
       const [from, to] = this.#drag.view;
       const shift = ((this.#drag.x - event.clientX) / this.#chart.width) * (to - from);
-      const start = Math.min(Math.max(from + shift, 0), this.#group.end - (to - from));
+      const start = Math.min(Math.max(from + shift, this.#group.begin), this.#group.end - (to - from));
       this.#group.show(start, start + to - from);
     } else {
       if (this.#drag) this.#chart.showSelection(this.#drag.x, event.clientX);

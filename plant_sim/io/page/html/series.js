@@ -106,7 +106,9 @@ voltlap.chartLines = (spec, { layers, window, at }) => {
     const extreme = one.extreme ? { x: at(one.extreme.time_s), value: one.extreme.value } : null;
     return {
       name: one.name,
-      data: voltlap.withExtreme(layer.x, layer.values(one), extreme),
+      data: one.points ? null : voltlap.withExtreme(layer.x, layer.values(one), extreme),
+      points: one.points,
+      step: one.step,
       color: voltlap.color(one.color),
       stroke: voltlap.strokes[one.role ?? "signal"],
       z: { reference: 2, limit: 6 }[one.role] ?? 5 - i,
@@ -129,6 +131,30 @@ voltlap.meanLines = (spec, layer, window, color = null) => {
     role: "means",
   }));
 };
+
+/** Opacity of a line by its role, and whether the running means are shown. */
+voltlap.opacity = (role, on) => {
+  if (role === "means") return Number(on);
+  if (role === "reference") return on ? 0 : 0.4;
+  if (role === "member") return 0.8;
+  if (role === "pale") return on ? 0.12 : 0.5;
+  return on && role === "samples" ? 0.22 : 1;
+};
+
+/** Whole steps of an axis from..to, at most so many (two at least). */
+voltlap.ticks = (steps, from, to, most) => {
+  const step = steps.find((one) => (to - from) / one <= Math.max(2, most)) ?? steps[steps.length - 1];
+  const ticks = [];
+  for (let k = Math.ceil(from / step - 1e-6); k * step <= to + 1e-6; k += 1) ticks.push(k * step);
+  return { step, ticks };
+};
+
+/** What stands behind a series' name in the legend. */
+voltlap.rangeText = ({ range }) => (range ? voltlap.element("small", {}, `${range} `) : "");
+
+/** A chart in words, for those who do not see it. */
+voltlap.chartLabel = ({ title, series, unit }) =>
+  `${title}, ${series.map(({ name }) => name).join(", ")}${unit ? `, in ${unit}` : ""}`;
 
 /** Faint lines at the ends of laps, events, and a line across. */
 voltlap.markLines = (spec, { laps, at }, text) => {

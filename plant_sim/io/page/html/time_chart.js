@@ -11,6 +11,8 @@
 // the times of the frame's thin layers.
 // With `means` a view of many laps draws the samples pale and their running mean over a lap on top.
 // Curves over each other are those of series without a role, the second series dashed.
+// A series with times of its own (voltlap.OwnTimes) has points(from, to, width), textAt(place) and step in place of
+// values; `range` stands behind its name.
 "use strict";
 
 voltlap.TimeChart = class {
@@ -75,7 +77,7 @@ voltlap.TimeChart = class {
       tabindex: "0",
       role: "group",
       "aria-roledescription": "chart over time or distance",
-      "aria-label": `${spec.title}, ${spec.series.map((series) => series.name).join(", ")}, in ${spec.unit}`,
+      "aria-label": voltlap.chartLabel(spec),
       "aria-describedby": describedBy,
     });
     this.#plot = element(
@@ -138,7 +140,7 @@ voltlap.TimeChart = class {
       const output = element("output");
       this.#outputs.push(output);
       const key = this.#showsFamily ? [] : [voltlap.TimeChart.#key(series)];
-      this.#legend.append(element("li", {}, ...key, `${series.name} `, output));
+      this.#legend.append(element("li", {}, ...key, `${series.name} `, voltlap.rangeText(series), output));
     }
     for (const band of [...(spec.bandNames ?? []), ...(spec.level ? [spec.level] : [])]) {
       const key = element("span", { class: "key block", style: `--key: var(--${band.color})` });
@@ -148,8 +150,15 @@ voltlap.TimeChart = class {
     if (spec.note) this.#legend.append(element("li", {}, spec.note));
   }
 
+  /** Of a line with times of its own what the view can show. */
+  #dataOf(line) {
+    return line.points ? line.points(...this.#group.view, this.width) : line.data;
+  }
+
   #lineStyle(line) {
-    return { opacity: this.#opacity(line) };
+    // Samples are pale under their mean, which is there only in a view of many laps.
+    const on = this.#lines.some(({ role }) => role === "means") && this.#group.showsMeans;
+    return { opacity: voltlap.opacity(line.role, on) };
   }
 
   draw() {
@@ -163,11 +172,12 @@ voltlap.TimeChart = class {
     const series = this.#lines.map((line, i) => ({
       type: "line",
       name: line.name,
-      data: line.data,
+      data: this.#dataOf(line),
+      step: line.step,
       dimensions: ["x", "value"],
       showSymbol: false,
       silent: true,
-      sampling: line.role === "means" ? undefined : "minmax",
+      sampling: line.role === "means" || line.points ? undefined : "minmax",
       animation: false,
       z: line.z,
       lineStyle: { color: line.color, join: "round", ...line.stroke, ...this.#lineStyle(line) },
@@ -189,7 +199,7 @@ voltlap.TimeChart = class {
         },
         xAxis: {
           type: "value",
-          min: 0,
+          min: this.#group.begin,
           max: end,
           name: axis.name(end),
           nameLocation: "middle",
@@ -205,7 +215,7 @@ voltlap.TimeChart = class {
           max: spec.high,
           scale: true,
           splitNumber: 4,
-          name: `${spec.axis ?? spec.title}, ${spec.unit}`,
+          name: [spec.axis ?? spec.title, spec.unit].filter(Boolean).join(", "),
           nameLocation: "middle",
           nameRotate: 90,
           nameGap: 46,
@@ -239,10 +249,7 @@ voltlap.TimeChart = class {
   #viewAxis(text) {
     const [from, to] = this.#group.view;
     const { axis, end } = this.#group.frame;
-    const most = Math.max(2, this.width / 80);
-    const step = axis.steps.find((one) => (to - from) / one <= most) ?? axis.steps[axis.steps.length - 1];
-    const ticks = [];
-    for (let k = Math.ceil(from / step - 1e-6); k * step <= to + 1e-6; k += 1) ticks.push(k * step);
+    const { step, ticks } = voltlap.ticks(axis.steps, from, to, this.width / 80);
     const formatter = (value) => axis.text(value, step, end);
     return {
       axisTick: { customValues: ticks },
@@ -254,16 +261,6 @@ voltlap.TimeChart = class {
     return this.#spec.bands?.length > 0 && !this.#overlaid;
   }
 
-  /** Samples are pale under their mean, which is there only in a view of many laps. */
-  #opacity(line) {
-    const on = this.#lines.some(({ role }) => role === "means") && this.#group.showsMeans;
-    if (line.role === "means") return Number(on);
-    if (line.role === "reference") return on ? 0 : 0.4;
-    if (line.role === "member") return 0.8;
-    if (line.role === "pale") return on ? 0.12 : 0.5;
-    return on && line.role === "samples" ? 0.22 : 1;
-  }
-
   /** Pixels of the axis. */
   get width() {
     return this.#plot.clientWidth - voltlap.TimeChart.left - voltlap.TimeChart.right;
@@ -271,7 +268,10 @@ voltlap.TimeChart = class {
 
   showView() {
     if (this.width <= 0) return;
-    const series = this.#lines.map((line) => ({ lineStyle: this.#lineStyle(line) }));
+    const series = this.#lines.map((line) => ({
+      lineStyle: this.#lineStyle(line),
+      ...(line.points ? { data: this.#dataOf(line) } : {}),
+    }));
     this.#chart.setOption({ xAxis: this.#viewAxis({}), dataZoom: [this.#viewRange()], series });
     this.#showMeanNote();
   }
@@ -328,6 +328,7 @@ voltlap.TimeChart = class {
   }
 
   #valueText(series, index) {
+    if (series.textAt) return series.textAt(this.#group.cursor);
     const number = voltlap.quantity(series.values[index], this.#spec.digits, this.#spec.unit);
     return series.remark ? `${number}${series.remark(index)}` : number;
   }

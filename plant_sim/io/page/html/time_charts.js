@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Charts over time or distance that show one stretch and one cursor together.
 //
-// A frame says what the charts draw along their axis: {axis, layers, end, laps, window, at}
+// A frame says what the charts draw along their axis: {axis, layers, begin, end, laps, window, at}
 //   axis    one of voltlap.axes
 //   layers  [{name, color, x, values(series)}]: curves of the same signal over each other. x increases; values may end
 //           before it does. With one layer alone each signal keeps its own colour
-//   end     where the axis ends; laps: places of faint lines on it; window: length of a lap, for running means, or null
+//   end     where the axis ends; begin: where it begins, 0 without; laps: places of faint lines on it
+//   window  length of a lap, for running means, or null
 //   at      from a time of the run to a place on the axis; null where layers begin at different times
 "use strict";
 
@@ -64,9 +65,9 @@ voltlap.TimeCharts = class {
 
   #setFrame(frame) {
     this.#frame = frame;
-    this.#from = 0;
+    this.#from = this.begin;
     this.#to = frame.end;
-    this.#shortest = Math.min(frame.end, frame.axis.shortest);
+    this.#shortest = Math.min(frame.end - this.begin, frame.axis.shortest);
   }
 
   /** Draws another frame, all of it. */
@@ -79,6 +80,9 @@ voltlap.TimeCharts = class {
 
   get frame() {
     return this.#frame;
+  }
+  get begin() {
+    return this.#frame.begin ?? 0;
   }
   get end() {
     return this.#frame.end;
@@ -96,8 +100,8 @@ voltlap.TimeCharts = class {
 
   /** Shows the stretch from..to in every chart; it is kept inside the run and not shorter than ten samples. */
   show(from, to) {
-    const length = Math.min(Math.max(to - from, this.#shortest), this.end);
-    const start = Math.min(Math.max((from + to - length) / 2, 0), this.end - length);
+    const length = Math.min(Math.max(to - from, this.#shortest), this.end - this.begin);
+    const start = Math.min(Math.max((from + to - length) / 2, this.begin), this.end - length);
     if (start === this.#from && start + length === this.#to) return;
     this.#from = start;
     this.#to = start + length;
@@ -112,7 +116,7 @@ voltlap.TimeCharts = class {
   }
 
   showAll() {
-    this.show(0, this.end);
+    this.show(this.begin, this.end);
   }
 
   /** Zooms by a factor (below 1: closer) about a time that stays where it is. */
@@ -122,7 +126,7 @@ voltlap.TimeCharts = class {
 
   move(seconds) {
     const length = this.#to - this.#from;
-    const from = Math.min(Math.max(this.#from + seconds, 0), this.end - length);
+    const from = Math.min(Math.max(this.#from + seconds, this.begin), this.end - length);
     this.show(from, from + length);
   }
 
