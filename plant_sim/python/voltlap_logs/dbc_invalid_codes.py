@@ -85,12 +85,19 @@ def keeps_to_j1939(signal, message, database) -> bool:
     return getattr(message, "protocol", None) == "j1939" or any(J1939.search(text or "") for text in texts)
 
 
+def is_state(signal) -> bool:
+    """Whether the values are states with names, such as off, on, fault: then each of them is one, the fault as well."""
+    ordinary = [name for name in (signal.choices or {}).values() if not says_no_value(str(name))]
+    return len(ordinary) >= 2 and signal.scale == 1 and signal.offset == 0 and not signal.unit
+
+
 def invalid_codes(signal, message, database) -> list[list[int]]:
     """[[first, last], ...] of raw values taken as bits, without sign."""
     if signal.is_float:
         return []
     top = 1 << signal.length
-    singles = {int(raw) % top for raw, name in (signal.choices or {}).items() if says_no_value(str(name))}
+    named = {} if is_state(signal) else signal.choices or {}
+    singles = {int(raw) % top for raw, name in named.items() if says_no_value(str(name))}
     if getattr(signal, "raw_invalid", None) is not None:
         singles.add(int(signal.raw_invalid) % top)
     singles.update(from_comment(signal))

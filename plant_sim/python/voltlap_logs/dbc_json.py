@@ -24,7 +24,7 @@ except ModuleNotFoundError as missing:  # its own dependencies included
 from voltlap_logs.dbc_invalid_codes import invalid_codes
 from voltlap_logs.dbc_statements import Refused, TooMuchUnreadable, Unit, read_statements
 
-FORMAT = 1  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
+FORMAT = 2  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
 MOST_BYTES = 32_000_000
 MOST_FRAME_BYTES = 64
 OTHER_KINDS = (".kcd", ".sym", ".arxml", ".cdd")

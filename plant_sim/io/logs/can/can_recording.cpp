@@ -93,8 +93,8 @@ FirstLook known_format(const std::string& path) {
   throw InputError(path, "no frame in the first 1000 lines",
                    "a CAN recording: candump, Vector ASC, raw hex (ms x id data), SLCAN, BLF, TRC, MF4, GVRET CSV, "
                    "BUSMASTER, PCAP, plain or compressed",
-                   "Convert the recording to one of these; a table is read by identify, validate and explain, and shown "
-                   "by voltlap log plot");
+                   "Convert the recording to one of these; a table is read by identify, validate and explain, and "
+                   "shown by voltlap log plot");
 }
 
 const char* kind_of(CanLine line) {

@@ -25,6 +25,14 @@ void write_file(const std::string& path, const char* mode, const void* data, std
   }
 }
 
+/// Names of the values, where a value is its raw one.
+nlohmann::json names_of(const DbcSignal& signal) {
+  if (signal.value_names.empty() || signal.scale != 1.0 || signal.offset != 0.0) return nullptr;
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& [raw, name] : signal.value_names) out[fmt::format("{}", raw)] = name;
+  return out;
+}
+
 }  // namespace
 
 void SignalColumns::append(Column& column, double value) {
@@ -68,7 +76,7 @@ void SignalColumns::finish(const std::vector<SignalGroup>& groups, const std::st
                          {"unit", signal.unit},
                          {"comment", ""},
                          {"file", groups_[g].columns[k + 1].file},
-                         {"choices", nullptr}});
+                         {"choices", names_of(signal)}});
     }
     manifest["groups"].push_back({{"name", message.name},
                                   {"bus", groups[g].bus},

@@ -166,6 +166,14 @@ def test_codes_in_comments(read, text, comment, codes):
     assert [first for first, _ in invalid(read, text, f'CM_ SG_ 1 S "{comment}";\n')] == codes
 
 
+@pytest.mark.parametrize("text, names, codes", [
+    ('0|8@1+ (1,0) [0|0] ""', '0 "Off" 1 "Ready" 2 "Fault" 3 "Init"', []),  # states: the fault is one of them
+    ('0|8@1+ (1,0) [0|0] ""', '255 "SNA" 254 "Error"', [254, 255]),
+    ('0|8@1+ (0.5,0) [0|0] "V"', '0 "Off" 1 "Low" 255 "Invalid"', [255])])
+def test_names_of_states_are_values_and_names_of_codes_are_none(read, text, names, codes):
+    assert [first for first, _ in invalid(read, text, f"VAL_ 1 S {names};\n")] == codes
+
+
 def test_j1939_has_its_own_ranges_where_the_file_says_so(read):
     protocol = ('BA_DEF_ "ProtocolType" STRING ;\nBA_DEF_DEF_ "ProtocolType" "";\nBA_ "ProtocolType" "J1939";\n')
     assert invalid(read, '0|16@1+ (1,0) [0|0] ""', protocol) == [[0xFE00, 0xFFFF]]
