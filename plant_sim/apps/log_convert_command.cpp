@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 
@@ -51,12 +51,25 @@ struct Converted {
   CanSummary summary;
   std::size_t frames = 0;
   std::set<std::string> buses;
+  std::vector<std::string> notes;  ///< what the format changes
 };
 
 /// candump's own name for a channel that has a number only: the packages count from it.
 std::string candump_bus(const std::string& bus) {
   const bool number = !bus.empty() && std::all_of(bus.begin(), bus.end(), [](char c) { return c >= '0' && c <= '9'; });
   return number ? "can" + bus : bus;
+}
+
+/// Formats that count channels from 1 give buses other numbers than their names say.
+void note_channels(std::string_view words, std::vector<std::string>& notes) {
+  while (words.ends_with('\n')) words.remove_suffix(1);
+  const auto said = nlohmann::json::parse(words.substr(words.rfind('\n') + 1), nullptr, false);
+  if (!said.is_object() || !said.contains("channels")) return;
+  for (const auto& [bus, channel] : said["channels"].items()) {
+    const std::string number = channel.dump();
+    if (bus == "can" + number) continue;
+    notes.push_back(fmt::format("{} is channel {} there, and is read back as can{}", bus, number, number));
+  }
 }
 
 /// Text of the chosen frames, in pieces.
@@ -85,8 +98,14 @@ Converted write_text(const RecordingInput& input, const DbcSet& dbc, Writer writ
     write(text);
     text.clear();
   }
-  write(text);
   out.summary = recording->summary();
+  if (out.frames == 0) {
+    throw InputError(input.path(), "no frame that was asked for",
+                     fmt::format("frames of {}, {:.3f} s in all", fmt::join(out.summary.buses, ", "),
+                                 out.summary.end_s - out.summary.begin_s),
+                     "Correct --bus, --from or --to; nothing was written");
+  }
+  write(text);
   return out;
 }
 
@@ -132,9 +151,12 @@ int LogConvertCommand::run(const DataFolder& data) {
     AtomicFile file(between);
     done = write_text(recording_, dbc, Writer::kCandump, chosen, [&](const std::string& text) { file.write(text); });
     file.commit();
-    run_recording_module("voltlap_logs.write_frames", {"--format", format.name, out_}, {between, {}});
+    const PythonReport report =
+        run_recording_module("voltlap_logs.write_frames", {"--format", format.name, out_}, {between, {}});
+    note_channels(report.words, done.notes);
   }
   std::FILE* stream = summary_stream({out_});
+  for (const std::string& note : done.notes) fmt::print(stream, "  {}\n", note);
   fmt::print(stream, "{}: {} frames of {}\n{}", out_, done.frames, fmt::join(done.buses, ", "),
              remarks_text(recording_.path(), done.summary));
   return done.summary.broken.empty() ? kExitOk : kExitDefects;

@@ -40,12 +40,13 @@ CanSummary for_each_row(const RecordingInput& input, const DbcSet& dbc, SignalRo
 
 struct Decoded {
   CanSummary summary;
-  std::size_t rows = 0, signals = 0, unknown_frames = 0;
+  std::size_t rows = 0, signals = 0, unknown_frames = 0, refused_frames = 0;
 };
 
 void count(const SignalRows& rows, Decoded& out) {
   for (const SignalGroup& group : rows.groups()) out.signals += group.signals.size();
   out.unknown_frames = rows.unknown_frames();
+  out.refused_frames = rows.refused_frames();
 }
 
 /// Read twice: the header needs every signal that will come.
@@ -149,6 +150,10 @@ int LogDecodeCommand::run(const DataFolder& data) {
   std::FILE* stream = summary_stream({out_});
   fmt::print(stream, "{}: {} signals of {} frames", out_, decoded.signals, decoded.rows);
   if (decoded.unknown_frames > 0) fmt::print(stream, "; {} frames that no DBC file knows", decoded.unknown_frames);
+  if (decoded.refused_frames > 0) {
+    fmt::print(stream, "; {} frames that a DBC file has and that cannot be used (voltlap log check says why)",
+               decoded.refused_frames);
+  }
   fmt::print(stream, "\n{}", remarks_text(recording_.path(), decoded.summary));
   return decoded.summary.broken.empty() ? kExitOk : kExitDefects;
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/parameter_file.hpp"
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 
 namespace voltlap::plant {
 

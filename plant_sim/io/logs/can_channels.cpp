@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Roles from the signals of CAN frames.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -75,7 +76,7 @@ class CanTaps {
     long before = 0;  // numbers in the frames before
     for (std::uint32_t id = *source.frame; id <= last; ++id) {
       const DbcMessage& message = message_in(dbc, id, place);
-      add(role, source, dbc, message, before);
+      add(id, role, source, dbc, message, before);
       before += static_cast<long>(numbered_signals(message, source).size());
     }
     if (source.last_frame) ranges_.emplace_back(*source.frame, last);
@@ -92,6 +93,18 @@ class CanTaps {
     }
   }
 
+  /// Throws InputError for a bus that the map names and the recording does not have.
+  void check_buses(const std::vector<std::string>& buses) const {
+    for (const auto& [id, taps] : taps_) {
+      for (const FrameTap& tap : taps) {
+        if (tap.bus.empty() || std::find(buses.begin(), buses.end(), tap.bus) != buses.end()) continue;
+        throw InputError(map_.source, fmt::format("bus = \"{}\" for frame {}", tap.bus, identifier_text(id)),
+                         fmt::format("one of the buses of {}: {}", log_.path, fmt::join(buses, ", ")),
+                         "Correct the bus in the map");
+      }
+    }
+  }
+
   void finish() {
     for (auto& [id, taps] : taps_) {
       for (FrameTap& tap : taps) finish(id, tap);
@@ -99,12 +112,12 @@ class CanTaps {
   }
 
  private:
-  void add(const std::string& role, const RoleSource& source, const DbcFile& dbc, const DbcMessage& message,
-           long before) {
+  void add(std::uint32_t id, const std::string& role, const RoleSource& source, const DbcFile& dbc,
+           const DbcMessage& message, long before) {
     const std::string place = fmt::format("{}: roles.{}", map_.source, role);
-    FrameTap& tap = tap_of(message.id, source.bus);
-    if (message.cycle_time_s) periods_s_.try_emplace(message.id, *message.cycle_time_s);
-    if (source.period_s) periods_s_[message.id] = *source.period_s;
+    FrameTap& tap = tap_of(id, source.bus);
+    if (message.cycle_time_s) periods_s_.try_emplace(id, *message.cycle_time_s);
+    if (source.period_s) periods_s_[id] = *source.period_s;
     if (source.checksum != FrameChecksum::kNone) tap.checksum = source.checksum;
     if (!source.counter.empty()) watch(tap, signal_in(dbc, message, source.counter, place));
     if (!source.index.empty()) {
@@ -257,6 +270,7 @@ void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path
     }
     taps.take(frame.time_s - (absolute ? log.origin_s : 0.0) + shift_s, frame, recording.buses());
   }
+  taps.check_buses(recording.buses());
   note_summary(log, path, recording.summary(), absolute ? log.origin_s : 0.0);
   taps.finish();
 }

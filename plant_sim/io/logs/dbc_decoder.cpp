@@ -111,6 +111,7 @@ DbcDecoder::DbcDecoder(const DbcFile& file) {
       standard_[message.id] = at;
     } else {
       extended_[message.id] = at;
+      if (message.j1939) groups_.try_emplace(parameter_group(message.id), at);
     }
   }
 }

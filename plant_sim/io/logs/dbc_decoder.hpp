@@ -74,14 +74,17 @@ class DbcDecoder {
 
  private:
   static constexpr std::size_t kStandard = 0x800;
+  static constexpr std::uint32_t kExtendedFrom = RecordedFrame::kExtendedFlag;
   [[nodiscard]] std::int32_t extended(std::uint32_t id) const {
-    const auto at = extended_.find(id);
-    return at == extended_.end() ? -1 : at->second;
+    if (const auto at = extended_.find(id); at != extended_.end()) return at->second;
+    const auto group = groups_.find(parameter_group(id));
+    return group == groups_.end() || id < kExtendedFrom ? -1 : group->second;
   }
 
   std::vector<CompiledMessage> messages_;
   std::array<std::int32_t, kStandard> standard_;
   std::unordered_map<std::uint32_t, std::int32_t> extended_;
+  std::unordered_map<std::uint32_t, std::int32_t> groups_;  ///< of J1939, by parameter group
   std::size_t most_signals_ = 0;
 };
 

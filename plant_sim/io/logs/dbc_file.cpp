@@ -72,6 +72,7 @@ DbcMessage message_of(const Json& entry) {
   out.name = entry.at("name");
   out.length = entry.at("length");
   out.flexible = entry.at("fd");
+  out.j1939 = entry.value("j1939", false);
   if (const auto cycle = entry.find("cycle_time_ms"); cycle != entry.end() && cycle->is_number() && *cycle > 0.0) {
     out.cycle_time_s = 1e-3 * cycle->get<double>();
   }
@@ -157,7 +158,12 @@ DbcFile::DbcFile(const std::string& path) : path_(path) {
 
 const DbcMessage* DbcFile::find(std::uint32_t id) const {
   const auto at = std::find_if(messages_.begin(), messages_.end(), [&](const DbcMessage& m) { return m.id == id; });
-  return at == messages_.end() ? nullptr : &*at;
+  if (at != messages_.end()) return &*at;
+  if ((id & RecordedFrame::kExtendedFlag) == 0) return nullptr;
+  const auto group = std::find_if(messages_.begin(), messages_.end(), [&](const DbcMessage& m) {
+    return m.j1939 && parameter_group(m.id) == parameter_group(id);
+  });
+  return group == messages_.end() ? nullptr : &*group;
 }
 
 void DbcFile::check_usable(std::uint32_t id) const {

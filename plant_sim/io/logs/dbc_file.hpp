@@ -57,6 +57,7 @@ struct DbcMessage {
   std::string file;  ///< that it stands in
   unsigned length = 0;
   bool flexible = false;  ///< CAN FD
+  bool j1939 = false;     ///< SAE J1939: the parameter group counts, whoever sends it
   std::optional<double> cycle_time_s;  ///< between two frames, as the file says
   std::size_t line = 0;
   std::vector<DbcSignal> signals;
@@ -72,6 +73,13 @@ struct DbcRefusal {
   std::string found, expected, action;
 };
 
+/// Parameter group number of a 29-bit identifier: without priority and source, and without the destination where it has
+/// one (SAE J1939-21, 5.2).
+[[nodiscard]] constexpr std::uint32_t parameter_group(std::uint32_t id) {
+  const std::uint32_t format = id >> 16 & 0xFFU;
+  return id >> 8 & (format < 240 ? 0x3FF00U : 0x3FFFFU);
+}
+
 class DbcFile {
  public:
   /// Throws InputError for a file that is no DBC. What is wrong with one frame hurts only who asks for that frame.
@@ -80,6 +88,7 @@ class DbcFile {
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::vector<DbcMessage>& messages() const { return messages_; }
   [[nodiscard]] const std::vector<DbcRefusal>& refused() const { return refused_; }
+  /// The frame of that identifier; of J1939 else that of its parameter group. nullptr: none.
   [[nodiscard]] const DbcMessage* find(std::uint32_t id) const;
   /// Throws InputError with file, line and reason for a frame that is there and cannot be used.
   void check_usable(std::uint32_t id) const;

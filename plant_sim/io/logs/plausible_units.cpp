@@ -13,6 +13,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
+#include "io/logs/repairs.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -241,12 +242,23 @@ double charge_span_ah(const CellLog& log) {
 
 }  // namespace
 
+/// Parts were joined with a pause in seconds, which is none of the recorder's numbers.
+static void scale_time(CellLog& log, double seconds) {
+  double shift_s = 0.0, before = log.time_s.empty() ? 0.0 : log.time_s.front();
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    const double step = log.time_s[row] - before;
+    before = log.time_s[row];
+    if (log.gap[row] && std::abs(step - kJoinPause) < 1e-6) shift_s += kJoinPause * (1.0 - seconds);
+    log.time_s[row] = log.time_s[row] * seconds + shift_s;
+  }
+}
+
 void settle_time_unit(CellLog& log, const RoleMap& map) {
   constexpr double kMostDrop = 6.0;  // V at one C
   const RoleSource *time = map.find("time"), *current = map.find("current"), *counter = map.find("charge_ah");
   const auto ratio = counter_ratio(log);
   const auto time_is = [&](const char* unit, double seconds, const std::string& why) {
-    scale(log.time_s, seconds);
+    scale_time(log, seconds);
     log.repairs.push_back(fmt::format("time is in {} ({}): brought to s", unit, why));
   };
   if (ratio) {

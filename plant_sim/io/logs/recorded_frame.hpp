@@ -17,6 +17,7 @@ struct RecordedFrame {
   std::uint8_t length = 0;  ///< bytes of `data` that count; those behind them are zero
   std::uint8_t bus = 0;     ///< index into the recording's buses
   bool has_length = true;   ///< false: the format gives none, length is 8 and the data may be padded with zeros
+  std::uint8_t flags = 0;   ///< of CAN FD: 1 the data were sent faster (BRS), 2 the sender is passive (ESI)
   bool flexible = false;    ///< CAN FD
   std::size_t line = 0;     ///< in the file, from 1
   alignas(8) std::uint8_t data[kMostBytes] = {};

@@ -114,7 +114,6 @@ double usual_interval(const std::vector<double>& time) {
 std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vector<double>& current, CellLog& log,
                                        std::vector<bool>& joined) {
   VOLTLAP_DEMAND(time.size() == current.size());
-  constexpr double kJoin = 60.0;   // assumed pause between two parts; the state after it is left free
   constexpr double kAhead = 10.0;  // usual intervals
   const double usual_s = usual_interval(time);
   const std::vector<std::size_t> usable = usable_rows(time, current, usual_s, log);
@@ -142,7 +141,7 @@ std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vec
       }
       if (back > 0.0) {
         ++restarts;
-        shift += back + kJoin;
+        shift += back + kJoinPause;
         restarted = true;
       }
     }

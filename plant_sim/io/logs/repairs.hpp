@@ -8,6 +8,9 @@
 
 namespace voltlap::plant {
 
+/// Assumed between two parts of a recording whose clock started again [s]; the state after it is left free.
+inline constexpr double kJoinPause = 60.0;
+
 /// Rows in time order: holes in time or current and repeated times are left out; a clock that starts again is joined
 /// on. `time` is shifted there, `joined` says for each row that is kept whether it begins a part.
 [[nodiscard]] std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vector<double>& current,

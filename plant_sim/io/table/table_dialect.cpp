@@ -170,8 +170,11 @@ Reading reading_with(char separator, const std::vector<TableLine>& lines) {
 /// The separator with which the most numbers stand in rows of one size below names of that size.
 Reading best_reading(const std::vector<TableLine>& lines) {
   std::optional<Reading> best;
+  bool tabs = false;
   for (const char separator : kSeparators) {
+    if (separator == ' ' && tabs) continue;  // the blank between date and time of day separates nothing
     Reading reading = reading_with(separator, lines);
+    tabs = tabs || (separator == '\t' && reading.fields >= 2 && reading.names && reading.score > 0.0);
     if (reading.fields < 2) continue;
     const auto rank = [](const Reading& r) { return std::pair(r.names.has_value(), r.score); };
     if (!best || rank(reading) > rank(*best)) best = std::move(reading);

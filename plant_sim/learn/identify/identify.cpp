@@ -24,8 +24,8 @@ using Eigen::Index;
 double longest_rest(const std::vector<MeasuredRun>& runs) {
   double longest = 0.0;
   for (const MeasuredRun& run : runs) {
-    for (const Segment& s : segments(run)) {
-      if (s.kind == Segment::Kind::kRest) longest = std::max(longest, s.duration_s);
+    for (const PulseSegment& s : segments(run)) {
+      if (s.kind == PulseSegment::Kind::kRest) longest = std::max(longest, s.duration_s);
     }
   }
   return longest;

@@ -92,8 +92,8 @@ double relaxation_error(const Eigen::VectorXd& t, const Eigen::VectorXd& y, cons
 std::vector<PulseSection> pulse_sections(const MeasuredRun& run) {
   std::vector<PulseSection> out;
   Index first = -1, load_end = -1;
-  for (const Segment& s : segments(run)) {
-    if (s.kind != Segment::Kind::kRest) {
+  for (const PulseSegment& s : segments(run)) {
+    if (s.kind != PulseSegment::Kind::kRest) {
       if (first < 0) first = std::max<Index>(0, s.first - 1);
       load_end = s.last;
       continue;

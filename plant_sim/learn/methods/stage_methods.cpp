@@ -200,8 +200,8 @@ StageFit stage_fit(const MeasuredRun& whole, const MeasuredRun& fitted, Method m
 
 double noise_floor(const MeasuredRun& whole) {
   double sum = 0.0, count = 0.0;
-  for (const Segment& s : segments(whole)) {
-    if (s.kind != Segment::Kind::kRest) continue;
+  for (const PulseSegment& s : segments(whole)) {
+    if (s.kind != PulseSegment::Kind::kRest) continue;
     for (Index row = s.first + (s.last - s.first) / 2 + 1; row + 1 < s.last; ++row) {
       const bool usable = whole.weight_s.segment(row - 1, 3).minCoeff() > 0.0 && !whole.is_reset(row) &&
                           std::abs(whole.dt_s(row + 1) - whole.dt_s(row)) < 0.1 * whole.dt_s(row);

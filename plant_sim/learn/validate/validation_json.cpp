@@ -148,7 +148,7 @@ void write_error_table(AtomicFile& file, const CellParameters& cell, const Valid
       const auto at = static_cast<std::size_t>(row);
       const double voltage = placed.log->voltage_v[at], model = study.responses[k].voltage(row),
                    temperature = placed.temperature.cell_c.empty() ? std::nan("") : placed.temperature.cell_c[at];
-      fmt::format_to(std::back_inserter(text), "{},{:.9g},{:d},{:.6f},{:.6g},{},{:.6f},{},{},{:.3f}\n", k + 1,
+      fmt::format_to(std::back_inserter(text), "{},{:.6f},{:d},{:.6f},{:.6g},{},{:.6f},{},{},{:.3f}\n", k + 1,
                      run.time_s(row), placed.counts[at], run.soc(row), run.current_a(row), field("{:.7g}", voltage),
                      model, field("{:.6f}", model - voltage), field("{:.5g}", temperature),
                      study.responses[k].temperature(row));

@@ -78,11 +78,16 @@ def j1939_ranges(length: int) -> list[list[int]]:
     return [[0xFE << (length - 8), (1 << length) - 1]]
 
 
-def keeps_to_j1939(signal, message, database) -> bool:
+def protocol_is_j1939(message, database) -> bool:
     protocol = getattr(getattr(database, "dbc", None), "attributes", None) or {}
     named = protocol.get("ProtocolType")
-    texts = [str(named.value) if named is not None else "", signal.comment, message.comment]
-    return getattr(message, "protocol", None) == "j1939" or any(J1939.search(text or "") for text in texts)
+    text = str(named.value) if named is not None else ""
+    return getattr(message, "protocol", None) == "j1939" or bool(J1939.search(text))
+
+
+def keeps_to_j1939(signal, message, database) -> bool:
+    texts = [signal.comment, message.comment]
+    return protocol_is_j1939(message, database) or any(J1939.search(text or "") for text in texts)
 
 
 def is_state(signal) -> bool:

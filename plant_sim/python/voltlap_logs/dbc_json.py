@@ -21,10 +21,10 @@ except ModuleNotFoundError as missing:  # its own dependencies included
     print(f"No module named '{missing.name}'", file=sys.stderr)
     sys.exit(3)
 
-from voltlap_logs.dbc_invalid_codes import invalid_codes
+from voltlap_logs.dbc_invalid_codes import invalid_codes, protocol_is_j1939
 from voltlap_logs.dbc_statements import Refused, TooMuchUnreadable, Unit, read_statements
 
-FORMAT = 2  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
+FORMAT = 3  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
 MOST_BYTES = 32_000_000
 MOST_FRAME_BYTES = 64
 OTHER_KINDS = (".kcd", ".sym", ".arxml", ".cdd")
@@ -169,6 +169,7 @@ def frame_json(message, database, unit) -> tuple[dict, list[str]]:
         "name": message.name, "line": unit.line if unit else 0, "length": message.length,
         "cycle_time_ms": message.cycle_time, "senders": list(message.senders),
         "comment": message.comment or "",
+        "j1939": bool(message.is_extended_frame) and protocol_is_j1939(message, database),
         "signals": [signal_json(signal, message, database, row.line if row else 0, long_names)
                     for row, signal in zip(rows, message.signals, strict=True)],
     }

@@ -148,6 +148,28 @@ def test_frames_survive_every_format_and_back(run, tmp_path, suffix):
     assert frames(back) == frames(run)
 
 
+def test_buses_that_change_their_number_are_named_and_flags_of_fd_stay(run, tmp_path):
+    log = tmp_path / "two.log"
+    log.write_text("".join(f"({k / 10:.6f}) can{k % 2} 123##{k % 4}{k % 256:02X}\n" for k in range(40)))
+    said = done("log", "convert", log, "--out", tmp_path / "two.blf")
+    assert "can0 is channel 1" in said and "can1 is channel 2" in said
+    done("log", "convert", tmp_path / "two.blf", "--out", tmp_path / "back.log")
+    done("log", "convert", log, "--out", tmp_path / "same.log")
+    assert (tmp_path / "same.log").read_text() == log.read_text()
+    only = voltlap("log", "convert", log, "--bus", "can9", "--out", tmp_path / "none.log")
+    assert only.returncode == 2 and "can0, can1" in only.stderr and not (tmp_path / "none.log").exists()
+
+
+def test_frames_that_a_dbc_has_twice_are_not_called_unknown(run, tmp_path):
+    text = CAR.read_text()
+    first = text.index("BO_ ", text.index("PackSensor") - 20)
+    end = text.index("\n\n", first)
+    (tmp_path / "twice.dbc").write_text(text[:end] + "\n\n" + text[first:end] + text[end:])
+    said = done("log", "decode", run, "--dbc", tmp_path / "twice.dbc", "--out", tmp_path / "a.csv")
+    assert "that a DBC file has and that cannot be used" in said
+    assert "0xB0 for the second time" in voltlap("log", "check", run, "--dbc", tmp_path / "twice.dbc").stdout
+
+
 def test_what_breaks_off_is_kept_up_to_there_and_said(run, tmp_path):
     packed = gzip.compress(run.read_bytes())
     (tmp_path / "cut.log.gz").write_bytes(packed[:len(packed) // 2])

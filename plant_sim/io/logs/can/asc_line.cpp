@@ -42,6 +42,15 @@ bool is_direction(std::string_view word) {
   return word == "Rx" || word == "Tx" || word == "TxRq" || word == "RX" || word == "TX";
 }
 
+/// A frame by its name in a database has its identifier at the end of the line: ID = 258, ID = 419360305x.
+std::string_view named_identifier(std::string_view line) {
+  constexpr std::string_view kMark = " ID = ";
+  const std::size_t at = line.rfind(kMark);
+  if (at == std::string_view::npos) return {};
+  line.remove_prefix(at + kMark.size());
+  return next_word(line);
+}
+
 /// 1  1FFFFFF0x       Rx   d 8 01 19 00 07 08 00 00 43
 CanLine classic(std::string_view line, const CanLineState& state, RecordedFrame& out) {
   const std::string_view name = next_word(line);
@@ -54,7 +63,12 @@ CanLine classic(std::string_view line, const CanLineState& state, RecordedFrame&
     return event ? CanLine::kHeader : CanLine::kUnreadable;
   }
   if (direction == "TxRq") return CanLine::kHeader;  // a request to send, not what was on the bus
-  const CanLine identifier = take_identifier(name, state, out);
+  CanLine identifier = take_identifier(name, state, out);
+  if (const std::string_view id = named_identifier(line); identifier == CanLine::kNamed && !id.empty()) {
+    CanLineState decimal;
+    decimal.decimal = true;
+    identifier = take_identifier(id, decimal, out);
+  }
   if (identifier != CanLine::kFrame) return identifier;
   if (kind == "r") return CanLine::kRemote;
   unsigned length = 0;
@@ -77,6 +91,7 @@ CanLine flexible(std::string_view line, const CanLineState& state, RecordedFrame
   if (brs.size() != 1 || esi.size() != 1 || !whole(next_word(line), code, 16)) return CanLine::kUnreadable;
   if (!whole(next_word(line), length) || length > RecordedFrame::kMostBytes) return CanLine::kUnreadable;
   if (length == 0 && code > 0) return CanLine::kRemote;
+  out.flags = static_cast<std::uint8_t>((brs == "1" ? 1U : 0U) | (esi == "1" ? 2U : 0U));
   out.flexible = true;  // such a line may hold a classic frame as well, which its data do not show
   return take_bytes(line, length, state, out);
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <map>
 #include <utility>
 
@@ -57,6 +58,9 @@ std::optional<FirstLook> look_at(const std::string& path) {
       looks[k].ids.push_back(frame.id);
     }
   }
+  if (reader.number() == 0 && !reader.broken().empty()) {
+    throw InputError(path, reader.broken() + " before its first line", "a whole file", "Copy the recording again");
+  }
   for (std::size_t k = 0; k < kFormats.size(); ++k) looks[k].format = kFormats[k];
   auto& best = *std::max_element(looks.begin(), looks.end(),
                                  [](const FirstLook& a, const FirstLook& b) { return a.frames < b.frames; });
@@ -88,11 +92,15 @@ double tick_of(const FirstLook& look) {
   return 1e-9;
 }
 
-FirstLook known_format(const std::string& path) {
-  if (auto look = look_at(path)) return *look;
+FirstLook known_format(const std::string& path, const std::string& file, const std::string& foreign) {
+  if (auto look = look_at(file)) return *look;
+  if (!foreign.empty()) {
+    throw InputError(path, fmt::format("a recording in the format {} without a frame", foreign), "one with frames",
+                     "Check that this is the recording you meant");
+  }
   throw InputError(path, "no frame in the first 1000 lines",
-                   "a CAN recording: candump, Vector ASC, raw hex (ms x id data), SLCAN, BLF, TRC, MF4, GVRET CSV, "
-                   "BUSMASTER, PCAP, plain or compressed",
+                   "a CAN recording: candump, Vector ASC, SLCAN, lines such as 0000026Bx000005220108160000000000 (ms x "
+                   "identifier data), BLF, TRC, MF4, GVRET CSV, BUSMASTER, PCAP, plain or compressed",
                    "Convert the recording to one of these; a table is read by identify, validate and explain, and "
                    "shown by voltlap log plot");
 }
@@ -135,6 +143,13 @@ void note_parts(const std::vector<ClockPart>& parts, std::vector<std::string>& n
   notes.push_back(fmt::format("{} parts of the clock in all", parts.size()));
 }
 
+/// A recording is looked at before it is read.
+void refuse_pipe(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_fifo(path, ignored) && !std::filesystem::is_character_file(path, ignored)) return;
+  throw InputError(path, "a pipe, which can be read once only", "a file", "Save what comes out of the pipe to a file");
+}
+
 }  // namespace
 
 CanRecording::CanRecording(const std::string& path, CanReading reading) : CanRecording(source_of(path), reading) {}
@@ -146,7 +161,7 @@ CanRecording::CanRecording(const Source& source, const CanReading& reading)
       reading_(reading) {
   const std::string& path = path_;
   if (source.foreign != nullptr) take_foreign(*source.foreign);
-  const FirstLook look = known_format(source.file);
+  const FirstLook look = known_format(path, source.file, format_name_);
   format_ = look.format;
   untimed_ = 2 * look.untimed > look.frames;
   clock_.emplace(defects_, format_ == CanFormat::kSlcan && !untimed_ ? kSlcanTurn : 0.0);
@@ -170,6 +185,7 @@ CanRecording::CanRecording(const Source& source, const CanReading& reading)
 }
 
 CanRecording::Source CanRecording::source_of(const std::string& path) {
+  refuse_pipe(path);
   if (look_at(path) || !may_be_foreign(path)) return {path, path, nullptr};
   const ForeignRecording& foreign = read_foreign(path);
   return {path, foreign.candump, &foreign};
@@ -200,11 +216,14 @@ void CanRecording::judge_lines() const {
 bool CanRecording::time_by_period(RecordedFrame& frame) {
   const auto clock = std::min_element(reading_.period_s.begin(), reading_.period_s.end(),
                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (frame.id == clock->first) {
+  // On one bus: the same identifier on another is another sender.
+  if (frame.id == clock->first && (!period_began_ || frame.bus == period_bus_)) {
     period_clock_s_ += period_began_ ? clock->second : 0.0;
     if (!period_began_) {
-      summary_.notes.push_back(fmt::format("frames without stamps: {} every {:g} ms is the clock",
-                                           identifier_text(clock->first), 1e3 * clock->second));
+      period_bus_ = frame.bus;
+      summary_.notes.push_back(fmt::format("frames without stamps: {} {} every {:g} ms is the clock",
+                                           state_.buses.at(frame.bus), identifier_text(clock->first),
+                                           1e3 * clock->second));
     }
     period_began_ = true;
   }
@@ -272,6 +291,7 @@ std::string CanRecording::place() const {
 }
 
 bool is_can_recording(const std::string& path) {
+  refuse_pipe(path);
   return look_at(path).has_value() || may_be_foreign(path);
 }
 

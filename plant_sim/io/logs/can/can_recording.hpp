@@ -85,6 +85,7 @@ class CanRecording {
   bool untimed_ = false;  ///< the frames have no stamps
   double period_clock_s_ = 0.0;
   bool period_began_ = false;
+  std::uint8_t period_bus_ = 0;  ///< whose frames are that clock
   std::size_t unreadable_ = 0;
   bool ended_ = false;
 };

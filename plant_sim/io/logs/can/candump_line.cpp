@@ -77,7 +77,8 @@ CanLine parse_candump(std::string_view line, CanLineState& state, RecordedFrame&
   out.flexible = data.starts_with('#');
   if (out.flexible) {
     if (data.size() < 2 || kHexDigit[static_cast<unsigned char>(data[1])] == kNoDigit) return CanLine::kUnreadable;
-    data.remove_prefix(2);  // the flags BRS and ESI say nothing about the data
+    out.flags = kHexDigit[static_cast<unsigned char>(data[1])] & 3U;
+    data.remove_prefix(2);
   }
   return take_data(data, out.flexible ? RecordedFrame::kMostBytes : 8, out) ? CanLine::kFrame : CanLine::kUnreadable;
 }

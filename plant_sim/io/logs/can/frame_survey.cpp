@@ -118,9 +118,11 @@ double FrameSurvey::jitter_s() const {
 
 bool FrameSurvey::has_gap() const {
   constexpr double kLeast_s = 0.5, kTimes = 10.0;
-  // The gap itself is no part of what is usual.
-  const double usual_s = count > 2 ? (interval_sum_s - longest_gap_s) / static_cast<double>(count - 2) : longest_gap_s;
-  return longest_gap_s > std::max(kLeast_s, kTimes * usual_s);
+  return longest_gap_s > std::max(kLeast_s, kTimes * usual_interval_s());
+}
+
+double FrameSurvey::usual_interval_s() const {
+  return count > 2 ? (interval_sum_s - longest_gap_s) / static_cast<double>(count - 2) : longest_gap_s;
 }
 
 double RecordingSurvey::load_pct(const std::string& bus, double bit_rate) const {

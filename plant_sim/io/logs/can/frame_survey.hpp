@@ -44,6 +44,8 @@ struct FrameSurvey {
   [[nodiscard]] double jitter_s() const;
   /// A gap is a silence of ten usual intervals and half a second.
   [[nodiscard]] bool has_gap() const;
+  /// Mean interval without the longest [s].
+  [[nodiscard]] double usual_interval_s() const;
 };
 
 struct RecordingSurvey {

@@ -28,7 +28,7 @@ void append_candump(const RecordedFrame& frame, const std::string& bus, std::str
   const bool extended = (frame.id & RecordedFrame::kExtendedFlag) != 0;
   fmt::format_to(std::back_inserter(out), "({:.6f}) {} {:0{}X}#", frame.time_s, bus,
                  frame.id & ~RecordedFrame::kExtendedFlag, extended ? 8 : 3);
-  if (frame.flexible) out += "#0";
+  if (frame.flexible) fmt::format_to(std::back_inserter(out), "#{:X}", frame.flags);
   append_bytes(frame, out);
   out += '\n';
 }

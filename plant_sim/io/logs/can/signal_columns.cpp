@@ -68,7 +68,6 @@ void SignalColumns::finish(const std::vector<SignalGroup>& groups, const std::st
   nlohmann::json manifest{{"origin_s", origin_s_}, {"source", source}, {"groups", nlohmann::json::array()}};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     for (Column& column : groups_[g].columns) flush(column);
-    const DbcMessage& message = groups[g].message->message();
     nlohmann::json columns = nlohmann::json::array();
     for (std::size_t k = 0; k < groups[g].signals.size(); ++k) {
       const DbcSignal& signal = groups[g].signal(k);
@@ -78,9 +77,9 @@ void SignalColumns::finish(const std::vector<SignalGroup>& groups, const std::st
                          {"file", groups_[g].columns[k + 1].file},
                          {"choices", names_of(signal)}});
     }
-    manifest["groups"].push_back({{"name", message.name},
+    manifest["groups"].push_back({{"name", groups[g].name},
                                   {"bus", groups[g].bus},
-                                  {"id", message.id & ~RecordedFrame::kExtendedFlag},
+                                  {"id", groups[g].id & ~RecordedFrame::kExtendedFlag},
                                   {"rows", groups_[g].rows},
                                   {"time", groups_[g].columns[0].file},
                                   {"columns", columns}});

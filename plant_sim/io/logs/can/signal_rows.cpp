@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/logs/can/signal_rows.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -18,7 +20,8 @@ std::size_t SignalRows::group_of(const RecordedFrame& frame, const std::vector<s
   if (!is_new) return at->second;
   const CompiledMessage* message = dbc_.find(frame.id);
   if (message == nullptr) return kNone;
-  SignalGroup group{buses.at(frame.bus), frame.bus, message, {}};
+  SignalGroup group{buses.at(frame.bus), message->message().name, frame.id, message, {}};
+  if (frame.id != message->message().id) group.name += fmt::format("_{:02X}", frame.id & 0xFFU);
   const auto& signals = message->message().signals;
   for (std::size_t k = 0; k < signals.size(); ++k) {
     if (choice_.has(message->message(), signals[k])) group.signals.push_back(k);
@@ -32,7 +35,9 @@ std::size_t SignalRows::group_of(const RecordedFrame& frame, const std::vector<s
 std::optional<SignalRows::Row> SignalRows::take(const RecordedFrame& frame, const std::vector<std::string>& buses) {
   const std::size_t number = group_of(frame, buses);
   if (number == kNone) {
-    unknown_ += dbc_.find(frame.id) == nullptr ? 1U : 0U;
+    const bool refused = dbc_.refusal(frame.id) != nullptr;
+    refused_ += refused ? 1U : 0U;
+    unknown_ += !refused && dbc_.find(frame.id) == nullptr ? 1U : 0U;
     return std::nullopt;
   }
   const SignalGroup& group = groups_[number];
@@ -56,7 +61,7 @@ std::vector<std::vector<std::string>> column_names(const std::vector<SignalGroup
   for (const SignalGroup& group : groups) {
     for (std::size_t k = 0; k < group.signals.size(); ++k) {
       ++by_name[group.signal(k).name];
-      ++by_frame[group.message->message().name + "." + group.signal(k).name];
+      ++by_frame[group.name + "." + group.signal(k).name];
     }
   }
   std::vector<std::vector<std::string>> out;
@@ -65,7 +70,7 @@ std::vector<std::vector<std::string>> column_names(const std::vector<SignalGroup
     for (std::size_t k = 0; k < group.signals.size(); ++k) {
       std::string name = group.signal(k).name;
       if (by_name[name] > 1) {
-        name = group.message->message().name + "." + name;
+        name = group.name + "." + name;
         if (by_frame[name] > 1) name = group.bus + "." + name;
       }
       names.push_back(std::move(name));

@@ -17,7 +17,8 @@ namespace voltlap::plant {
 /// The frames of one identifier on one bus, of which signals are taken.
 struct SignalGroup {
   std::string bus;
-  std::uint8_t bus_number = 0;
+  std::string name;  ///< of the frame; with the sender's address where a parameter group of J1939 has another one
+  std::uint32_t id = 0;
   const CompiledMessage* message = nullptr;
   std::vector<std::size_t> signals;  ///< numbers in the message
 
@@ -40,6 +41,7 @@ class SignalRows {
   /// Groups in the order in which they were first heard.
   [[nodiscard]] const std::vector<SignalGroup>& groups() const { return groups_; }
   [[nodiscard]] std::size_t unknown_frames() const { return unknown_; }  ///< that no DBC knows
+  [[nodiscard]] std::size_t refused_frames() const { return refused_; }  ///< that a DBC has and that cannot be used
 
  private:
   static constexpr std::size_t kNone = ~std::size_t{0};
@@ -51,7 +53,7 @@ class SignalRows {
   std::vector<SignalGroup> groups_;
   std::vector<double> decoded_, row_;
   std::vector<std::uint64_t> present_;
-  std::size_t unknown_ = 0;
+  std::size_t unknown_ = 0, refused_ = 0;
 };
 
 /// The name of a signal's column, with the frame before it where other groups have a signal of that name, and the bus

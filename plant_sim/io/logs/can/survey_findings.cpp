@@ -41,7 +41,7 @@ void add_frame(const std::string& name, const FrameSurvey& frame, double begin_s
   if (frame.has_gap()) {
     out.push_back({"gap", name, 1,
                    fmt::format("{}: silent for {:.3f} s from {:.3f} s on; usual are {:.1f} ms", name,
-                               frame.longest_gap_s, frame.longest_gap_at_s - begin_s, 1e3 * frame.interval_s())});
+                               frame.longest_gap_s, frame.longest_gap_at_s - begin_s, 1e3 * frame.usual_interval_s())});
   }
   if (frame.too_short > 0) {
     out.push_back({"frame too short", name, frame.too_short,

@@ -13,7 +13,7 @@
 #include "core/errors.hpp"
 #include "io/logs/can/can_recording.hpp"
 #include "io/logs/can/dbc_set.hpp"
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 #include "io/logs/role_map.hpp"
 
 namespace voltlap::plant {
@@ -49,7 +49,7 @@ struct HeardFrame {
 /// Numbers of the signals by identifier and bus, in the order in which they were heard.
 using HeardFrames = std::unordered_map<std::uint64_t, HeardFrame>;
 
-class CanSignals : public RecordedSignals {
+class CanSignals : public PlottedSignals {
  public:
   CanSignals(const SignalSources& sources, const DataFolder& data);
   void read(const SampleSink& sink, const ReadProgress& progress) override;
@@ -243,7 +243,7 @@ std::vector<std::string> CanSignals::silent() const {
 
 }  // namespace
 
-std::unique_ptr<RecordedSignals> can_signals(const SignalSources& sources, const DataFolder& data) {
+std::unique_ptr<PlottedSignals> can_signals(const SignalSources& sources, const DataFolder& data) {
   return std::make_unique<CanSignals>(sources, data);
 }
 

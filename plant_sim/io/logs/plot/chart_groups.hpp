@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 #include "io/logs/plot/signal_course.hpp"
 
 namespace voltlap::plant {

@@ -27,7 +27,7 @@ bool is_inside(const LogPlotRequest& request, double time_s) {
   return (!request.from_s || time_s >= *request.from_s) && (!request.to_s || time_s <= *request.to_s);
 }
 
-std::vector<SignalCourse> courses_of(RecordedSignals& recorded, const LogPlotRequest& request) {
+std::vector<SignalCourse> courses_of(PlottedSignals& recorded, const LogPlotRequest& request) {
   std::vector<SignalCourse> out;
   recorded.read(
       [&](std::size_t signal, double time_s, double value) {
@@ -46,7 +46,7 @@ std::vector<SignalCourse> courses_of(RecordedSignals& recorded, const LogPlotReq
 }
 
 /// Traces of the chosen signals, in the order in which they were chosen.
-std::vector<SignalTrace> trace(RecordedSignals& recorded, const LogPlotRequest& request,
+std::vector<SignalTrace> trace(PlottedSignals& recorded, const LogPlotRequest& request,
                                const std::vector<std::size_t>& chosen, const std::vector<SignalCourse>& courses) {
   VOLTLAP_DEMAND(!chosen.empty());
   const std::size_t most = std::min(kMostPoints, kPointsOfPage / chosen.size());
@@ -71,7 +71,7 @@ std::vector<SignalTrace> trace(RecordedSignals& recorded, const LogPlotRequest& 
 
 }  // namespace
 
-LogPlot plot_log(RecordedSignals& recorded, const LogPlotRequest& request) {
+LogPlot plot_log(PlottedSignals& recorded, const LogPlotRequest& request) {
   check_stretch(request);
   const std::vector<SignalCourse> courses = courses_of(recorded, request);
   const std::vector<SignalHead>& heads = recorded.heads();

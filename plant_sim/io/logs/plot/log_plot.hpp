@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 
 namespace voltlap::plant {
 
@@ -27,6 +27,6 @@ struct LogPlot {
 };
 
 /// Throws InputError for names that fit nothing and for a stretch without a sample.
-[[nodiscard]] LogPlot plot_log(RecordedSignals& recorded, const LogPlotRequest& request);
+[[nodiscard]] LogPlot plot_log(PlottedSignals& recorded, const LogPlotRequest& request);
 
 }  // namespace voltlap::plant

@@ -67,7 +67,7 @@ std::vector<std::string> nearest(const std::string& pattern, const std::vector<S
   return out;
 }
 
-[[noreturn]] void refuse(const std::string& pattern, const RecordedSignals& recorded) {
+[[noreturn]] void refuse(const std::string& pattern, const PlottedSignals& recorded) {
   for (const std::string& name : recorded.silent()) {
     if (!fits_any(pattern, name)) continue;
     throw InputError("--signals " + pattern, name + ", which is described and was never heard in the recording",
@@ -160,7 +160,7 @@ void take_by_rank(const Moving& moving, bool other, std::size_t most_of_each, st
 
 }  // namespace
 
-PlotChoice signals_named(const std::vector<std::string>& patterns, const RecordedSignals& recorded,
+PlotChoice signals_named(const std::vector<std::string>& patterns, const PlottedSignals& recorded,
                            const std::vector<SignalCourse>& courses) {
   PlotChoice out;
   const std::vector<SignalHead>& heads = recorded.heads();

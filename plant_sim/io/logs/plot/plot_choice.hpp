@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 #include "io/logs/plot/signal_course.hpp"
 
 namespace voltlap::plant {
@@ -16,7 +16,7 @@ struct PlotChoice {
 
 /// Names or patterns with * and ?: "BmsStatus.PackVoltage", "PackVoltage", "*Temp*"; capitals do not count. Throws
 /// InputError for one that fits nothing and for more signals than a page can show.
-[[nodiscard]] PlotChoice signals_named(const std::vector<std::string>& patterns, const RecordedSignals& recorded,
+[[nodiscard]] PlotChoice signals_named(const std::vector<std::string>& patterns, const PlottedSignals& recorded,
                                          const std::vector<SignalCourse>& courses);
 
 /// Those that say most, some of each quantity; without counters, checksums and what never changes.

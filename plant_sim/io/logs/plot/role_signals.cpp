@@ -8,7 +8,7 @@
 #include "core/demand.hpp"
 #include "io/logs/channel_builder.hpp"
 #include "io/logs/drive_log.hpp"
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -22,7 +22,7 @@ std::string unit_of_role(const std::string& role) {
   return {};
 }
 
-class RoleSignals : public RecordedSignals {
+class RoleSignals : public PlottedSignals {
  public:
   RoleSignals(const SignalSources& sources, const DataFolder& data) {
     RoleMap map;
@@ -80,7 +80,7 @@ void RoleSignals::tell() {
 
 }  // namespace
 
-std::unique_ptr<RecordedSignals> role_signals(const SignalSources& sources, const DataFolder& data) {
+std::unique_ptr<PlottedSignals> role_signals(const SignalSources& sources, const DataFolder& data) {
   return std::make_unique<RoleSignals>(sources, data);
 }
 

@@ -9,7 +9,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 #include "io/table_file.hpp"
 
 namespace voltlap::plant {
@@ -69,7 +69,7 @@ bool never_decreases(const std::vector<double>& values) {
   return 2 * numbers > values.size();
 }
 
-class TableSignals : public RecordedSignals {
+class TableSignals : public PlottedSignals {
  public:
   explicit TableSignals(const std::string& path) : table_(read_measured_table(path)) {
     for (const std::string& repair : table_.repairs) facts_.notes.push_back(repair);
@@ -190,6 +190,6 @@ void TableSignals::add_column(std::size_t column) {
 
 }  // namespace
 
-std::unique_ptr<RecordedSignals> table_signals(const std::string& path) { return std::make_unique<TableSignals>(path); }
+std::unique_ptr<PlottedSignals> table_signals(const std::string& path) { return std::make_unique<TableSignals>(path); }
 
 }  // namespace voltlap::plant

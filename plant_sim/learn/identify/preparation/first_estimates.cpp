@@ -14,14 +14,14 @@ namespace voltlap::plant {
 
 using Eigen::Index;
 
-std::vector<Segment> segments(const MeasuredRun& run) {
+std::vector<PulseSegment> segments(const MeasuredRun& run) {
   const double quiet = 0.01 * run.current_a.cwiseAbs().maxCoeff();
   const auto kind_of = [&](double i) {
-    return std::abs(i) <= quiet ? Segment::Kind::kRest
-           : i > 0.0            ? Segment::Kind::kDischarge
-                                : Segment::Kind::kCharge;
+    return std::abs(i) <= quiet ? PulseSegment::Kind::kRest
+           : i > 0.0            ? PulseSegment::Kind::kDischarge
+                                : PulseSegment::Kind::kCharge;
   };
-  std::vector<Segment> out;
+  std::vector<PulseSegment> out;
   for (Index row = 0; row < run.rows(); ++row) {
     const auto kind = kind_of(run.current_a(row));
     if (out.empty() || out.back().kind != kind || run.is_reset(row)) out.push_back({kind, row, row, 0.0});
@@ -56,8 +56,8 @@ double resistance_step_median(const std::vector<MeasuredRun>& runs) {
 std::vector<OcvKnowledge> ocv_from_rests(const MeasuredRun& run, double shortest_s) {
   constexpr double kLeastSigma = 5e-4;
   std::vector<OcvKnowledge> out;
-  for (const Segment& s : segments(run)) {
-    if (s.kind != Segment::Kind::kRest || s.duration_s < shortest_s || run.weight_s(s.last - 1) <= 0.0) continue;
+  for (const PulseSegment& s : segments(run)) {
+    if (s.kind != PulseSegment::Kind::kRest || s.duration_s < shortest_s || run.weight_s(s.last - 1) <= 0.0) continue;
     const double end = run.time_s(s.last - 1);
     // Voltages at a half and a quarter of the rest before its end tell how fast it still moves.
     const auto voltage_at = [&](double t) {

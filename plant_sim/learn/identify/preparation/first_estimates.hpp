@@ -10,12 +10,12 @@
 namespace voltlap::plant {
 
 /// A stretch of rows in which the current rests, is drawn or is fed. Last is exclusive.
-struct Segment {
+struct PulseSegment {
   enum class Kind { kRest, kDischarge, kCharge } kind;
   Eigen::Index first, last;
   double duration_s;
 };
-[[nodiscard]] std::vector<Segment> segments(const MeasuredRun& run);
+[[nodiscard]] std::vector<PulseSegment> segments(const MeasuredRun& run);
 
 struct StepEstimate {
   double soc, resistance_ohm;

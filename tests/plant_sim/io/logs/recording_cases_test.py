@@ -210,6 +210,50 @@ def test_slcan_without_stamps_needs_an_interval(read):
     check_whole(read(slcan(stamped=False), dbc=cycle))
 
 
+def test_without_stamps_only_one_bus_is_the_clock(read):
+    lines = []
+    for k in range(ROWS):
+        data = " ".join(payload(k)[n:n + 2] for n in range(0, 16, 2))
+        lines += [f"  can{bus}  100   [8]  {data}" for bus in (2, 0, 1)]
+    check_whole(read(lines, roles=role_map(', bus = "can0", period_s = 0.4')))
+
+
+def test_a_bus_that_the_recording_does_not_have_is_named(read):
+    refused = read(candump(), roles=role_map(', bus = "can7"'))
+    assert refused.code == 1 and "can7" in refused.err and "can0" in refused.err
+
+
+def test_frames_by_name_have_their_identifier_at_the_end_of_the_line(read):
+    lines = ["base hex  timestamps absolute"]
+    for k in range(ROWS):
+        data = " ".join(payload(k)[n:n + 2] for n in range(0, 16, 2))
+        lines.append(f"{STEP_S * k:.6f} 1  Pack_Message   Rx   d 8 {data}  Length = 230000 BitCount = 118 ID = 256")
+    check_whole(read(lines, name="a.asc"))
+
+
+@pytest.mark.parametrize("pack", [gzip.compress, None])
+def test_a_packing_cut_in_its_first_block_breaks_off(read, pack):
+    data = "\n".join(candump(rows=range(3))).encode()
+    data = pack(data) if pack else subprocess.run(["zstd", "-q", "-c"], input=data, capture_output=True).stdout
+    refused = read(data[:len(data) // 2])
+    assert refused.code == 1 and "breaks off" in refused.err, refused.err
+
+
+def test_a_pipe_is_called_a_pipe(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    done = subprocess.run([BIN / "show_log", tmp_path / "pipe"], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 1 and "a pipe" in done.stderr
+
+
+def test_of_j1939_the_parameter_group_counts_whoever_sends_it(read):
+    dbc = ('VERSION ""\n\nBU_: BMS X\n\nBO_ 2566844926 Pack: 8 BMS\n' + SIGNALS
+           + '\nBA_DEF_ "ProtocolType" STRING ;\nBA_DEF_DEF_ "ProtocolType" "";\nBA_ "ProtocolType" "J1939";\n')
+    lines = [line.replace(" 100#", " 18FEF117#") for line in candump()]
+    roles = role_map().replace("0x100", "0x18FEF117")
+    check_whole(read(lines, dbc=dbc, roles=roles))
+    assert read(lines, dbc=dbc.replace('"J1939";', '"Other";'), roles=roles).code == 1
+
+
 @pytest.mark.parametrize("pack", ["gzip", "zstd", "plain"])
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_packings_and_ends_of_lines(read, pack, end):

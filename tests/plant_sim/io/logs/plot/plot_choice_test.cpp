@@ -27,7 +27,7 @@ std::vector<double> counter() {
   return out;
 }
 
-class Heard : public RecordedSignals {
+class Heard : public PlottedSignals {
  public:
   void add(const std::string& name, const std::string& unit, const std::vector<double>& values) {
     heads_.push_back({name, unit, "", {}});

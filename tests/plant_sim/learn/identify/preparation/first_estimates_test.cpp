@@ -21,8 +21,8 @@ TEST(FirstEstimates, PulsesAndRestsAreFound) {
   const auto found = segments(run_of(cell.pulse_plan(30.0, 900)));
   // 4 + 6 + 4 pulses (5 % above 80, 10 % between, 5 % below 20, the last shorter) between rests.
   LONGS_EQUAL(2 * 14 + 1, found.size());
-  CHECK(found[0].kind == Segment::Kind::kRest);
-  CHECK(found[1].kind == Segment::Kind::kDischarge);
+  CHECK(found[0].kind == PulseSegment::Kind::kRest);
+  CHECK(found[1].kind == PulseSegment::Kind::kDischarge);
   DOUBLES_EQUAL(0.05 * 3600.0, found[1].duration_s, 2.0);
 }
 

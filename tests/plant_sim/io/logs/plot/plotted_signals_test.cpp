@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -30,7 +30,7 @@ struct Read {
   RecordingFacts facts;
 };
 
-Read all_of(RecordedSignals& recorded) {
+Read all_of(PlottedSignals& recorded) {
   Read out;
   std::vector<std::vector<std::pair<double, double>>> samples;
   recorded.read(
@@ -51,7 +51,7 @@ bool mentions(const RecordingFacts& facts, const std::string& words) {
 
 }  // namespace
 
-TEST_GROUP(RecordedSignals) {
+TEST_GROUP(PlottedSignals) {
   Scratch scratch;
   DataFolder data{VOLTLAP_DATA_FOLDER};
   TEST_SETUP() { ::setenv("XDG_CACHE_HOME", kCache.file("cache").c_str(), 1); }
@@ -64,7 +64,7 @@ TEST_GROUP(RecordedSignals) {
   Read table(const std::string& text) { return all_of(*open_signals({scratch.write("a.csv", text), {}, {}}, data)); }
 };
 
-TEST(RecordedSignals, FramesGiveTheirSignalsSecondsAfterTheBeginning) {
+TEST(PlottedSignals, FramesGiveTheirSignalsSecondsAfterTheBeginning) {
   const Read read =
       can("(1700000000.000000) can0 100#A00F9CFF00000000\n(1700000000.500000) can0 100#AA0F000000000000\n");
   const auto& voltage = read.samples.at("Bms.Voltage");
@@ -76,19 +76,19 @@ TEST(RecordedSignals, FramesGiveTheirSignalsSecondsAfterTheBeginning) {
   DOUBLES_EQUAL(0.5, read.facts.duration_s, 1e-6);
 }
 
-TEST(RecordedSignals, AMultiplexedSignalIsThereInItsCaseOnly) {
+TEST(PlottedSignals, AMultiplexedSignalIsThereInItsCaseOnly) {
   const Read read = can("(1.0) can0 200#0005\n(1.1) can0 200#0106\n(1.2) can0 200#0107\n");
   LONGS_EQUAL(1, read.samples.at("Modes.A").size());
   LONGS_EQUAL(2, read.samples.at("Modes.B").size());
   STRCMP_EQUAL("", read.facts.start.c_str());
 }
 
-TEST(RecordedSignals, ACodeForNoMeasurementIsASampleWithoutAValue) {
+TEST(PlottedSignals, ACodeForNoMeasurementIsASampleWithoutAValue) {
   const Read read = can("(1.0) can0 100#A00F000000000000\n(1.1) can0 100#FFFF000000000000\n");
   CHECK(std::isnan(read.samples.at("Bms.Voltage")[1].second));
 }
 
-TEST(RecordedSignals, AStateThatIsCalledFaultIsAState) {
+TEST(PlottedSignals, AStateThatIsCalledFaultIsAState) {
   const std::string names = "VAL_ 512 A 0 \"Off\" 1 \"Drive\" 5 \"Fault\" ;\nVAL_ 256 Voltage 4000 \"SNA\" ;\n";
   const SignalSources sources{scratch.write("a.log", "(1.0) can0 200#0005\n(1.1) can0 100#A00F000000000000\n"),
                               {scratch.write("n.dbc", kDbc + names)},
@@ -100,25 +100,25 @@ TEST(RecordedSignals, AStateThatIsCalledFaultIsAState) {
   CHECK(std::isnan(read.samples.at("Bms.Voltage")[0].second));
 }
 
-TEST(RecordedSignals, TheSameFrameOnTwoBusesIsTwoSignals) {
+TEST(PlottedSignals, TheSameFrameOnTwoBusesIsTwoSignals) {
   const Read read = can("(1.0) can0 100#A00F000000000000\n(1.1) can1 100#000A000000000000\n(1.2) can0 200#0005\n");
   LONGS_EQUAL(1, read.samples.at("can0:Bms.Voltage").size());
   LONGS_EQUAL(1, read.samples.at("can1:Bms.Voltage").size());
   LONGS_EQUAL(1, read.samples.at("Modes.Mode").size());
 }
 
-TEST(RecordedSignals, WhatCannotBeDecodedIsSaid) {
+TEST(PlottedSignals, WhatCannotBeDecodedIsSaid) {
   const Read read = can("(1.0) can0 100#A00F000000000000\n(1.1) can0 7FF#00\nrubbish\n(1.2) can0 200#0005\n");
   CHECK(mentions(read.facts, "1 frames of 1 identifiers stand in no DBC file"));
   CHECK(mentions(read.facts, "0x7FF (1)"));
   CHECK(mentions(read.facts, "line that is no frame"));
 }
 
-TEST(RecordedSignals, ARecordingWithoutAFrameOfTheFilesIsRefused) {
+TEST(PlottedSignals, ARecordingWithoutAFrameOfTheFilesIsRefused) {
   STRCMP_CONTAINS("none with an identifier of the DBC files", complaint([&] { can("(1.0) can0 7FF#00\n"); }).c_str());
 }
 
-TEST(RecordedSignals, ATableGivesEveryNumericColumnWithItsUnit) {
+TEST(PlottedSignals, ATableGivesEveryNumericColumnWithItsUnit) {
   const std::string text = "time_ms,v_v,Speed [km/h],word\n500,3.5,10,a\n1500,,20,b\n";
   const SignalSources sources{scratch.write("b.csv", text), {}, {}};
   const auto recorded = open_signals(sources, data);
@@ -132,7 +132,7 @@ TEST(RecordedSignals, ATableGivesEveryNumericColumnWithItsUnit) {
   CHECK(mentions(read.facts, "column word has no number"));
 }
 
-TEST(RecordedSignals, ATableWhoseClockStepsBackGoesOn) {
+TEST(PlottedSignals, ATableWhoseClockStepsBackGoesOn) {
   const Read read = table("t_s,x\n0,1\n10,2\n1,3\n2,4\n");
   const auto& x = read.samples.at("x");
   DOUBLES_EQUAL(10.0, x[2].first, 1e-9);
@@ -140,14 +140,14 @@ TEST(RecordedSignals, ATableWhoseClockStepsBackGoesOn) {
   CHECK(mentions(read.facts, "1 x the time steps back, first in line 4"));
 }
 
-TEST(RecordedSignals, ATableWithoutATimeCountsItsRows) {
+TEST(PlottedSignals, ATableWithoutATimeCountsItsRows) {
   const Read read = table("a,b\n5,1\n3,2\n");
   LONGS_EQUAL(2, read.samples.size());
   DOUBLES_EQUAL(1.0, read.samples.at("b")[1].first, 0.0);
   CHECK(mentions(read.facts, "the rows are counted"));
 }
 
-TEST(RecordedSignals, AMapGivesItsRolesInSi) {
+TEST(PlottedSignals, AMapGivesItsRolesInSi) {
   const std::string map = scratch.write("m.toml",
                                         "[roles]\ntime = {column = \"t\", unit = \"s\"}\n"
                                         "current = {column = \"I\", unit = \"mA\", discharge = \"+\"}\n"
@@ -160,7 +160,7 @@ TEST(RecordedSignals, AMapGivesItsRolesInSi) {
   STRCMP_EQUAL("A", recorded->heads()[0].unit.c_str());
 }
 
-TEST(RecordedSignals, AMapBesideDbcFilesSaysHowOftenFramesWithoutStampsCome) {
+TEST(PlottedSignals, AMapBesideDbcFilesSaysHowOftenFramesWithoutStampsCome) {
   const std::string map = scratch.write("p.toml",
                                         "[roles]\npack_voltage = {frame = 0x100, signal = \"Voltage\", unit = \"V\", "
                                         "dbc = \"a.dbc\", period_s = 0.5}\n");
@@ -171,7 +171,7 @@ TEST(RecordedSignals, AMapBesideDbcFilesSaysHowOftenFramesWithoutStampsCome) {
   DOUBLES_EQUAL(0.5, read.samples.at("Bms.Voltage")[1].first, 1e-9);
 }
 
-TEST(RecordedSignals, AFrameThatItsFileDescribesWronglyIsNamedAndTheOthersAreRead) {
+TEST(PlottedSignals, AFrameThatItsFileDescribesWronglyIsNamedAndTheOthersAreRead) {
   const std::string dbc = scratch.write("b.dbc", std::string(kDbc) +
                                                      "BO_ 300 Wrong: 2 X\n SG_ S : 0|32@1+ (1,0) [0|0] \"\" X\n");
   const std::string lines = "(1.0) can0 100#A00F000000000000\n(1.1) can0 12C#0000\n";

@@ -34,9 +34,9 @@ using SampleSink = std::function<void(std::size_t signal, double time_s, double 
 /// Frames or rows read so far.
 using ReadProgress = std::function<void(std::size_t frames)>;
 
-class RecordedSignals {
+class PlottedSignals {
  public:
-  virtual ~RecordedSignals() = default;
+  virtual ~PlottedSignals() = default;
   /// Gives every sample, in time for each signal. Numbers of signals are the same each time. Throws InputError.
   virtual void read(const SampleSink& sink, const ReadProgress& progress) = 0;
   /// The signals that were heard so far.
@@ -54,13 +54,13 @@ struct SignalSources {
 
 /// Opens what fits: roles when there is a map, frames with the DBC files, a table with its columns. A CAN recording
 /// without either is read by the shipped map that fits. Throws InputError.
-[[nodiscard]] std::unique_ptr<RecordedSignals> open_signals(const SignalSources& sources, const DataFolder& data);
+[[nodiscard]] std::unique_ptr<PlottedSignals> open_signals(const SignalSources& sources, const DataFolder& data);
 
 /// Day and time of a clock that counts from 1970; empty for any other.
 [[nodiscard]] std::string start_text(double begin_s);
 
-[[nodiscard]] std::unique_ptr<RecordedSignals> can_signals(const SignalSources& sources, const DataFolder& data);
-[[nodiscard]] std::unique_ptr<RecordedSignals> table_signals(const std::string& path);
-[[nodiscard]] std::unique_ptr<RecordedSignals> role_signals(const SignalSources& sources, const DataFolder& data);
+[[nodiscard]] std::unique_ptr<PlottedSignals> can_signals(const SignalSources& sources, const DataFolder& data);
+[[nodiscard]] std::unique_ptr<PlottedSignals> table_signals(const std::string& path);
+[[nodiscard]] std::unique_ptr<PlottedSignals> role_signals(const SignalSources& sources, const DataFolder& data);
 
 }  // namespace voltlap::plant

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/logs/plot/recorded_signals.hpp"
+#include "io/logs/plot/plotted_signals.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 
 namespace voltlap::plant {
 
-std::unique_ptr<RecordedSignals> open_signals(const SignalSources& sources, const DataFolder& data) {
+std::unique_ptr<PlottedSignals> open_signals(const SignalSources& sources, const DataFolder& data) {
   if (!sources.dbc_files.empty()) return can_signals(sources, data);
   if (!sources.map.empty()) return role_signals(sources, data);
   return is_can_recording(sources.recording) ? role_signals(sources, data) : table_signals(sources.recording);
