@@ -45,7 +45,7 @@ void import(const std::string& path, ImportOptions options) {
 
 void check(const CourseSource& source) {
   VOLTLAP_DEMAND(!source.points.empty() || !source.segments.empty());
-  for (const PlanePoint point : source.points) VOLTLAP_DEMAND(std::isfinite(point.x) && std::isfinite(point.y));
+  for (const PlanePoint point : source.points) VOLTLAP_DEMAND(std::isfinite(point.x_m) && std::isfinite(point.y_m));
   for (const Segment& segment : source.segments) VOLTLAP_DEMAND(std::isfinite(segment.length_m));
 }
 

@@ -10,7 +10,7 @@
 
 namespace {
 
-const voltlap::plant::Target* target = nullptr;
+const voltlap::plant::FuzzTarget* target = nullptr;
 
 }  // namespace
 

@@ -55,7 +55,7 @@ void use_no_dbc_cache() {
 TEST_GROUP(Replay) {
   Trial trial;
   TEST_SETUP() { use_no_dbc_cache(); }
-  void replay(const Target& target, const std::string& folder) {
+  void replay(const FuzzTarget& target, const std::string& folder) {
     for (const auto& [file, input] : files_of(fmt::format("{}/{}", folder, target.name))) {
       const std::string wrong = trial.run(target, input);
       if (!wrong.empty()) FAIL(fmt::format("{} of {}: {}", target.name, file, wrong).c_str());
@@ -64,7 +64,7 @@ TEST_GROUP(Replay) {
 };
 
 TEST(Replay, every_seed_is_read_or_refused_in_its_words) {
-  for (const Target& target : targets()) {
+  for (const FuzzTarget& target : targets()) {
     const std::string folder = fmt::format("{}/{}", VOLTLAP_FUZZ_SEEDS, target.name);
     CHECK_TEXT(!files_of(folder).empty(), fmt::format("no seed in {}", folder).c_str());
     replay(target, VOLTLAP_FUZZ_SEEDS);
@@ -72,11 +72,11 @@ TEST(Replay, every_seed_is_read_or_refused_in_its_words) {
 }
 
 TEST(Replay, what_was_once_a_finding_is_none_any_more) {
-  for (const Target& target : targets()) replay(target, VOLTLAP_SOURCE_DIR "/tests/fuzz/regressions");
+  for (const FuzzTarget& target : targets()) replay(target, VOLTLAP_SOURCE_DIR "/tests/fuzz/regressions");
 }
 
 TEST(Replay, a_megabyte_takes_two_seconds_at_most_and_fifty_times_its_size) {
-  for (const Target& target : targets()) {
+  for (const FuzzTarget& target : targets()) {
     if (target.longest < kGrownFrom) continue;
     for (const auto& [file, input] : files_of(fmt::format("{}/{}", VOLTLAP_FUZZ_SEEDS, target.name))) {
       for (const std::string& large : grown(input)) {
@@ -88,12 +88,12 @@ TEST(Replay, a_megabyte_takes_two_seconds_at_most_and_fifty_times_its_size) {
 }
 
 TEST(Replay, a_defect_is_found) {
-  const Target throws{"throws", "input", 1, [](const std::string&) { throw std::logic_error("a defect"); }};
-  const Target takes_memory{"memory", "input", 1, [](const std::string&) {
+  const FuzzTarget throws{"throws", "input", 1, [](const std::string&) { throw std::logic_error("a defect"); }};
+  const FuzzTarget takes_memory{"memory", "input", 1, [](const std::string&) {
                               const std::vector<char> large(std::size_t{65} << 20);
                               if (large.back() != 0) throw std::logic_error("not zero");
                             }};
-  const Target takes_long{"long", "input", 1, [](const std::string&) {
+  const FuzzTarget takes_long{"long", "input", 1, [](const std::string&) {
                             for (const std::clock_t begin = std::clock(); std::clock() - begin < 2.1 * CLOCKS_PER_SEC;) {
                             }
                           }};

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kText = 1 << 16, kParameters = 1 << 14, kFitted = 1 << 11;
 
-constexpr std::array<Target, 18> kTargets{{
+constexpr std::array<FuzzTarget, 18> kTargets{{
     {"lines", "input.txt", kText, read_lines},
     {"measured_table", "input.csv", kText, read_measured},
     {"input_table", "input.csv", kText, read_input_table},
@@ -34,10 +34,10 @@ constexpr std::array<Target, 18> kTargets{{
 
 }  // namespace
 
-std::span<const Target> targets() { return kTargets; }
+std::span<const FuzzTarget> targets() { return kTargets; }
 
-const Target* find_target(std::string_view name) {
-  const auto at = std::find_if(kTargets.begin(), kTargets.end(), [&](const Target& t) { return t.name == name; });
+const FuzzTarget* find_target(std::string_view name) {
+  const auto at = std::find_if(kTargets.begin(), kTargets.end(), [&](const FuzzTarget& t) { return t.name == name; });
   return at == kTargets.end() ? nullptr : &*at;
 }
 

@@ -9,16 +9,16 @@
 
 namespace voltlap::plant {
 
-struct Target {
+struct FuzzTarget {
   std::string_view name;
   std::string_view file;     ///< name that the input has as a file: some readers go by its ending
   std::size_t longest;       ///< bytes of a drawn input
   void (*read)(const std::string& path);
 };
 
-[[nodiscard]] std::span<const Target> targets();
+[[nodiscard]] std::span<const FuzzTarget> targets();
 /// nullptr: none of that name.
-[[nodiscard]] const Target* find_target(std::string_view name);
+[[nodiscard]] const FuzzTarget* find_target(std::string_view name);
 
 // Tables and lines.
 void read_lines(const std::string& path);

@@ -49,7 +49,7 @@ void write(const std::string& path, std::string_view content) {
 
 }  // namespace
 
-std::string Trial::run(const Target& target, std::string_view input) {
+std::string Trial::run(const FuzzTarget& target, std::string_view input) {
   const std::string path = fmt::format("{}/{}", folder_.path(), target.file);
   write(path, input);
   const std::size_t size = unpacked_size(path);

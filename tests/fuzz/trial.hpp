@@ -13,7 +13,7 @@ namespace voltlap::plant {
 class Trial {
  public:
   /// What is wrong with how the reader ended; empty when nothing is.
-  [[nodiscard]] std::string run(const Target& target, std::string_view input);
+  [[nodiscard]] std::string run(const FuzzTarget& target, std::string_view input);
 
  private:
   TemporaryFolder folder_;
