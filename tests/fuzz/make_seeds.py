@@ -205,12 +205,12 @@ def all_seeds(scratch):
 KEYWORDS = {
     "can": ["timestamps relative", "timestamps absolute", "base dec", "base hex", "ErrorFrame", "CANFD", "Rx", "Tx",
             "remote request", "ERRORFRAME", "[64]", "##F", "(", "x", "Begin TriggerBlock", "1e308", "FFFFFFFF"],
-    "role_map": ["bus", "counter", "period_s", "extended", "match_frames", "0x1FFFFFFF", "auto", "<n>", "\\n[roles]\\n"],
+    "role_map": ["bus", "counter", "period_s", "extended", "match_frames", "0x1FFFFFFF", "auto", "<n>", "\\x0a[roles]\\x0a"],
     "vehicle": ["base", "inf", "nan", "1e400", "-0.0", "[[", "]]", "battery.cells", "[", "{"],
-    "gpx": ["rtept", "wpt", "lat=", "lon=", "/>", "<!--", "-->", "&quot;", "'"],
+    "gpx": ["rtept", "wpt", "lat=", "lon=", "/>", "<!--", "-->", "&quot;", "'", "-180", "90"],
     "lines": ["\\x1f\\x8b\\x08", "\\x28\\xb5\\x2f\\xfd", "\\x0d\\x0a", "\\x0d"],
 }
-KEYWORDS["drive_log"] = KEYWORDS["cell_log"] = KEYWORDS["role_map"] + KEYWORDS["can"] + ["\\n%%\\n", "1970-01-01"]
+KEYWORDS["drive_log"] = KEYWORDS["cell_log"] = KEYWORDS["role_map"] + KEYWORDS["can"] + ["\\x0a%%\\x0a", "1970-01-01"]
 KEYWORDS["cell"] = KEYWORDS["plan"] = KEYWORDS["vehicle"]
 
 

@@ -1,40 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
+// Stands before malloc of the GNU C library.
 #include "fuzz/memory_meter.hpp"
 
 #include <malloc.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <new>
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t step, std::size_t size);
+void __libc_free(void* memory);
+}
 
 namespace {
 
 // Readers have one thread.
 std::ptrdiff_t now_bytes = 0, most_bytes = 0;
 
-void* counted(void* memory) {
-  if (memory == nullptr) throw std::bad_alloc();
+void* taken(void* memory) {
   now_bytes += static_cast<std::ptrdiff_t>(malloc_usable_size(memory));
   most_bytes = std::max(most_bytes, now_bytes);
   return memory;
 }
 
-void give_back(void* memory) noexcept {
-  if (memory != nullptr) now_bytes -= static_cast<std::ptrdiff_t>(malloc_usable_size(memory));
-  std::free(memory);
-}
+void give_back(void* memory) { now_bytes -= static_cast<std::ptrdiff_t>(malloc_usable_size(memory)); }
 
 }  // namespace
 
-void* operator new(std::size_t size) { return counted(std::malloc(std::max<std::size_t>(size, 1))); }
-void* operator new(std::size_t size, std::align_val_t align) {
-  const auto step = static_cast<std::size_t>(align);
-  return counted(std::aligned_alloc(step, (std::max<std::size_t>(size, 1) + step - 1) / step * step));
+extern "C" {
+void* malloc(std::size_t size) { return taken(__libc_malloc(size)); }
+void* calloc(std::size_t count, std::size_t size) { return taken(__libc_calloc(count, size)); }
+void* aligned_alloc(std::size_t step, std::size_t size) { return taken(__libc_memalign(step, size)); }
+void* realloc(void* memory, std::size_t size) {
+  give_back(memory);
+  return taken(__libc_realloc(memory, size));
 }
-void operator delete(void* memory) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
+void free(void* memory) {
+  give_back(memory);
+  __libc_free(memory);
+}
+}
 
 namespace voltlap::plant {
 

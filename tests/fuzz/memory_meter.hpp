@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The most memory that was allocated at one time since the meter was made, beyond what was before. Under the address
-// sanitizer all of malloc counts (memory_meter_sanitized.cpp), else what `new` gave (memory_meter.cpp). One at a time.
+// The most memory that malloc had given at one time since the meter was made, beyond what it had before. One meter at a
+// time. How it is told stands in memory_meter.cpp, and for the address sanitizer in memory_meter_sanitized.cpp.
 #pragma once
 #include <cstddef>
 
