@@ -120,7 +120,8 @@ def run_process(command, seconds, environment):
     latest = time.monotonic() + seconds + 3 * HANG_S
     while True:
         try:
-            return process.returncode, process.communicate(timeout=0.5)[0]
+            output, _ = process.communicate(timeout=0.5)
+            return process.returncode, output
         except subprocess.TimeoutExpired:
             if stop.is_set() or time.monotonic() > latest:
                 process.kill()

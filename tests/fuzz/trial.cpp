@@ -29,7 +29,10 @@ double processor_time_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Bytes of the file when it is unpacked, as far as it can be, up to just above kLongestUnpacked.
+bool is_zstd(std::string_view input) { return input.starts_with("\x28\xB5\x2F\xFD"); }
+bool is_packed(std::string_view input) { return is_zstd(input) || input.starts_with("\x1F\x8B"); }
+
+/// Bytes of a packed file when it is unpacked, as far as it can be, up to just above kLongestUnpacked.
 std::size_t unpacked_size(const std::string& path) {
   static std::array<char, 1 << 16> piece;
   ByteSource source(path, "an input");
@@ -53,7 +56,7 @@ void write(const std::string& path, std::string_view content) {
 std::string Trial::run(const FuzzTarget& target, std::string_view input) {
   const std::string path = fmt::format("{}/{}", folder_.path(), target.file);
   write(path, input);
-  const std::size_t size = unpacked_size(path);
+  const std::size_t size = is_packed(input) ? unpacked_size(path) : input.size();
   if (size > kLongestUnpacked) return {};
   const double begin_s = processor_time_s();
   MemoryMeter memory;
@@ -70,8 +73,7 @@ std::string Trial::run(const FuzzTarget& target, std::string_view input) {
   if (!wrong.empty()) return wrong;
   const double allowed_s = kSecondsForMegabyte * std::max(1.0, static_cast<double>(size) / kMegabyte);
   if (took_s > allowed_s) return fmt::format("took {:.1f} s for {} bytes, allowed are {:.1f} s", took_s, size, allowed_s);
-  const bool zstd = input.starts_with("\x28\xB5\x2F\xFD");
-  const std::size_t allowed = std::max(kMemoryFloor + (zstd ? kZstdWindow : 0), kMemoryForByte * size);
+  const std::size_t allowed = std::max(kMemoryFloor + (is_zstd(input) ? kZstdWindow : 0), kMemoryForByte * size);
   if (most > allowed) return fmt::format("took {} bytes of memory for {} bytes, allowed are {}", most, size, allowed);
   return {};
 }
