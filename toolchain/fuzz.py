@@ -77,10 +77,17 @@ def arguments():
     return parser.parse_args()
 
 
+def has_libfuzzer():
+    if not shutil.which("clang++"):
+        return False
+    library = f"libclang_rt.fuzzer-{os.uname().machine}.a"  # printed with its folder where there is one
+    return "/" in subprocess.run(["clang++", f"-print-file-name={library}"], check=True, capture_output=True, text=True).stdout
+
+
 def build():
     """The fuzzer, made anew where a source has changed."""
-    if not shutil.which("clang++"):
-        raise Refused(EXIT_MISSING, "there is no clang++; expected clang with libFuzzer (Debian: clang, libclang-rt-dev)")
+    if not has_libfuzzer():
+        raise Refused(EXIT_MISSING, "there is no clang++ with libFuzzer. Install it (Debian: clang and libclang-rt-dev)")
     BUILD.mkdir(parents=True, exist_ok=True)
     log = BUILD / "build.log"
     steps = [["cmake", "--preset", "fuzz", f"-DVOLTLAP_PYTHON={sys.executable}"], ["ninja", "-C", str(BUILD), "voltlap-fuzz"]]

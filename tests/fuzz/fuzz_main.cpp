@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fuzzer: libFuzzer's own flags, and --target=NAME (one of target.cpp) before them. `--list` shows the targets.
+// The fuzzer: libFuzzer's own flags, and --target=NAME (one of target.cpp). `--list` shows the targets. One more of them,
+// `planted`, has a defect, so that a test can see it found.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include "fuzz/trial.hpp"
 
 namespace {
 
+void read_with_defect(const std::string& path) {
+  const std::string text = voltlap::plant::content_of(path);
+  if (text.size() > 2 && text[0] == 'A' && text[1] == 'P' && text[2] == '=') throw std::out_of_range("planted");
+}
+
+constexpr voltlap::plant::FuzzTarget kPlanted{"planted", "input", 16, read_with_defect};
 const voltlap::plant::FuzzTarget* target = nullptr;
 
 }  // namespace
@@ -25,6 +34,7 @@ extern "C" int LLVMFuzzerInitialize(int* count, char*** words) {
       std::exit(0);
     }
     if (word.starts_with(kTarget)) target = voltlap::plant::find_target(word.substr(kTarget.size()));
+    if (word == "--target=planted") target = &kPlanted;
   }
   if (target == nullptr) {
     std::fprintf(stderr, "no target; --target=NAME with a NAME of --list\n");

@@ -218,7 +218,8 @@ std::vector<std::string> names_of(const Reading& reading, TableDialect& out) {
     if (columns[k].empty()) columns[k] = fmt::format("column {}", k + 1);
   }
   while (out.leading_empty < names.size() && names.fields[out.leading_empty].empty()) ++out.leading_empty;
-  if (out.leading_empty < 2 || !reading.lines[reading.first_data].is_data()) out.leading_empty = 0;
+  const bool any_row = reading.first_data < reading.lines.size() && reading.lines[reading.first_data].is_data();
+  if (out.leading_empty < 2 || !any_row) out.leading_empty = 0;
   return columns;
 }
 
