@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fuzzer: libFuzzer's own flags, and --target=NAME (one of target.cpp). `--list` shows the targets. One more of them,
+// The fuzzer: libFuzzer's own flags, and --target=NAME (one of target.cpp). `--list` shows the targets. One more,
 // `planted`, has a defect, so that a test can see it found.
 #include <cstdint>
 #include <cstdio>

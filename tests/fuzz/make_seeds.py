@@ -71,6 +71,10 @@ CAN = {
     "asc_decimal": "base dec  timestamps relative\n   0.5 1  100             Rx   d 3 1 20 255\n"
                    "   0.5 1  4096x           Rx   r\n",
     "raw_hex": "0000026Bx000005220108160000000000\n0000026Cx000005230108160000000001\n",
+    "analyser": "Analyser, exported\nFlags\tCh\tT/R\tTime\tCAN ID\tLen\tData\tParser\n"
+                "1\t0\tRX\t12.5\t0x000001db\t4\t0xee c0 c3 0a \tdefault\n",
+    "savvycan": "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n"
+                "2500000,00000123,true,Rx,1,2,0A,FF,,,,,,\n2600000,00000124,false,Rx,0,1,0A,,,,,,,\n",
     "slcan": "t6B380050000551178EE0071F\nT18FF50E5401020304EA60\nr1230\nt10021122\n",
 }
 
@@ -161,6 +165,18 @@ def tables():
             "numbers": "a,b\n-1e300,nan\n0x10,inf\n+.5,1_0\n"}
 
 
+def dialects():
+    stamps = "".join(f"2024-03-0{1 + k // 9} 23:59:5{k % 10}.{k % 7},{k % 5},{3.7 - 0.01 * k:.3f}\n" for k in range(12))
+    return {"german": "Zeit;Strom;Spannung\ns;A;V\n0,5;1,25;3,701\n1,0;-1,25;3,699\n1,5;1.250,5;#DIV/0!\n",
+            "preamble": "Maker of testers\nSerial,17\n\nStep,Time(h:m:s.ms),Current(A),Voltage(V)\n"
+                        "1,0:00:01.000,1.5,3.7\n1,0:00:02.000,1.5,3.69\n2,1:00:02.500,-1.5,3.71\n",
+            "stamps": "Date Time,Current/A,Ecell/V\n" + stamps,
+            "american": 'Time,I (mA),U\n01/31/2024 11:59:59 PM,"1,250.5",3.7\n02/01/2024 12:00:00 AM,"1,251",3.6\n',
+            "nested": "Cycle,Mode,,\n,Step,Time,Voltage\n1,CC,,\n,1,0.5,3.7\n,2,1.0,3.6\n,3,1.5,3.5\n",
+            "tabs": "time/s\tI/mA\tEwe/V\n1.000E+000\t2.5E+001\t3.7E+000\n2.000E+000\t2.5E+001\t3.6E+000\n",
+            "blanks": "t  I   U\n0  1.5 3.7\n1  1.5 3.6\n2  1.4 3.5\n"}
+
+
 def courses():
     points = [f"{x:.3f},{y:.3f}" for x, y in circle()]
     return {**texts_of("docs/tracks/paddock.csv"), **texts_of("docs/tracks/paddock_gates_ft.csv"),
@@ -182,10 +198,10 @@ def all_seeds(scratch):
     vehicles = texts_of("plant_sim/data/vehicles/*.toml")
     maps = {**texts_of("plant_sim/data/maps/*.toml"), "frames": PACK_MAP, "columns": TABLE_MAP}
     cell_logs = {"mapped": f"{TABLE_MAP}\n%%\n{cell_rows()}", "plain": plain_log(),
-                 "frames": f"{PACK_MAP}\n%%\n{drive_frames()}"}
+                 "frames": f"{PACK_MAP}\n%%\n{drive_frames()}", **dialects()}
     return {
         "lines": packed({"lf": "a\nb\n\nc", "crlf": "a\r\nb\r\n", "cr": "a\rb\r", "zstd": ZSTD_TABLE}),
-        "measured_table": packed(tables()), "input_table": packed(tables()),
+        "measured_table": packed({**tables(), **dialects()}), "input_table": packed(tables()),
         "can": packed(CAN), "dbc": dbc, "role_map": maps, "drive_log": cell_logs, "cell_log": cell_logs,
         "track": {**texts_of("plant_sim/data/tracks/*.csv"), **segments}, "course": courses(),
         "gpx": {element: gpx(element) for element in ("trkpt", "rtept", "wpt")},
@@ -205,7 +221,8 @@ def all_seeds(scratch):
 KEYWORDS = {
     "can": ["timestamps relative", "timestamps absolute", "base dec", "base hex", "ErrorFrame", "CANFD", "Rx", "Tx",
             "remote request", "ERRORFRAME", "[64]", "##F", "(", "x", "Begin TriggerBlock", "1e308", "FFFFFFFF"],
-    "role_map": ["bus", "counter", "period_s", "extended", "match_frames", "0x1FFFFFFF", "auto", "<n>", "\\x0a[roles]\\x0a"],
+    "role_map": ["bus", "counter", "period_s", "extended", "match_frames", "0x1FFFFFFF", "auto", "<n>",
+                 "\\x0a[roles]\\x0a"],
     "vehicle": ["base", "inf", "nan", "1e400", "-0.0", "[[", "]]", "battery.cells", "[", "{"],
     "gpx": ["rtept", "wpt", "lat=", "lon=", "/>", "<!--", "-->", "&quot;", "'", "-180", "90"],
     "lines": ["\\x1f\\x8b\\x08", "\\x28\\xb5\\x2f\\xfd", "\\x0d\\x0a", "\\x0d"],
