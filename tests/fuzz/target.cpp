@@ -10,6 +10,8 @@ namespace voltlap::plant {
 namespace {
 
 constexpr std::size_t kText = 1 << 16, kParameters = 1 << 14, kFitted = 1 << 11;
+/// A fit, which sanitizers slow down by nine.
+constexpr double kFitSeconds = 20.0;
 
 constexpr std::array<FuzzTarget, 18> kTargets{{
     {"lines", "input.txt", kText, read_lines},
@@ -23,7 +25,7 @@ constexpr std::array<FuzzTarget, 18> kTargets{{
     {"track", "input.csv", kText, read_track},
     {"course", "input.csv", kText, read_course},
     {"gpx", "input.gpx", kText, read_gpx_course},
-    {"course_import", "input.csv", kFitted, import_small_course},
+    {"course_import", "input.csv", kFitted, import_small_course, kFitSeconds},
     {"drive", "input.csv", kText, read_drive},
     {"run", "input.json", kText, read_run},
     {"vehicle", "input.toml", kParameters, read_vehicle},

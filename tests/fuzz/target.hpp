@@ -14,6 +14,7 @@ struct FuzzTarget {
   std::string_view file;     ///< name that the input has as a file: some readers go by its ending
   std::size_t longest;       ///< bytes of a drawn input
   void (*read)(const std::string& path);
+  double slowest_s = 2.0;    ///< processor time for a megabyte, and for less of it
 };
 
 [[nodiscard]] std::span<const FuzzTarget> targets();

@@ -17,7 +17,7 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr double kMegabyte = 1e6, kSecondsForMegabyte = 2.0;
+constexpr double kMegabyte = 1e6;
 constexpr std::size_t kMemoryForByte = 50, kMemoryFloor = std::size_t{64} << 20;
 constexpr std::size_t kZstdWindow = std::size_t{130} << 20;  // what a frame of zstd may ask for, however short it is
 /// A few bytes of zstd unpack to gigabytes; what takes long because there is so much of it is no defect.
@@ -71,7 +71,7 @@ std::string Trial::run(const FuzzTarget& target, std::string_view input) {
   const std::size_t most = memory.most();
   const double took_s = processor_time_s() - begin_s;
   if (!wrong.empty()) return wrong;
-  const double allowed_s = kSecondsForMegabyte * std::max(1.0, static_cast<double>(size) / kMegabyte);
+  const double allowed_s = target.slowest_s * std::max(1.0, static_cast<double>(size) / kMegabyte);
   if (took_s > allowed_s) return fmt::format("took {:.1f} s for {} bytes, allowed are {:.1f} s", took_s, size, allowed_s);
   const std::size_t allowed = std::max(kMemoryFloor + (is_zstd(input) ? kZstdWindow : 0), kMemoryForByte * size);
   if (most > allowed) return fmt::format("took {} bytes of memory for {} bytes, allowed are {}", most, size, allowed);
