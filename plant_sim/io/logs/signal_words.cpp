@@ -62,7 +62,7 @@ const std::array kMeanings{
 
 struct OwnerWords {
   Owner owner;
-  std::initializer_list<std::string_view> words, parts;
+  std::vector<std::string_view> words, parts;
 };
 const std::array kOwners{
     OwnerWords{
