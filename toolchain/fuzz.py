@@ -71,7 +71,8 @@ def arguments():
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--each", type=duration, default=10.0, metavar="TIME", help="for each reader (10s)")
     length.add_argument("--for", type=duration, dest="total", metavar="TIME", help="for all of them, such as 30min, 1h")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="readers at a time (%(default)s)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N",
+                        help="readers at a time (%(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write executions, coverage and findings as JSON")
     parser.add_argument("--list", action="store_true", help="the readers, with the longest input in bytes; and end")
     return parser.parse_args()
@@ -81,16 +82,18 @@ def has_libfuzzer():
     if not shutil.which("clang++"):
         return False
     library = f"libclang_rt.fuzzer-{os.uname().machine}.a"  # printed with its folder where there is one
-    return "/" in subprocess.run(["clang++", f"-print-file-name={library}"], check=True, capture_output=True, text=True).stdout
+    asked = subprocess.run(["clang++", f"-print-file-name={library}"], check=True, capture_output=True, text=True)
+    return "/" in asked.stdout
 
 
 def build():
     """The fuzzer, made anew where a source has changed."""
     if not has_libfuzzer():
-        raise Refused(EXIT_MISSING, "there is no clang++ with libFuzzer. Install it (Debian: clang and libclang-rt-dev)")
+        raise Refused(EXIT_MISSING, "no clang++ with libFuzzer. Install it (Debian: clang and libclang-rt-dev)")
     BUILD.mkdir(parents=True, exist_ok=True)
     log = BUILD / "build.log"
-    steps = [["cmake", "--preset", "fuzz", f"-DVOLTLAP_PYTHON={sys.executable}"], ["ninja", "-C", str(BUILD), "voltlap-fuzz"]]
+    steps = [["cmake", "--preset", "fuzz", f"-DVOLTLAP_PYTHON={sys.executable}"],
+             ["ninja", "-C", str(BUILD), "-j", str(os.cpu_count() or 1), "voltlap-fuzz"]]
     if (BUILD / "build.ninja").exists():
         del steps[0]
     else:
@@ -114,7 +117,8 @@ def last_number(pattern, text):
 
 def first_words(output):
     """What a finding is, in a line."""
-    for pattern in (r"FINDING: (.*)", r"(\S+: runtime error: .*)", r"ERROR: \w+Sanitizer: (.*)", r"ERROR: libFuzzer: (.*)"):
+    for pattern in (r"FINDING: (.*)", r"(\S+: runtime error: .*)", r"ERROR: \w+Sanitizer: (.*)",
+                    r"ERROR: libFuzzer: (.*)"):
         if match := re.search(pattern, output):
             return match[1].strip()
     return output.strip().splitlines()[-1] if output.strip() else "no words"
@@ -166,8 +170,8 @@ def change_scenarios(seconds):
     campaign = Campaign(SCENARIOS)
     begin = time.monotonic()
     while time.monotonic() - begin < seconds and not campaign.words and not stop.is_set():
-        code, output = run_process([sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", SCENARIO_TEST],
-                                   600, {**os.environ, "VOLTLAP_SCENARIO_CHANGES": str(SCENARIO_CHANGES)})
+        pytest = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", SCENARIO_TEST]
+        code, output = run_process(pytest, 600, {**os.environ, "VOLTLAP_SCENARIO_CHANGES": str(SCENARIO_CHANGES)})
         campaign.executions += SCENARIO_CHANGES * last_number(r"(\d+) passed", output)
         if code != 0 and not stop.is_set():
             folder.mkdir(parents=True, exist_ok=True)

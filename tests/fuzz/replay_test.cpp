@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every seed, every input that was once a finding (regressions/TARGET/), and seeds grown to a megabyte, to every reader.
+// Every seed, every input that was once a finding (regressions/TARGET/), and every seed grown to a megabyte, given to
+// its reader.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +38,8 @@ std::map<std::string, std::string> files_of(const std::string& folder) {
 std::vector<std::string> grown(const std::string& seed) {
   const std::size_t half = seed.find('\n', seed.size() / 2);
   const std::string begin = seed.substr(0, half == std::string::npos ? half : half + 1);
-  const std::string last_line = begin.substr(begin.find_last_of('\n', begin.size() - std::min<std::size_t>(begin.size(), 2)) + 1);
+  const std::size_t last_end = begin.find_last_of('\n', begin.size() - std::min<std::size_t>(begin.size(), 2));
+  const std::string last_line = begin.substr(last_end + 1);
   std::vector<std::string> out{seed, begin, seed};
   while (out[0].size() < kGrown && !seed.empty()) out[0] += seed;
   while (out[1].size() < kGrown && !last_line.empty()) out[1] += last_line;
@@ -94,9 +96,10 @@ TEST(Replay, a_defect_is_found) {
                               if (large.back() != 0) throw std::logic_error("not zero");
                             }};
   const FuzzTarget takes_long{"long", "input", 1, [](const std::string&) {
-                            for (const std::clock_t begin = std::clock(); std::clock() - begin < 21 * CLOCKS_PER_SEC / 10;) {
-                            }
-                          }};
+                                const std::clock_t end = std::clock() + 21 * CLOCKS_PER_SEC / 10;
+                                while (std::clock() < end) {
+                                }
+                              }};
   STRCMP_CONTAINS("a defect", trial.run(throws, "x").c_str());
   STRCMP_CONTAINS("of memory", trial.run(takes_memory, "x").c_str());
   STRCMP_CONTAINS("took 2.1 s", trial.run(takes_long, "x").c_str());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In the place of io/python_module.cpp: a reader of text is tried, not the Python behind it. What cantools makes of a DBC
-// file is the file's own text, so that the JSON is what is drawn.
+// In the place of io/python_module.cpp: a reader of text is tried, not the Python behind it. What cantools makes of a
+// DBC file is the file's own text, so that the JSON is what is drawn.
 #include <stdexcept>
 
 #include "core/errors.hpp"

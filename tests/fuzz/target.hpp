@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The readers of the project, each as something that takes a file of any content: it gives what it read, which must hold
-// together, or throws InputError. A new reader is a row in target.cpp.
+// The readers of the project, each as something that takes a file of any content. What was read must hold together, or
+// InputError says why not. A new reader is a row in target.cpp.
 #pragma once
 #include <cstddef>
 #include <span>

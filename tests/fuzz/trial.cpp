@@ -72,7 +72,9 @@ std::string Trial::run(const FuzzTarget& target, std::string_view input) {
   const double took_s = processor_time_s() - begin_s;
   if (!wrong.empty()) return wrong;
   const double allowed_s = target.slowest_s * std::max(1.0, static_cast<double>(size) / kMegabyte);
-  if (took_s > allowed_s) return fmt::format("took {:.1f} s for {} bytes, allowed are {:.1f} s", took_s, size, allowed_s);
+  if (took_s > allowed_s) {
+    return fmt::format("took {:.1f} s for {} bytes, allowed are {:.1f} s", took_s, size, allowed_s);
+  }
   const std::size_t allowed = std::max(kMemoryFloor + (is_zstd(input) ? kZstdWindow : 0), kMemoryForByte * size);
   if (most > allowed) return fmt::format("took {} bytes of memory for {} bytes, allowed are {}", most, size, allowed);
   return {};

@@ -109,9 +109,8 @@ DbcMessage message_of(const Json& entry) {
   out.name = entry.at("name");
   out.length = static_cast<unsigned>(whole(entry, "length", RecordedFrame::kMostBytes));
   out.flexible = entry.at("fd");
-  if (const auto cycle = entry.find("cycle_time_ms"); cycle != entry.end() && cycle->is_number() && *cycle > 0.0) {
-    out.cycle_time_s = 1e-3 * cycle->get<double>();
-  }
+  const auto cycle = entry.find("cycle_time_ms");
+  if (cycle != entry.end() && cycle->is_number() && *cycle > 0.0) out.cycle_time_s = 1e-3 * cycle->get<double>();
   out.line = whole(entry, "line", kMostLines);
   for (const Json& signal : entry.at("signals")) out.signals.push_back(signal_of(signal, out.length));
   link_multiplexers(entry.at("signals"), out);
@@ -126,7 +125,7 @@ DbcRefusal refusal_of(const Json& entry) {
 [[noreturn]] void refuse_json(const std::string& path, const std::string& found) {
   throw InputError(path, fmt::format("frames that this version does not understand ({})", found),
                    "those that its own reader of DBC files gives",
-                   "Remove the folder voltlap/dbc in $XDG_CACHE_HOME or ~/.cache, where they are kept, and start again");
+                   "Remove the folder voltlap/dbc in $XDG_CACHE_HOME or ~/.cache, where they are kept");
 }
 
 double signed_number(std::uint64_t raw, unsigned length) {
