@@ -204,7 +204,7 @@ said() { grep -q -E -e "$1" "$scratch/output"; }
 has_every_package() { [ $suite != bookworm ] || ! said 'done without' || failed 'a package is left out for nothing'; }
 
 # What a run does not install: the cross compiler, a browser, the tests' packages.
-readonly not_for_a_run='arm-none-eabi|chromium|cpputest|libbenchmark|can-utils|user-mode-linux'
+readonly not_for_a_run='arm-none-eabi|chromium|cpputest|libbenchmark|can-utils|user-mode-linux|clang'
 
 clone() {
   local user

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever becomes of a scenario file, it is read, and then runs, or its mistake is told with a line of the file."""
 import copy
+import os
 import pathlib
 import random
 import re
@@ -14,7 +15,7 @@ from voltlap_hil.errors import InputError
 from voltlap_hil.scenario_file import load
 
 SHIPPED = sorted((pathlib.Path(__file__).resolve().parents[1] / "scenarios").glob("*.yaml"))
-MUTATIONS_A_FILE = 16
+MUTATIONS_A_FILE = int(os.environ.get("VOLTLAP_SCENARIO_CHANGES", "16"))  # `voltlap fuzz` draws on and on
 LONGEST_S = 2.0
 
 AWKWARD = [

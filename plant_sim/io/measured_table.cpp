@@ -283,8 +283,12 @@ MeasuredTable read_measured_table(const std::string& path) {
   std::string_view text;
   while (lines.next(text)) builder.add(text, lines.line());
   builder.finish();
-  if (table.lines.empty()) {
-    throw InputError(path, table.columns.empty() ? "an empty file" : "a header line without rows", kRowsExpected,
+  if (table.lines.empty() || table.columns.empty()) {
+    throw InputError(path,
+                     table.lines.empty() && table.columns.empty() ? "an empty file"
+                     : table.lines.empty()                        ? "a header line without rows"
+                                                                  : "rows below a header line without a name",
+                     kRowsExpected,
                      "Check that this is the recording you meant");
   }
   VOLTLAP_DEMAND(table.values.size() == table.columns.size());

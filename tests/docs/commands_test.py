@@ -17,6 +17,9 @@ from documents import PROJECT, blocks, commands, documents
 # Commands that are not run here, each with its reason. One that no document has any more is refused.
 NOT_RUN = {
     "./voltlap test": "it is what runs this test",
+    "./voltlap fuzz": "it builds everything with clang; its short form has a suite of its own",
+    "./voltlap fuzz --for 1h": "as above, and it takes an hour",
+    "./voltlap fuzz can dbc --each 10min": "as above",
     "toolchain/bare_root_test.sh": "it downloads a system and takes minutes; its short form has a suite of its own",
 }
 # What differs from run to run, in what is shown and in what is printed.

@@ -20,14 +20,30 @@ namespace {
 
 using Json = nlohmann::json;
 
+/// What dbc_json gives is checked as a file is: an entry of its cache may be another version's.
+constexpr std::uint64_t kMost32 = 0xFFFFFFFF, kMostLines = 1'000'000'000;
+
+[[noreturn]] void refuse(const std::string& expected) { throw std::invalid_argument(expected); }
+
+std::uint64_t whole(const Json& entry, const char* key, std::uint64_t most) {
+  const Json& value = entry.at(key);
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() > most) {
+    refuse(fmt::format("{} a whole number up to {}", key, most));
+  }
+  return value.get<std::uint64_t>();
+}
+
 std::uint32_t id_of(const Json& entry) {
-  return entry.at("id").get<std::uint32_t>() |
+  return static_cast<std::uint32_t>(whole(entry, "id", kMost32)) |
          (entry.at("extended").get<bool>() ? RecordedFrame::kExtendedFlag : std::uint32_t{0});
 }
 
 std::vector<RawRange> ranges_of(const Json& pairs) {
   std::vector<RawRange> out;
-  for (const Json& pair : pairs) out.push_back({pair.at(0).get<std::uint64_t>(), pair.at(1).get<std::uint64_t>()});
+  for (const Json& pair : pairs) {
+    if (!pair.at(0).is_number_unsigned() || !pair.at(1).is_number_unsigned()) refuse("ranges of raw values");
+    out.push_back({pair.at(0).get<std::uint64_t>(), pair.at(1).get<std::uint64_t>()});
+  }
   return out;
 }
 
@@ -45,10 +61,11 @@ DbcSignal::Kind kind_of(const Json& entry, unsigned length) {
 }
 
 DbcSignal signal_of(const Json& entry, unsigned frame_bytes) {
+  constexpr std::uint64_t kLongest = 64, kLastBit = 8 * RecordedFrame::kMostBytes - 1;
   DbcSignal out;
   out.name = entry.at("name");
   out.unit = entry.at("unit");
-  out.length = entry.at("length");
+  out.length = static_cast<unsigned>(whole(entry, "length", kLongest));
   out.kind = kind_of(entry, out.length);
   out.scale = entry.at("scale");
   out.offset = entry.at("offset");
@@ -59,19 +76,40 @@ DbcSignal signal_of(const Json& entry, unsigned frame_bytes) {
   for (const Json& choice : entry.at("choices")) {
     if (choice.at(0).is_number_integer()) out.value_names[choice.at(0)] = choice.at(1);
   }
-  out.line = entry.at("line");
-  VOLTLAP_DEMAND(out.length >= 1 && out.length <= 64);
-  out.bits = BitField(entry.at("start"), out.length, entry.at("big_endian"));
-  VOLTLAP_DEMAND(out.bytes() <= frame_bytes);
+  out.line = whole(entry, "line", kMostLines);
+  const auto start = static_cast<unsigned>(whole(entry, "start", kLastBit));
+  if (out.length == 0) refuse("signals of a bit or more");
+  out.bits = BitField(start, out.length, entry.at("big_endian"));
+  if (out.bytes() > frame_bytes) refuse("signals within their frame");
   return out;
+}
+
+/// Each multiplexer, that of a multiplexer too, ends at a signal that is always there.
+void link_multiplexers(const Json& signals, DbcMessage& message) {
+  std::map<std::string, std::size_t> places;
+  for (std::size_t k = 0; k < message.signals.size(); ++k) places[message.signals[k].name] = k;
+  for (std::size_t k = 0; k < message.signals.size(); ++k) {
+    const Json& multiplexer = signals[k].at("multiplexer");
+    if (multiplexer.is_null()) continue;
+    const auto place = places.find(multiplexer.get<std::string>());
+    if (place == places.end()) refuse("multiplexers of the same frame");
+    message.signals[k].multiplexer = place->second;
+  }
+  for (const DbcSignal& signal : message.signals) {
+    std::size_t depth = 0;
+    for (const DbcSignal* at = &signal; at->multiplexer; at = &message.signals[*at->multiplexer]) {
+      if (++depth > message.signals.size()) refuse("no multiplexer under itself");
+    }
+  }
 }
 
 DbcMessage message_of(const Json& entry) {
   DbcMessage out;
   out.id = id_of(entry);
   out.name = entry.at("name");
-  out.length = entry.at("length");
+  out.length = static_cast<unsigned>(whole(entry, "length", RecordedFrame::kMostBytes));
   out.flexible = entry.at("fd");
+<<<<<<< HEAD
   out.j1939 = entry.value("j1939", false);
   if (const auto cycle = entry.find("cycle_time_ms"); cycle != entry.end() && cycle->is_number() && *cycle > 0.0) {
     out.cycle_time_s = 1e-3 * cycle->get<double>();
@@ -88,12 +126,25 @@ DbcMessage message_of(const Json& entry) {
     if (!signal.at("multiplexer").is_null()) out.signals[k].multiplexer = places.at(signal.at("multiplexer"));
     ++k;
   }
+=======
+  const auto cycle = entry.find("cycle_time_ms");
+  if (cycle != entry.end() && cycle->is_number() && *cycle > 0.0) out.cycle_time_s = 1e-3 * cycle->get<double>();
+  out.line = whole(entry, "line", kMostLines);
+  for (const Json& signal : entry.at("signals")) out.signals.push_back(signal_of(signal, out.length));
+  link_multiplexers(entry.at("signals"), out);
+>>>>>>> fuzz
   return out;
 }
 
 DbcRefusal refusal_of(const Json& entry) {
-  return {id_of(entry),      entry.at("name"),     entry.at("line"),
+  return {id_of(entry),      entry.at("name"),     whole(entry, "line", kMostLines),
           entry.at("found"), entry.at("expected"), entry.at("action")};
+}
+
+[[noreturn]] void refuse_json(const std::string& path, const std::string& found) {
+  throw InputError(path, fmt::format("frames that this version does not understand ({})", found),
+                   "those that its own reader of DBC files gives",
+                   "Remove the folder voltlap/dbc in $XDG_CACHE_HOME or ~/.cache, where they are kept");
 }
 
 double signed_number(std::uint64_t raw, unsigned length) {
@@ -147,13 +198,25 @@ const DbcSignal* DbcMessage::find(std::string_view signal) const {
 }
 
 DbcFile::DbcFile(const std::string& path) : path_(path) {
-  const Json file = Json::parse(dbc_json(path));
+  const std::string text = dbc_json(path);
+  try {
+    take(text);
+  } catch (const Json::exception& error) {
+    refuse_json(path, error.what());
+  } catch (const std::invalid_argument& error) {
+    refuse_json(path, fmt::format("not {}", error.what()));
+  }
+  VOLTLAP_DEMAND(!messages_.empty() || !refused_.empty());
+}
+
+void DbcFile::take(const std::string& json) {
+  const Json file = Json::parse(json);
   for (const Json& entry : file.at("messages")) {
     messages_.push_back(message_of(entry));
     messages_.back().file = path_;
   }
   for (const Json& entry : file.at("refused")) refused_.push_back(refusal_of(entry));
-  VOLTLAP_DEMAND(!messages_.empty() || !refused_.empty());
+  if (messages_.empty() && refused_.empty()) refuse("a frame");
 }
 
 const DbcMessage* DbcFile::find(std::uint32_t id) const {

@@ -94,6 +94,8 @@ class DbcFile {
   void check_usable(std::uint32_t id) const;
 
  private:
+  void take(const std::string& json);
+
   std::string path_;
   std::vector<DbcMessage> messages_;
   std::vector<DbcRefusal> refused_;

@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
+#include <string_view>
+#include <vector>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -15,7 +16,7 @@
 namespace voltlap::plant {
 namespace {
 
-using Names = std::initializer_list<std::string_view>;
+using Names = std::vector<std::string_view>;
 
 /// Names in lower case without units, the best first: of several that a table has the best is taken.
 struct RoleNames {

@@ -113,7 +113,8 @@ class Entry {
 
   void check_keys(bool frame) const {
     for (const auto& [key, value] : table_) {
-      const auto in = [&](const auto& keys) { return std::find(keys.begin(), keys.end(), key.str()) != keys.end(); };
+      const std::string_view name = key.str();
+      const auto in = [&](const auto& keys) { return std::find(keys.begin(), keys.end(), name) != keys.end(); };
       if (in(kEither) || (frame ? in(kOfFrame) : in(kOfColumn))) continue;
       std::vector<std::string_view> known;
       if (frame) known.insert(known.end(), kOfFrame.begin(), kOfFrame.end());

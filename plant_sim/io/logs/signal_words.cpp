@@ -5,8 +5,9 @@
 #include <array>
 #include <cctype>
 #include <charconv>
-#include <initializer_list>
 #include <span>
+#include <string_view>
+#include <vector>
 
 #include "io/table/unit_name.hpp"
 
@@ -15,8 +16,8 @@ namespace {
 
 struct MeaningWords {
   Meaning meaning;
-  std::initializer_list<std::string_view> words;  ///< whole words
-  std::initializer_list<std::string_view> parts;  ///< parts of words: "Batteriestrom", 充电电流
+  std::vector<std::string_view> words;  ///< whole words
+  std::vector<std::string_view> parts;  ///< parts of words: "Batteriestrom", 充电电流
 };
 
 // German, French, Spanish, Italian, Dutch, Swedish, Russian, Chinese, Japanese beside English; "temps" is the
@@ -61,7 +62,7 @@ const std::array kMeanings{
 
 struct OwnerWords {
   Owner owner;
-  std::initializer_list<std::string_view> words, parts;
+  std::vector<std::string_view> words, parts;
 };
 const std::array kOwners{
     OwnerWords{

@@ -221,7 +221,8 @@ std::vector<std::string> names_of(const Reading& reading, TableDialect& out) {
     if (columns[k].empty()) columns[k] = fmt::format("column {}", k + 1);
   }
   while (out.leading_empty < names.size() && names.fields[out.leading_empty].empty()) ++out.leading_empty;
-  if (out.leading_empty < 2 || !reading.lines[reading.first_data].is_data()) out.leading_empty = 0;
+  const bool any_row = reading.first_data < reading.lines.size() && reading.lines[reading.first_data].is_data();
+  if (out.leading_empty < 2 || !any_row) out.leading_empty = 0;
   return columns;
 }
 
@@ -261,6 +262,20 @@ void note_what_is_unusual(const Reading& reading, const std::vector<TableLine>& 
   out.notes.push_back(text);
 }
 
+/// Recordings have hundreds of columns; what has a separator at every other byte is none.
+void refuse_endless_rows(const std::string& path, const std::vector<TableLine>& lines) {
+  constexpr std::ptrdiff_t kMostFields = 20'000;
+  for (const TableLine& line : lines) {
+    for (const char separator : kSeparators) {
+      const auto fields = std::count(line.text.begin(), line.text.end(), separator) + 1;
+      if (separator == ' ' || fields <= kMostFields) continue;
+      throw InputError(fmt::format("{}:{}", path, line.number),
+                       fmt::format("a row of {} fields", fields),
+                       fmt::format("at most {} columns", kMostFields), "Check that this is the recording you meant");
+    }
+  }
+}
+
 /// Without a row of numbers below names: the first line of content is the header, whatever follows.
 void take_first_line_as_names(Reading& reading) {
   const auto content = std::find_if(reading.lines.begin(), reading.lines.end(),
@@ -278,6 +293,7 @@ bool is_passed_over(std::string_view text) {
 }
 
 TableDialect dialect_of(const std::string& path, const std::vector<TableLine>& lines) {
+  refuse_endless_rows(path, lines);
   Reading reading = best_reading(lines);
   if (!reading.names) {
     const bool numbers = reading.first_data < reading.lines.size() && reading.fields >= 2;

@@ -146,7 +146,8 @@ std::vector<ResultRow> limit_rows(const std::vector<ComparedRun>& runs) {
   for (std::size_t r = 0; r < runs.size(); ++r) {
     for (const auto& [name, active_s] : runs[r].limit_active_s) {
       if (active_s <= 0.0) continue;
-      auto row = std::find_if(out.begin(), out.end(), [&](const ResultRow& known) { return known.name == name; });
+      auto row = std::find_if(out.begin(), out.end(),
+                              [&name = name](const ResultRow& known) { return known.name == name; });
       if (row == out.end()) {
         row = out.insert(out.end(), {name, "s", 2, std::vector<std::optional<double>>(runs.size(), 0.0)});
       }

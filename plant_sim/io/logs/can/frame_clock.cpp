@@ -61,6 +61,7 @@ bool FrameClock::pop(RecordedFrame& out) {
     break;
   }
   out = ordered_.front();
+  out.time_s = given_s_ = std::max(out.time_s, given_s_);  // a part joined to another may begin a rounding earlier
   ordered_.pop();
   return true;
 }
@@ -91,7 +92,8 @@ bool FrameClock::take_next() {
 /// Width of the counter that has just wrapped; 0 when none has.
 double FrameClock::wrap_of(double time_s) const {
   const double back_s = newest_s_ - time_s;
-  if (turn_s_ > 0.0) {
+  // A stamp beyond 16 bits of ms is of an adapter that writes wider ones.
+  if (turn_s_ > 0.0 && widest_s_ < kSixteenBits) {
     const double turn_s = widest_s_ >= turn_s_ ? kSixteenBits : turn_s_;
     return back_s > 0.5 * turn_s ? turn_s : 0.0;
   }

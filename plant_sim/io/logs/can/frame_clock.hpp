@@ -112,6 +112,7 @@ class FrameClock {
   double shift_s_ = 0.0;   ///< from stamps to given times
   double usual_s_ = 0.0;   ///< interval between frames
   double widest_s_ = 0.0;  ///< greatest stamp since the last wrap
+  double given_s_ = -1e300;  ///< time of the frame given last
   double latest_by_s_ = 0.0;   ///< how late a frame has been sorted in
   std::size_t late_left_ = 0;  ///< frames that are known to come before the stamps return
 };

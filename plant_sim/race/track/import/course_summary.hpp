@@ -22,7 +22,8 @@ struct CourseSummary {
 
 [[nodiscard]] CourseSummary summarise(const Track& track);
 
-/// The text of a course file that `load_track` reads as these segments, bit by bit. `head` are comment lines.
+/// The text of a course file that `load_track` reads as these segments, bit by bit; a curvature that no radius gives in
+/// the one beside it. `head` are comment lines.
 [[nodiscard]] std::string course_file_text(const Track& track, const std::string& head);
 
 }  // namespace voltlap::plant

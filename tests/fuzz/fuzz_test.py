@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The fuzzer on every reader, ten seconds each, and what it does with a defect."""
+import importlib.util
+import json
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+COMMAND = PROJECT / "toolchain" / "fuzz.py"
+BUILD_AND_RUN_S = 1100
+
+spec = importlib.util.spec_from_file_location("fuzz", COMMAND)
+fuzz = importlib.util.module_from_spec(spec)
+sys.modules["fuzz"] = fuzz  # its data classes look for themselves there
+spec.loader.exec_module(fuzz)
+
+
+@pytest.fixture(scope="module")
+def campaigns(tmp_path_factory):
+    if not fuzz.has_libfuzzer():
+        pytest.skip("no clang++ with libFuzzer: clang and libclang-rt-dev")
+    result = tmp_path_factory.mktemp("fuzz") / "campaigns.json"
+    run = subprocess.run([sys.executable, COMMAND, "--each", "10s", "--json", result], capture_output=True, text=True,
+                         timeout=BUILD_AND_RUN_S)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return json.loads(result.read_text())
+
+
+def test_ten_seconds_of_every_reader_find_nothing(campaigns):
+    readers = [*fuzz.known_targets()]
+    assert [*sorted(c["target"] for c in campaigns)] == sorted([*readers, fuzz.SCENARIOS])
+    for campaign in campaigns:
+        assert campaign["executions"] > 0 and not campaign["words"], campaign
+        assert campaign["coverage"] > 100 or campaign["target"] == fuzz.SCENARIOS, campaign
+
+
+@pytest.mark.usefixtures("campaigns")
+def test_a_planted_defect_is_found_and_its_input_shows_it_again(tmp_path):
+    run = subprocess.run([fuzz.FUZZER, "--target=planted", "-max_total_time=60", "-max_len=16",
+                          f"-artifact_prefix={tmp_path}/"], capture_output=True, text=True)
+    found = list(tmp_path.iterdir())
+    assert run.returncode != 0 and len(found) == 1, run.stderr
+    assert found[0].read_bytes().startswith(b"AP=") and fuzz.first_words(run.stderr) == "no InputError but: planted"
+    again = subprocess.run([fuzz.FUZZER, "--target=planted", found[0]], capture_output=True, text=True)
+    assert again.returncode != 0 and "planted" in again.stderr
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("10s", 10), ("1.5min", 90), ("1h", 3600)])
+def test_a_time_is_read_in_its_unit(text, seconds):
+    assert fuzz.duration(text) == seconds
+
+
+@pytest.mark.parametrize("text", ["", "10", "0s", "-1s", "1 h", "1d", "nan h"])
+def test_what_is_no_time_is_refused(text):
+    with pytest.raises(fuzz.argparse.ArgumentTypeError, match="expected a time"):
+        fuzz.duration(text)
