@@ -109,30 +109,12 @@ DbcMessage message_of(const Json& entry) {
   out.name = entry.at("name");
   out.length = static_cast<unsigned>(whole(entry, "length", RecordedFrame::kMostBytes));
   out.flexible = entry.at("fd");
-<<<<<<< HEAD
   out.j1939 = entry.value("j1939", false);
-  if (const auto cycle = entry.find("cycle_time_ms"); cycle != entry.end() && cycle->is_number() && *cycle > 0.0) {
-    out.cycle_time_s = 1e-3 * cycle->get<double>();
-  }
-  out.line = entry.at("line");
-  VOLTLAP_DEMAND(out.length <= RecordedFrame::kMostBytes);
-  std::map<std::string, std::size_t> places;
-  for (const Json& signal : entry.at("signals")) {
-    places[signal.at("name")] = out.signals.size();
-    out.signals.push_back(signal_of(signal, out.length));
-  }
-  std::size_t k = 0;
-  for (const Json& signal : entry.at("signals")) {
-    if (!signal.at("multiplexer").is_null()) out.signals[k].multiplexer = places.at(signal.at("multiplexer"));
-    ++k;
-  }
-=======
   const auto cycle = entry.find("cycle_time_ms");
   if (cycle != entry.end() && cycle->is_number() && *cycle > 0.0) out.cycle_time_s = 1e-3 * cycle->get<double>();
   out.line = whole(entry, "line", kMostLines);
   for (const Json& signal : entry.at("signals")) out.signals.push_back(signal_of(signal, out.length));
   link_multiplexers(entry.at("signals"), out);
->>>>>>> fuzz
   return out;
 }
 
