@@ -32,6 +32,7 @@ SCENARIO_TEST = ROOT / "hil" / "tests" / "scenario_mutations_test.py"
 EXIT_FINDING, EXIT_USAGE, EXIT_MISSING, EXIT_BUILD, EXIT_INTERRUPTED = 1, 2, 4, 5, 130
 SCENARIO_CHANGES = 64  # of each scenario file in one run of the test
 HANG_S = 25  # wall time of one input; what is slower than allowed, but ends, the fuzzer tells itself
+WEDGED_S = 600  # first what a corpus holds is run, however long it takes
 MEMORY_MB = 3000
 stop = threading.Event()
 
@@ -73,6 +74,7 @@ def arguments():
     length.add_argument("--for", type=duration, dest="total", metavar="TIME", help="for all of them, such as 30min, 1h")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N",
                         help="readers at a time (%(default)s)")
+    parser.add_argument("--fresh", action="store_true", help="from the seeds alone, and keep nothing but findings")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write executions, coverage and findings as JSON")
     parser.add_argument("--list", action="store_true", help="the readers, with the longest input in bytes; and end")
     return parser.parse_args()
@@ -128,7 +130,7 @@ def run_process(command, seconds, environment):
     """Its output; it is ended with this program, or when it does not end itself."""
     process = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                text=True, errors="replace")
-    latest = time.monotonic() + seconds + 3 * HANG_S
+    latest = time.monotonic() + seconds + WEDGED_S
     while True:
         try:
             output, _ = process.communicate(timeout=0.5)
@@ -138,24 +140,28 @@ def run_process(command, seconds, environment):
                 process.kill()
 
 
-def fuzz(target, longest, seconds):
+def fuzz(target, longest, seconds, fresh):
     """libFuzzer on one reader, until the time is over or it has a finding."""
     corpus, findings = CORPUS / target, FINDINGS / target
-    corpus.mkdir(parents=True, exist_ok=True)
     findings.mkdir(parents=True, exist_ok=True)
     before = set(findings.iterdir())
     seeds = [folder for folder in (SEEDS / target, REGRESSIONS / target) if folder.is_dir()]
     begin = time.monotonic()
     memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
     with tempfile.TemporaryDirectory(prefix="voltlap-fuzz-", dir=memory) as scratch:
+        if fresh:
+            corpus = Path(scratch) / "corpus"
+        corpus.mkdir(parents=True, exist_ok=True)
         _, output = run_process(
             [FUZZER, f"--target={target}", f"-max_total_time={max(1, round(seconds))}", f"-max_len={longest}",
              f"-timeout={HANG_S}", f"-rss_limit_mb={MEMORY_MB}", f"-dict={SEEDS / target}.dict", "-print_final_stats=1",
+             "-report_slow_units=1000",
              f"-artifact_prefix={findings}/", corpus, *seeds], seconds, environment_of(scratch))
+        kept = len(list(corpus.iterdir()))
     new = tuple(sorted(set(findings.iterdir()) - before))
     ended = "stat::number_of_executed_units" in output
     return Campaign(target, time.monotonic() - begin, last_number(r"stat::number_of_executed_units: (\d+)", output),
-                    last_number(r"cov: (\d+)", output), len(list(corpus.iterdir())), new,
+                    last_number(r"cov: (\d+)", output), kept, new,
                     first_words(output) if new or not (ended or stop.is_set()) else "")
 
 
@@ -199,11 +205,11 @@ def report(campaign):
         print(f"          {show_command(campaign, finding)}", flush=True)
 
 
-def run_all(targets, each, jobs):
+def run_all(targets, each, jobs, fresh):
     def run_one(name):
         if stop.is_set():
             return Campaign(name)
-        return change_scenarios(each) if name == SCENARIOS else fuzz(name, targets[name], each)
+        return change_scenarios(each) if name == SCENARIOS else fuzz(name, targets[name], each, fresh)
 
     campaigns = []
     pool = concurrent.futures.ThreadPoolExecutor(jobs)
@@ -237,7 +243,7 @@ def run(args):
         return 0
     each = args.total * args.jobs / max(len(targets), args.jobs) if args.total else args.each
     print(f"{len(targets)} readers, {each:.0f} s each, {args.jobs} at a time", file=sys.stderr, flush=True)
-    campaigns = run_all(targets, each, args.jobs)
+    campaigns = run_all(targets, each, args.jobs, args.fresh)
     if args.json:
         args.json.write_text(json.dumps(
             [{**dataclasses.asdict(campaign), "findings": [str(file) for file in campaign.findings]}
