@@ -25,5 +25,6 @@ def test_no_name_stands_for_two_classes():
 
 
 def test_what_counts_as_a_class():
-    text = "struct A {\n};\nclass B final : public A {\n};\nstruct C;\nnamespace {\n\nstruct D {\n};\n\n}  // namespace\n"
+    text = ("struct A {\n};\nclass B final : public A {\n};\nstruct C;\n"
+            "namespace {\n\nstruct D {\n};\n\n}  // namespace\n")
     assert classes(text) == {"A", "B"}
