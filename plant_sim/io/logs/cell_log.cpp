@@ -237,6 +237,7 @@ CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
   for (const char* role : {"temperature_1", "ambient", "charge_ah"}) {
     if (const Channel* channel = drive.find(role)) add(role, held_at(*channel, times, kSlowHold));
   }
+  plain.roles["time"].unit = "s";
   plain.roles["current"].discharge =
       drive.declared == DischargeSign::kAuto ? DischargeSign::kAuto : DischargeSign::kPositive;
   rows.lines.resize(times.size());

@@ -281,7 +281,11 @@ void settle_time_unit(CellLog& log, const RoleMap& map) {
     return;
   }
   const double drop = step_resistance(log.current_a, log.voltage_v) * charge_span_ah(log);
-  if (drop <= kMostDrop) return;
+  if (drop <= kMostDrop) {
+    // Too little charge is no contradiction: a recording may be short.
+    if (!is_told(time)) log.repairs.emplace_back("time has no unit: taken as s");
+    return;
+  }
   const std::string why = fmt::format("{:.4g} Ah drawn, of which one C would cost {:.3g} V", charge_span_ah(log), drop);
   if (is_told(time) || drop / 1e3 > kMostDrop) refuse_units(log, why, "the time (ms?) or of the current");
   time_is("ms", 1e-3, why);

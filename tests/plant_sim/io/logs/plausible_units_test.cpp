@@ -66,7 +66,8 @@ TEST_GROUP(PlausibleUnits){};
 
 TEST(PlausibleUnits, RightOnesAreLeftAlone) {
   const CellLog log = Pulses{}.log();
-  LONGS_EQUAL(0, log.repairs.size());
+  LONGS_EQUAL(1, log.repairs.size());
+  CHECK(said(log, "time has no unit"));
   DOUBLES_EQUAL(20.0, log.current_a[30], 0.0);
 }
 
