@@ -184,7 +184,7 @@ def test_a_short_frame_gives_the_signals_that_fit(tmp_path, car, capsys):
 
 def test_what_is_no_frame_is_said(log, car, capsys):
     log.write_text(log.read_text() + "rubbish\n")
-    assert "left out: 1 lines that are no frames" in snapshot(capsys, "--log", log, "--dbc", car)["notes"]
+    assert "left out: 1 line that is no frame" in snapshot(capsys, "--log", log, "--dbc", car)["notes"]
 
 
 @pytest.mark.parametrize("name", ["drive.blf", "drive.asc", "drive.trc", "drive.log.gz"])

@@ -8,7 +8,6 @@ import pytest
 from voltlap_hil.errors import InputError
 from voltlap_hil.frame import EXTENDED
 from voltlap_hil.recording import Recording
-from voltlap_hil.recording_lines import REMOTE, UNREADABLE
 
 BEGIN = 1_700_000_000.0
 FRAMES = [(BEGIN + 0.01 * k, 0x18FF0001 if k % 3 == 0 else 0x100 + k, bytes(range(k % 9))) for k in range(40)]
@@ -71,7 +70,7 @@ def test_what_is_no_frame_is_counted_by_its_kind(tmp_path):
                     + candump_line(1.3, 0x10, b"\2"))
     recording, frames = read(path)
     assert len(frames) == 2
-    assert recording.skipped == {REMOTE: 1, UNREADABLE: 1, "error frames": 1}
+    assert recording.skipped == {"remote frame, without data": 1, "line that is no frame": 1, "error frame": 1}
 
 
 def test_can_fd_frames_are_read(tmp_path):
@@ -82,11 +81,13 @@ def test_can_fd_frames_are_read(tmp_path):
 
 def test_a_clock_that_was_set_goes_on_and_small_disorder_does_not_run_back(tmp_path):
     path = tmp_path / "a.log"
-    stamps = [5.0, 5.2, 5.1, 5.3, 1_700_000_000.0, 1_700_000_001.0, 2.0, 3.0]
+    stamps = [5.0, 5.2, 5.1, 5.3] + [1_700_000_000.0 + 0.1 * k for k in range(8)]
     path.write_text("".join(candump_line(stamp, 0x10, b"") for stamp in stamps))
     recording, frames = read(path)
-    assert [f.time_s for f in frames] == pytest.approx([0.0, 0.2, 0.2, 0.3, 0.3, 1.3, 1.3, 2.3], abs=1e-6)
-    assert "set 2 times" in recording.notes[0]
+    assert [f.time_s for f in frames[:4]] == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=1e-6)
+    assert 0.3 < frames[4].time_s < 0.6 and frames[-1].time_s - frames[4].time_s == pytest.approx(0.7, abs=1e-6)
+    assert any("the clock was set" in note for note in recording.notes)
+    assert "1 x out of order, sorted" in recording.notes
 
 
 def test_slcan_clock_goes_on_over_its_minute(tmp_path):
@@ -95,12 +96,15 @@ def test_slcan_clock_goes_on_over_its_minute(tmp_path):
     assert read(path)[1][-1].time_s == pytest.approx(199.5, abs=1e-3)
 
 
-def test_frames_without_stamps_are_read_and_told(tmp_path):
-    path = tmp_path / "a.slcan"
+def test_frames_without_stamps_need_the_cycle_of_a_dbc_file(tmp_path):
+    path, dbc = tmp_path / "a.slcan", tmp_path / "a.dbc"
     path.write_text("t10020102\nt10020103\n")
-    recording, frames = read(path)
-    assert [f.data for f in frames] == [b"\1\2", b"\1\3"]
-    assert "no stamps" in recording.notes[0]
+    with pytest.raises(InputError, match="without stamps"):
+        read(path)
+    dbc.write_text('VERSION ""\nBU_: X\nBO_ 256 A: 2 X\n SG_ S : 0|8@1+ (1,0) [0|0] "" X\n\n'
+                   'BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;\nBA_DEF_DEF_ "GenMsgCycleTime" 0;\n'
+                   'BA_ "GenMsgCycleTime" BO_ 256 50;\n')
+    assert [(f.time_s, f.data) for f in Recording(path, [dbc])] == [(0.0, b"\1\2"), (0.05, b"\1\3")]
 
 
 def test_asc_in_decimal_with_relative_stamps(tmp_path):
@@ -111,7 +115,7 @@ def test_asc_in_decimal_with_relative_stamps(tmp_path):
     recording, frames = read(path)
     assert [(f.id, f.bus, f.data) for f in frames] == [(291, "can1", b"\x10\xff"), (291 | EXTENDED, "can2", b"\1")]
     assert frames[1].time_s == pytest.approx(0.5)
-    assert recording.skipped == {"error frames": 1}
+    assert recording.skipped == {"error frame": 1}
 
 
 def test_a_cut_packing_keeps_what_stands_before_it(tmp_path):

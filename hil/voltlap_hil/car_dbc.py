@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import struct
+import sys
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,7 +12,6 @@ from typing import Any
 
 from .errors import InputError
 from .frame import EXTENDED
-from .recording import logs_package
 
 Value = float | str
 _FLOATS = {16: ("<H", "<e"), 32: ("<I", "<f"), 64: ("<Q", "<d")}
@@ -133,7 +133,9 @@ class CarDbc:
             self._read(path)
 
     def _read(self, path: Path) -> None:
-        logs_package()
+        folder = str(Path(__file__).resolve().parents[2] / "plant_sim" / "python")
+        if folder not in sys.path:
+            sys.path.append(folder)
         try:
             from voltlap_logs import dbc_json  # type: ignore[import-not-found]
         except SystemExit:  # it is a program as well, and has said which package is missing

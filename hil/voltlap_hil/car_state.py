@@ -15,7 +15,7 @@ from typing import Any
 from .bus_state import FRESH, LATE, LOST
 from .car_dbc import CarDbc, CarMessage, CarSignal, id_text
 from .frame_bits import BIT_RATE, frame_bits
-from .recording_lines import LogFrame
+from .recording import LogFrame
 
 _BIN_S, _BINS = 0.1, 10
 _LATE, _LOST = 3.0, 10.0  # cycles

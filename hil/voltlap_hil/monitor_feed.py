@@ -20,8 +20,7 @@ from .car_state import CarState
 from .dbc import Dbc
 from .errors import HilError, InputError
 from .frame import Frame
-from .recording import Progress, Recording
-from .recording_lines import LogFrame
+from .recording import LogFrame, Progress, Recording
 
 _REFRESH_S = 0.2
 _READ_S = 0.05
@@ -50,7 +49,7 @@ class _OwnCar:
         self.view = monitor_view.view
 
     def take(self, frame: LogFrame) -> None:
-        self._state.update([Frame(frame.id, frame.data, round((frame.time_s or 0.0) * 1e3, 3))])
+        self._state.update([Frame(frame.id, frame.data, round((frame.time_s) * 1e3, 3))])
 
     def pass_time(self, now_s: float) -> None:
         self._state.pass_time(now_s * 1e3)
@@ -99,7 +98,7 @@ def show(options: Namespace) -> None:
 # ---- recordings ----
 
 def _show_log(listener: _Listener, options: Namespace) -> None:
-    recording = Recording(options.log)
+    recording = Recording(options.log, options.dbc or ())
     if options.speed:
         _play(listener, recording, options)
     else:
@@ -121,7 +120,7 @@ def _show_log(listener: _Listener, options: Namespace) -> None:
 def _chosen(listener: _Listener, recording: Recording, options: Namespace) -> Iterator[LogFrame]:
     """The frames from --from to --at."""
     for frame in recording:
-        time_s = frame.time_s or 0.0
+        time_s = frame.time_s
         if options.at is not None and time_s > options.at:
             if listener.frames:
                 listener.pass_time(options.at)
@@ -137,8 +136,8 @@ def _play(listener: _Listener, recording: Recording, options: Namespace) -> None
         for frame in _chosen(listener, recording, options):
             now = time.monotonic()
             if begin is None or start_s is None or shown is None:
-                begin, start_s, shown = now, frame.time_s or 0.0, 0.0
-            due = begin + ((frame.time_s or 0.0) - start_s) / options.speed
+                begin, start_s, shown = now, frame.time_s, 0.0
+            due = begin + ((frame.time_s) - start_s) / options.speed
             while now < due:
                 if now - shown > _REFRESH_S:
                     shown = now

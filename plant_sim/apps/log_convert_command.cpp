@@ -39,6 +39,7 @@ constexpr std::array kFormats{OutFormat{".log", Writer::kCandump, ""},    OutFor
                               OutFormat{".db", Writer::kPackage, "db"}};
 
 const OutFormat& format_of(const std::string& path) {
+  if (path == AtomicFile::kStandardOutput) return kFormats.front();
   for (const OutFormat& format : kFormats) {
     if (path.ends_with(format.suffix) && path.size() > format.suffix.size()) return format;
   }
@@ -115,7 +116,8 @@ LogConvertCommand::LogConvertCommand(CLI::App& app)
     : command_(log_group(app).add_subcommand("convert", "The frames of a recording in another format")) {
   recording_.add(*command_);
   add_output_file(*command_, "--out", out_,
-                  "The result: .log (candump, .log.gz), .asc, .slcan, .blf, .trc, .mf4, .csv (GVRET), .db (SQLite)")
+                  "The result: .log (candump, .log.gz; - for standard output), .asc, .slcan, .blf, .trc, .mf4, "
+                  ".csv (GVRET), .db (SQLite)")
       ->required();
   command_->add_option("--bus", bus_, "Only the frames of this interface or channel")->check(some_name("a bus"));
   command_->add_option("--from", from_s_, "Only frames from this time after the first on [s]")

@@ -80,7 +80,8 @@ bool bus_of(std::string_view name, CanLineState& state, std::uint8_t& bus) {
     bus = static_cast<std::uint8_t>(k);
     return true;
   }
-  if (state.buses.size() >= kMost) return false;
+  const auto printed = [](char c) { return c > ' ' && c <= '~'; };  // other bytes are damage, and no name
+  if (state.buses.size() >= kMost || !std::all_of(name.begin(), name.end(), printed)) return false;
   bus = static_cast<std::uint8_t>(state.buses.size());
   state.buses.emplace_back(name);
   return true;

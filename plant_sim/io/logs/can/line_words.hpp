@@ -60,7 +60,7 @@ inline constexpr std::array<std::uint8_t, 256> kHexDigit = [] {
 /// What stands between the brackets of a candump stamp: seconds, or date and time of day.
 [[nodiscard]] bool stamp(std::string_view text, double& time_s);
 
-/// Number of a bus by its name; a new one is added. False when there are more than 255.
+/// Number of a bus by its name; a new one is added. False for what is no name, and when there are more than 255.
 [[nodiscard]] bool bus_of(std::string_view name, CanLineState& state, std::uint8_t& bus);
 
 /// Time of a stamp that was read: as it is, or after the line before.

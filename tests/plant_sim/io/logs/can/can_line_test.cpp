@@ -34,7 +34,7 @@ TEST(CanLine, CandumpTellsWhatIsNoDataFrame) {
   check_kind(CanLine::kBeyondBus, CanFormat::kCandump, "(1.0) can0 40000000#00");
   for (const char* line : {"(1.0) can0 044#2", "(1.0) can0 044#001122334455667788", "(1.0 can0 044#22",
                            "(1.0) can0", "(x) can0 044#22", "(1.0) can0 0G4#22", "(1.0) can0 044##",
-                           "(nan) can0 044#22", "(1e999) can0 044#22", "rubbish"}) {
+                           "(nan) can0 044#22", "(1e999) can0 044#22", "(1.0) \xff" "can0 044#22", "rubbish"}) {
     check_kind(CanLine::kUnreadable, CanFormat::kCandump, line);
   }
 }
