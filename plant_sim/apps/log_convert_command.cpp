@@ -55,21 +55,21 @@ struct Converted {
   std::vector<std::string> notes;  ///< what the format changes
 };
 
-/// candump's own name for a channel that has a number only: the packages count from it.
-std::string candump_bus(const std::string& bus) {
-  const bool number = !bus.empty() && std::all_of(bus.begin(), bus.end(), [](char c) { return c >= '0' && c <= '9'; });
-  return number ? "can" + bus : bus;
-}
-
-/// Formats that count channels from 1 give buses other numbers than their names say.
-void note_channels(std::string_view words, std::vector<std::string>& notes) {
+/// Formats that count channels from 1 give buses other numbers than their names say; some have no place for flags.
+void note_losses(std::string_view words, std::vector<std::string>& notes) {
   while (words.ends_with('\n')) words.remove_suffix(1);
   const auto said = nlohmann::json::parse(words.substr(words.rfind('\n') + 1), nullptr, false);
-  if (!said.is_object() || !said.contains("channels")) return;
-  for (const auto& [bus, channel] : said["channels"].items()) {
+  if (!said.is_object()) return;
+  const auto facts = [&](const char* key) { return said.value(key, nlohmann::json::object()); };
+  for (const auto& facts_of_channels = facts("channels"); const auto& [bus, channel] : facts_of_channels.items()) {
     const std::string number = channel.dump();
     if (bus == "can" + number) continue;
     notes.push_back(fmt::format("{} is channel {} there, and is read back as can{}", bus, number, number));
+  }
+  for (const char* key : {"skipped", "changed"}) {
+    for (const auto& kinds = facts(key); const auto& [kind, count] : kinds.items()) {
+      notes.push_back(fmt::format("the format cannot hold everything: {} {}", count.dump(), kind));
+    }
   }
 }
 
@@ -93,7 +93,7 @@ Converted write_text(const RecordingInput& input, const DbcSet& dbc, Writer writ
     if (writer == Writer::kSlcan) {
       append_slcan(frame, origin_s, text);
     } else {
-      append_candump(frame, candump_bus(bus), text);
+      append_candump(frame, bus, text);
     }
     if (text.size() < kPiece) continue;
     write(text);
@@ -155,7 +155,12 @@ int LogConvertCommand::run(const DataFolder& data) {
     file.commit();
     const PythonReport report =
         run_recording_module("voltlap_logs.write_frames", {"--format", format.name, out_}, {between, {}});
-    note_channels(report.words, done.notes);
+    note_losses(report.words, done.notes);
+    constexpr double kAbsolute = 1e8;  // s; a time beyond counts from 1970
+    if (std::string_view(format.name) == "asc" && done.summary.begin_s > kAbsolute) {
+      done.notes.emplace_back("ASC counts from the recording's beginning; its date stands in the header, and is not "
+                              "read back");
+    }
   }
   std::FILE* stream = summary_stream({out_});
   for (const std::string& note : done.notes) fmt::print(stream, "  {}\n", note);

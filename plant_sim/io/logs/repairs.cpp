@@ -109,6 +109,32 @@ double usual_interval(const std::vector<double>& time) {
   return median(std::move(steps));
 }
 
+/// What is far longer than the recorder's habit. Testers write a row when something changes, so that such an interval
+/// need not be a hole; one beyond ten minutes is taken for one.
+class LongInterval {
+ public:
+  explicit LongInterval(const CellLog& log) : log_(log) {
+    constexpr double kUsual = 0.9, kTimes = 10.0;  // of the intervals: a recorder may be slower at rest
+    habit_s_ = kTimes * quantile(differences(log.time_s), kUsual);
+    for (const double current : log.current_a) largest_a_ = std::max(largest_a_, std::abs(current));
+  }
+  [[nodiscard]] double seconds(std::size_t row) const { return log_.time_s[row] - log_.time_s[row - 1]; }
+  [[nodiscard]] bool is_gap(std::size_t row) const {
+    constexpr double kLeast_s = 600.0;
+    return seconds(row) > std::max(kLeast_s, habit_s_);
+  }
+  /// No gap, but long enough that its charge is a guess, which nothing has counted.
+  [[nodiscard]] bool is_guess(std::size_t row) const {
+    constexpr double kLeast_s = 10.0, kRest = 0.02;  // of the largest current
+    const double flows_a = std::max(std::abs(log_.current_a[row - 1]), std::abs(log_.current_a[row]));
+    return log_.charge_ah.empty() && flows_a > kRest * largest_a_ && seconds(row) > std::max(kLeast_s, habit_s_);
+  }
+
+ private:
+  const CellLog& log_;
+  double habit_s_ = 0.0, largest_a_ = 0.0;
+};
+
 }  // namespace
 
 std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vector<double>& current, CellLog& log,
@@ -156,7 +182,7 @@ std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vec
   note(repeated, "rows that repeat a time left out");
   note(backward, "rows with a time that goes back left out");
   note(ahead, "rows with a time that jumps ahead and comes back left out");
-  note(restarts, "restarts of the clock: parts joined with 60 s between them, state after each left free");
+  note(restarts, "restarts of the clock: parts joined with 60 s between them, of which nothing is known");
   if (2 * repeated > usable.size()) {
     throw InputError(log.path,
                      fmt::format("{} of {} rows that repeat the time of the row before", repeated, usable.size()),
@@ -228,25 +254,32 @@ void settle_counter(CellLog& log) {
 
 void find_gaps(CellLog& log, const std::vector<bool>& joined) {
   VOLTLAP_DEMAND(joined.size() == log.rows());
-  constexpr double kLeast = 600.0, kTimes = 10.0, kUnseen = 0.001;
-  constexpr double kUsual = 0.9;  // of the intervals: a recorder may be slower at rest
-  const double long_interval = std::max(kLeast, kTimes * quantile(differences(log.time_s), kUsual));
+  constexpr double kUnseen = 0.001;
+  const LongInterval interval(log);
   const auto [low, high] = std::minmax_element(log.charge_ah.begin(), log.charge_ah.end());
   const double unseen_ah = log.charge_ah.empty() ? 0.0 : kUnseen * (*high - *low);
   log.gap.assign(log.rows(), false);
-  std::size_t gaps = 0;
-  double longest = 0.0;
+  std::size_t gaps = 0, guesses = 0;
+  double longest = 0.0, longest_guess = 0.0;
   for (std::size_t row = 1; row < log.rows(); ++row) {
-    const double seconds = log.time_s[row] - log.time_s[row - 1];
-    if (!joined[row] && seconds <= long_interval && !counter_disagrees(log, row, unseen_ah)) continue;
-    log.gap[row] = true;
-    ++gaps;
-    longest = std::max(longest, seconds);
+    if (joined[row] || interval.is_gap(row) || counter_disagrees(log, row, unseen_ah)) {
+      log.gap[row] = true;
+      ++gaps;
+      longest = std::max(longest, interval.seconds(row));
+    } else if (interval.is_guess(row)) {
+      ++guesses;
+      longest_guess = std::max(longest_guess, interval.seconds(row));
+    }
   }
   if (gaps > 0) {
     log.repairs.push_back(
-        fmt::format("{} gaps (longest {:.0f} s): {}, state after each left free", gaps, longest,
+        fmt::format("{} gaps (longest {:.3g} s): {}, nothing else is known of them", gaps, longest,
                     log.charge_ah.empty() ? "no charge assumed in them" : "charge from the counter"));
+  }
+  if (guesses > 0) {
+    log.repairs.push_back(fmt::format("{} intervals under current far longer than the others (longest {:.3g} s): the "
+                                      "current is taken as held over them; where rows were lost, that is wrong",
+                                      guesses, longest_guess));
   }
 }
 

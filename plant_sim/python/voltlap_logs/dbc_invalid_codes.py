@@ -87,7 +87,9 @@ def protocol_is_j1939(message, database) -> bool:
 
 def keeps_to_j1939(signal, message, database) -> bool:
     texts = [signal.comment, message.comment]
-    return protocol_is_j1939(message, database) or any(J1939.search(text or "") for text in texts)
+    # A file may name the protocol and hold plain frames of 11 bits beside it, which have nothing of it.
+    protocol = message.is_extended_frame and protocol_is_j1939(message, database)
+    return protocol or any(J1939.search(text or "") for text in texts)
 
 
 def is_state(signal) -> bool:

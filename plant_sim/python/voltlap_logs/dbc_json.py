@@ -24,7 +24,7 @@ except ModuleNotFoundError as missing:  # its own dependencies included
 from voltlap_logs.dbc_invalid_codes import invalid_codes, protocol_is_j1939
 from voltlap_logs.dbc_statements import Refused, TooMuchUnreadable, Unit, read_statements
 
-FORMAT = 3  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
+FORMAT = 4  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
 MOST_BYTES = 32_000_000
 MOST_FRAME_BYTES = 64
 OTHER_KINDS = (".kcd", ".sym", ".arxml", ".cdd")

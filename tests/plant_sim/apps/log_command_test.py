@@ -180,6 +180,23 @@ def test_what_breaks_off_is_kept_up_to_there_and_said(run, tmp_path):
     assert voltlap("log", "info", tmp_path / "cut.log.gz").returncode == 1
 
 
+def test_one_frame_with_other_signals_in_two_dbc_files_is_refused(run, tmp_path):
+    (tmp_path / "same.dbc").write_bytes(CAR.read_bytes())
+    done("log", "info", run, *DBC, "--dbc", tmp_path / "same.dbc")
+    (tmp_path / "other.dbc").write_text(CAR.read_text().replace(" PackVoltage :", " SomethingElse :", 1))
+    refused = voltlap("log", "info", run, *DBC, "--dbc", tmp_path / "other.dbc")
+    assert refused.returncode == 2 and "other.dbc" in refused.stderr and "with other signals" in refused.stderr
+
+
+def test_what_a_format_cannot_hold_is_said(tmp_path):
+    log, back = tmp_path / "fd.log", tmp_path / "back.log"
+    log.write_text("".join(f"({k / 10:.6f}) can1 123##{k % 2}{k:02X}\n" for k in range(20)))
+    assert "cannot hold" in done("log", "convert", log, "--out", tmp_path / "fd.csv")
+    done("log", "convert", log, "--out", tmp_path / "fd.slcan")
+    done("log", "convert", tmp_path / "fd.slcan", "--out", back)
+    assert [frame for _, frame in frames(back)] == [frame for _, frame in frames(log)]
+
+
 @pytest.mark.parametrize("arguments, words", [
     (["info", "absent.log"], ["absent.log", "no file"]),
     (["info", "table.csv"], ["table.csv", "no frame"]),

@@ -108,7 +108,7 @@ CanLine parse_asc(std::string_view line, CanLineState& state, RecordedFrame& out
   if (fd) channel = next_word(rest);
   unsigned number = 0;
   if (!whole(channel, number)) return CanLine::kHeader;  // events such as "Start of measurement"
-  if (!bus_of(channel, state, out.bus)) return CanLine::kUnreadable;
+  if (!channel_of(channel, state, out.bus)) return CanLine::kUnreadable;
   return fd ? flexible(rest, state, out, next_word(rest)) : classic(rest, state, out);
 }
 

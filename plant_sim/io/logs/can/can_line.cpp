@@ -87,6 +87,15 @@ bool bus_of(std::string_view name, CanLineState& state, std::uint8_t& bus) {
   return true;
 }
 
+bool channel_of(std::string_view number, CanLineState& state, std::uint8_t& bus) {
+  const bool digits = !number.empty() && number.size() <= 4 &&
+                      std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!digits) return bus_of(number, state, bus);
+  std::array<char, 8> name{'c', 'a', 'n'};
+  std::copy(number.begin(), number.end(), name.begin() + 3);
+  return bus_of({name.data(), 3 + number.size()}, state, bus);
+}
+
 const char* name_of(CanFormat format) {
   switch (format) {
     case CanFormat::kCandump:

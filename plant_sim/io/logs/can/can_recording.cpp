@@ -92,11 +92,12 @@ double tick_of(const FirstLook& look) {
   return 1e-9;
 }
 
-FirstLook known_format(const std::string& path, const std::string& file, const std::string& foreign) {
+FirstLook known_format(const std::string& path, const std::string& file, const ForeignRecording& foreign) {
   if (auto look = look_at(file)) return *look;
-  if (!foreign.empty()) {
-    throw InputError(path, fmt::format("a recording in the format {} without a frame", foreign), "one with frames",
-                     "Check that this is the recording you meant");
+  if (!foreign.format.empty()) {
+    throw InputError(path, fmt::format("a recording in the format {} without a frame{}", foreign.format,
+                                       foreign.broken.empty() ? "" : "; " + foreign.broken),
+                     "one with frames", "Check that this is the recording you meant, and that it is whole");
   }
   throw InputError(path, "no frame in the first 1000 lines",
                    "a CAN recording: candump, Vector ASC, SLCAN, lines such as 0000026Bx000005220108160000000000 (ms x "
@@ -161,7 +162,8 @@ CanRecording::CanRecording(const Source& source, const CanReading& reading)
       reading_(reading) {
   const std::string& path = path_;
   if (source.foreign != nullptr) take_foreign(*source.foreign);
-  const FirstLook look = known_format(path, source.file, format_name_);
+  static const ForeignRecording kNative;
+  const FirstLook look = known_format(path, source.file, source.foreign != nullptr ? *source.foreign : kNative);
   format_ = look.format;
   untimed_ = 2 * look.untimed > look.frames;
   clock_.emplace(defects_, format_ == CanFormat::kSlcan && !untimed_ ? kSlcanTurn : 0.0);

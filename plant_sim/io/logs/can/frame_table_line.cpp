@@ -124,7 +124,7 @@ CanLine parse_frame_table(std::string_view line, CanLineState& state, RecordedFr
   out.flexible = out.length > 8;
   out.time_s = advance(state, time * header.tick_s);
   const std::string_view bus = header.bus >= 0 && header.bus < std::ssize(fields) ? field(header.bus) : "bus";
-  return bus_of(bus, state, out.bus) ? CanLine::kFrame : CanLine::kUnreadable;
+  return channel_of(bus, state, out.bus) ? CanLine::kFrame : CanLine::kUnreadable;
 }
 
 }  // namespace voltlap::plant

@@ -39,7 +39,8 @@ void append_slcan(const RecordedFrame& frame, double origin_s, std::string& out)
   const bool extended = (frame.id & RecordedFrame::kExtendedFlag) != 0;
   const auto code = std::find(kLengths.begin(), kLengths.end(), frame.length) - kLengths.begin();
   VOLTLAP_DEMAND(code < 16);
-  const char type = frame.flexible ? (extended ? 'D' : 'd') : (extended ? 'T' : 't');
+  const char fast = extended ? 'B' : 'b', slow = extended ? 'D' : 'd';
+  const char type = frame.flexible ? ((frame.flags & 1U) != 0 ? fast : slow) : (extended ? 'T' : 't');
   fmt::format_to(std::back_inserter(out), "{}{:0{}X}{:X}", type, frame.id & ~RecordedFrame::kExtendedFlag,
                  extended ? 8 : 3, code);
   append_bytes(frame, out);

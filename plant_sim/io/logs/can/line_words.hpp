@@ -63,6 +63,9 @@ inline constexpr std::array<std::uint8_t, 256> kHexDigit = [] {
 /// Number of a bus by its name; a new one is added. False for what is no name, and when there are more than 255.
 [[nodiscard]] bool bus_of(std::string_view name, CanLineState& state, std::uint8_t& bus);
 
+/// The same for a channel that has a number only: can1 for 1, as in every other format.
+[[nodiscard]] bool channel_of(std::string_view number, CanLineState& state, std::uint8_t& bus);
+
 /// Time of a stamp that was read: as it is, or after the line before.
 [[nodiscard]] inline double advance(CanLineState& state, double stamp_s) {
   return state.clock_s = state.differences ? state.clock_s + stamp_s : stamp_s;

@@ -29,7 +29,8 @@ CanLine parse_slcan(std::string_view line, CanLineState& state, RecordedFrame& o
   const bool answer = line == "z" || line == "Z" || line == "\a" || type == 'V' || type == 'N' || type == 'F';
   if (answer) return CanLine::kHeader;
   const bool extended = type == 'T' || type == 'x' || type == 'D' || type == 'B';
-  out.flexible = type == 'd' || type == 'D' || type == 'b' || type == 'B';
+  out.flags = type == 'b' || type == 'B' ? 1 : 0;  // the data were sent faster
+  out.flexible = type == 'd' || type == 'D' || out.flags != 0;
   if (!extended && !out.flexible && type != 't') return CanLine::kUnreadable;
   const std::size_t digits = extended ? 8 : 3, data = digits + 2;
   if (line.size() < data) return CanLine::kUnreadable;

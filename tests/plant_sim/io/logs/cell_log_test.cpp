@@ -123,6 +123,22 @@ TEST(CellLog, ClockThatStartsAgainIsJoinedWithAGap) {
   CHECK(has_repair(log, "restarts of the clock"));
 }
 
+TEST(CellLog, AHoleUnderCurrentIsSaidAndOneAtRestIsNot) {
+  const struct {
+    std::size_t row;
+    bool said;
+  } holes[] = {{20, true}, {15, true}, {25, false}};  // 10 A to rest; 10 A; rest
+  for (const auto& hole : holes) {
+    MeasuredTable table = Square{}.table();
+    for (std::size_t row = hole.row; row < 60; ++row) table.values[0][row] += 300.0;
+    const CellLog log = log_of(table);
+    CHECK_EQUAL(hole.said, has_repair(log, "the current is taken as held"));
+    CHECK_FALSE(log.gap[hole.row]);
+    for (std::size_t row = hole.row; row < 60; ++row) table.values[0][row] += 400.0;
+    CHECK(log_of(table).gap[hole.row]);
+  }
+}
+
 TEST(CellLog, GapTakesItsChargeFromTheCounter) {
   MeasuredTable table = Square{}.table();
   table.columns.emplace_back("q");

@@ -15,6 +15,11 @@
 using namespace voltlap;
 using namespace voltlap::plant;
 
+// A parameter group has no priority and no source, and no destination where it has one (SAE J1939-21, 5.2).
+static_assert(parameter_group(0x18FEF1FE) == 0xFEF1 && parameter_group(0x0CFEF117) == 0xFEF1);
+static_assert(parameter_group(0x18EA21FE) == 0xEA00 && parameter_group(0x0CEAFF17) == 0xEA00);
+static_assert(parameter_group(0x19FEF1FE) != parameter_group(0x18FEF1FE));  // another data page
+
 TEST_GROUP(DbcFile) {
   Scratch scratch;
   TEST_SETUP() { use_dbc_cache_of_this_run(); }

@@ -176,9 +176,16 @@ def test_names_of_states_are_values_and_names_of_codes_are_none(read, text, name
 
 def test_j1939_has_its_own_ranges_where_the_file_says_so(read):
     protocol = ('BA_DEF_ "ProtocolType" STRING ;\nBA_DEF_DEF_ "ProtocolType" "";\nBA_ "ProtocolType" "J1939";\n')
-    assert invalid(read, '0|16@1+ (1,0) [0|0] ""', protocol) == [[0xFE00, 0xFFFF]]
+
+    def extended(text):
+        found = read(f'BO_ 2566844926 F: 8 ECU\n SG_ S : {text} X\n{protocol}')
+        return found["messages"][0]["signals"][0]["invalid"]
+
+    assert extended('0|16@1+ (1,0) [0|0] ""') == [[0xFE00, 0xFFFF]]
+    assert extended('0|16@1- (1,0) [0|0] ""') == []
+    # Plain frames of 11 bits beside them have nothing of the protocol.
+    assert invalid(read, '0|8@1+ (0.4,0) [0|0] "%"', protocol) == []
     assert invalid(read, '0|8@1+ (1,0) [0|0] ""', 'CM_ BO_ 1 "SPN 84 of J1939-71";\n') == [[0xFE, 0xFF]]
-    assert invalid(read, '0|16@1- (1,0) [0|0] ""', protocol) == []
     assert invalid(read, '0|16@1+ (1,0) [0|0] ""', "") == []
 
 

@@ -71,6 +71,18 @@ TEST(PlausibleUnits, RightOnesAreLeftAlone) {
   DOUBLES_EQUAL(20.0, log.current_a[30], 0.0);
 }
 
+TEST(PlausibleUnits, PartsThatAreJoinedStandAMinuteApartInWhateverUnitTheTimeWas) {
+  const Pulses pulses{.time_scale = 1e3};
+  MeasuredTable table = pulses.table();
+  const double restart = table.values[0][200];
+  for (std::size_t row = 200; row < 400; ++row) table.values[0][row] -= restart;
+  const CellLog log = cell_log_of(table, pulses.map(), {});
+  CHECK(said(log, "time is in ms"));
+  DOUBLES_EQUAL(60.0, log.time_s[200] - log.time_s[199], 1e-6);
+  DOUBLES_EQUAL(1.0, log.time_s[201] - log.time_s[200], 1e-6);
+  DOUBLES_EQUAL(199.0, log.time_s[199], 1e-6);
+}
+
 TEST(PlausibleUnits, MilliamperesAreFoundAndSaidOrRefusedWhereAmperesWereTold) {
   const Pulses pulses{.current_scale = 1e3};
   const CellLog log = pulses.log();

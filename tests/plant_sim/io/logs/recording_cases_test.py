@@ -104,7 +104,7 @@ def test_channels_of_asc_are_buses(read):
         lines += [f"{STEP_S * k:.6f} 1  100 Rx d 8 {data}",
                   f"{STEP_S * k + 0.01:.6f} 2  100 Rx d 8 00 00 00 00 00 00 00 00"]
     assert read(lines).code == 1
-    check_whole(read(lines, roles=role_map(', bus = "1"')))
+    check_whole(read(lines, roles=role_map(', bus = "can1"')))
 
 
 def test_buses_one_behind_the_other_are_refused(read):

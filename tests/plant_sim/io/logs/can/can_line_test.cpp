@@ -163,7 +163,7 @@ TEST(CanLine, ATableOfFramesIsReadByTheNamesOfItsColumns) {
   CHECK_EQUAL(0x123U | RecordedFrame::kExtendedFlag, timed.id);
   LONGS_EQUAL(0xFF, timed.data[1]);
   DOUBLES_EQUAL(2.5, timed.time_s, 1e-12);
-  STRCMP_EQUAL("1", state.buses.at(timed.bus).c_str());
+  STRCMP_EQUAL("can1", state.buses.at(timed.bus).c_str());
 }
 
 TEST(CanLine, BusesAreNumberedInTheOrderInWhichTheySpeak) {
