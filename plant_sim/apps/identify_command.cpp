@@ -70,6 +70,15 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_flag("--constant", constant_,
                      "A plain circuit: resistances and time constants with one value for all SOC, temperatures and "
                      "currents; the OCV stays free");
+  const std::map<std::string, IdentifyOptions::Tables> tables{{"chosen", IdentifyOptions::Tables::kChosen},
+                                                              {"laws", IdentifyOptions::Tables::kByLaws},
+                                                              {"tests", IdentifyOptions::Tables::kByTest}};
+  command_
+      ->add_option("--tables", tables_,
+                   "Tests at several temperatures and currents: one table over SOC with laws (laws), a table for each "
+                   "test (tests), or what predicts better what was kept back (chosen, the default)")
+      ->type_name("chosen|laws|tests")
+      ->transform(CLI::Transformer(tables));
   command_->add_option("--ocv", ocv_, "OCV from a slow test (a table) or a cell file; default: from the rests");
   command_->add_option("--temperature", temperatures_, "degC of the files after it that have no temperature column")
       ->check(number_between(-40.0, 80.0, "In degC; correct the number, or leave the flag out"))
@@ -266,6 +275,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   options.branches = branches_;
   options.hold = hold_;
   options.instruments = instruments_;
+  options.tables = tables_;
   take_method(options);
   take_blocks(options);
   take_ocv(data, options);

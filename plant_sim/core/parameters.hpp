@@ -11,13 +11,17 @@
 
 namespace voltlap::plant {
 
-/// A battery parameter over SOC, temperature and current: either a full table, or a curve over SOC with a relative
-/// change per kelvin and per ampere about a reference point (then `table` is empty).
+/// A battery parameter over SOC, temperature and current: either a full table, or a curve over SOC about a reference
+/// point (then `table` is empty) with a relative change per kelvin and per ampere, Arrhenius' law, and for R0 a charge
+/// transfer (car/battery/cell_tables.hpp).
 struct CellParameterMap {
   std::vector<double> value;       ///< by SOC breakpoint, at the reference point
   double per_kelvin = 0.0;         ///< [1/K] relative change of the value
   double per_ampere = 0.0;         ///< [1/A] relative change of the value
   std::vector<double> table;       ///< [soc][temperature][current], last index fastest; empty: use `value`
+  double activation_energy_j_per_mol = 0.0;  ///< [J/mol] the value falls with temperature by Arrhenius
+  double exchange_current_a = 0.0;           ///< [A] of R0: a charge transfer besides the value; 0: none
+  double exchange_activation_energy_j_per_mol = 0.0;  ///< [J/mol] by which it grows with temperature
 };
 
 /// What a cell does beyond two branches and its tables (equations: car/battery/cell_effects.hpp). Each is off at 0.

@@ -31,6 +31,27 @@ void require_increasing(const CellParameters& cell, const char* key, const std::
   }
 }
 
+double arrhenius(double j_per_mol, double temperature_c, double reference_c) {
+  return std::exp(j_per_mol / kGasConstant *
+                  (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_c + kZeroCelsius)));
+}
+
+/// Of a charge transfer that is given by its law [A].
+double exchange_current_of(const CellParameters& cell, double temperature_c) {
+  return cell.r0_ohm.exchange_current_a *
+         arrhenius(-cell.r0_ohm.exchange_activation_energy_j_per_mol, temperature_c, cell.reference_temperature_c);
+}
+
+/// What the charge transfer adds to a parameter [ohm] at a temperature and current.
+double charge_transfer_ohm(const CellParameters& cell, const CellParameterMap& map, double temperature_c,
+                           double current_a) {
+  constexpr double kSmall = 1e-3;  // of the exchange current: below it v_ct / I does not change
+  if (map.exchange_current_a == 0.0) return 0.0;
+  const double exchange = exchange_current_of(cell, temperature_c);
+  const double current = std::max(std::abs(current_a), kSmall * exchange);
+  return charge_transfer_v(exchange, current, temperature_c) / current;
+}
+
 /// One parameter as a full table [soc][temperature][current].
 std::vector<double> expand(const CellParameters& cell, const char* key, const CellParameterMap& map) {
   const auto& soc = cell.soc_breakpoints;
@@ -47,9 +68,11 @@ std::vector<double> expand(const CellParameters& cell, const char* key, const Ce
     table.reserve(nodes);
     for (const double value : map.value) {
       for (const double t : temperature) {
-        const double by_temperature = 1.0 + map.per_kelvin * (t - cell.reference_temperature_c);
+        const double by_temperature = (1.0 + map.per_kelvin * (t - cell.reference_temperature_c)) *
+                                      arrhenius(map.activation_energy_j_per_mol, t, cell.reference_temperature_c);
         for (const double i : current) {
-          table.push_back(value * by_temperature * (1.0 + map.per_ampere * (i - cell.reference_current_a)));
+          table.push_back(value * by_temperature * (1.0 + map.per_ampere * (i - cell.reference_current_a)) +
+                          charge_transfer_ohm(cell, map, t, i));
         }
       }
     }
@@ -113,7 +136,10 @@ CellTables::CellTables(const CellParameters& cell)
   }
 
   if (cell.kinetic_law || effects_.exchange_current_change != 0.0) {
-    for (std::size_t t = 0; t < temperature_.at.size(); ++t) log_exchange_.push_back(std::log(exchange_current(t)));
+    const bool known = cell.r0_ohm.exchange_current_a > 0.0;
+    for (std::size_t t = 0; t < temperature_.at.size(); ++t)
+      log_exchange_.push_back(
+          std::log(known ? exchange_current_of(cell, temperature_.at[t]) : exchange_current(t)));
   }
   if (cell.kinetic_law) {
     refine_over_temperature();

@@ -2,6 +2,10 @@
 // A cell's parameters as lookup tables: R0, R1, R2, tau1, tau2 over (SOC, temperature, current) and OCV over SOC.
 // Trilinear between breakpoints, held at the ends (reference study, 2016, sections 4.8.2 and 6.7, Table 6.9).
 //
+// A curve over SOC, `value`, is that at the reference point (T_ref, I_ref):
+//   p(s, T, I) = value(s) (1 + per_kelvin (T - T_ref)) (1 + per_ampere (I - I_ref)) exp(Ea/Rg (1/T - 1/T_ref))
+//   R0         = that + v_ct(I, T) / I with the exchange current i0 exp(-Ei/Rg (1/T - 1/T_ref))
+//
 // With `breakpoints.kinetic_law`, which identified cells have, kinetics say what is between the points:
 //   ln p    straight over 1/T, also 10 K beyond the ends     Arrhenius; p: R0, R1 + R2, tau1, tau2
 //   R0(I)   r(I) + v_ct(I)/I, r straight over I, v_ct as in car/battery/cell_effects.hpp with the exchange current that

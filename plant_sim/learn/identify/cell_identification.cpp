@@ -42,8 +42,10 @@ std::size_t nearest_to_usual_temperature(const std::vector<OperatingPoint>& poin
   return nearest;
 }
 
-IdentifyOptions at_temperature(IdentifyOptions options, double temperature_c) {
+/// Recordings of one operating point are at its temperature where they have none of their own.
+IdentifyOptions at_temperature(IdentifyOptions options, double temperature_c, std::size_t recordings) {
   options.reference_temperature_c = temperature_c;
+  options.temperatures_c.assign(recordings, temperature_c);
   return options;
 }
 
@@ -57,7 +59,7 @@ std::vector<IdentificationProblem> problems_like_reference(const CellIdentificat
   like_reference.progress = nullptr;
   std::vector<std::future<IdentificationProblem>> preparing;
   for (const OperatingPoint& point : cell.points) {
-    IdentifyOptions own = at_temperature(like_reference, point.temperature_c);
+    IdentifyOptions own = at_temperature(like_reference, point.temperature_c, point.logs.size());
     if (&point == &cell.reference_point()) own.capacity_ah = options.capacity_ah;
     preparing.push_back(
         std::async(std::launch::async, [&point, own] { return IdentificationProblem(point.logs, own); }));
@@ -137,14 +139,12 @@ bool CellIdentification::was_tested(std::size_t temperature, std::size_t current
          std::abs(point.current_a - currents_a[current]) < 1e-9;
 }
 
-CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<double>& temperatures_c,
-                                 const IdentifyOptions& options) {
-  const OperatingGrid grid = operating_grid(logs, temperatures_c);
-  CellIdentification cell = at_operating_points(std::move(logs), grid);
-  cell.reference = nearest_to_usual_temperature(cell.points);
-  cell.temperature_told = options.temperature_told;
+namespace {
+
+/// Each operating point by itself: as many tables as there are tests.
+CellIdentification identify_by_point(CellIdentification cell, const IdentifyOptions& options) {
   OperatingPoint& reference = cell.reference_point();
-  reference.result = identify(reference.logs, at_temperature(options, reference.temperature_c));
+  reference.result = identify(reference.logs, at_temperature(options, reference.temperature_c, reference.logs.size()));
   if (cell.points.size() == 1) return cell;
   std::vector<IdentificationProblem> problems = problems_like_reference(cell, options);
   if (options.method || options.constant) {
@@ -154,6 +154,70 @@ CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<do
     fit_together(std::move(problems), cell);
   }
   return cell;
+}
+
+/// All recordings together: one table over SOC, and laws over temperature and current.
+CellIdentification identify_by_laws(const std::vector<CellLog>& logs, const std::vector<double>& temperatures_c,
+                                    const CellIdentification& by_point, const IdentifyOptions& options) {
+  const OperatingPoint& reference = by_point.reference_point();
+  CellIdentification out;
+  const double current_a = by_point.currents_a.size() > 1 ? 0.0 : by_point.currents_a.front();
+  out.points.push_back({reference.temperature_c, current_a, logs, {}});
+  out.temperatures_c = {reference.temperature_c};
+  out.currents_a = {current_a};
+  out.temperature_told = options.temperature_told;
+  IdentifyOptions together = at_temperature(options, reference.temperature_c, logs.size());
+  together.temperatures_c = temperatures_c;
+  out.points[0].result = identify(logs, together);
+  return out;
+}
+
+/// Whether tables of their own predict what was kept back of the tests better than the laws: by a tenth, and beyond
+/// chance.
+bool is_better_by_point(const CellIdentification& by_point, const IdentifyResult& by_laws) {
+  constexpr double kBetter = 0.9, kSure = 2.0;  // of the mean; standard errors
+  BlockScore points;
+  for (const OperatingPoint& point : by_point.points) {
+    const auto& parts = point.result.heldout.parts;
+    points.parts.insert(points.parts.end(), parts.begin(), parts.end());
+  }
+  if (points.parts.empty() || by_laws.heldout.parts.empty()) return false;
+  const double gain = by_laws.heldout.mean() - points.mean();
+  const bool same_blocks = points.parts.size() == by_laws.heldout.parts.size();
+  const double sure = same_blocks ? kSure * standard_error_of_difference(points, by_laws.heldout) : 0.0;
+  return points.mean() < kBetter * by_laws.heldout.mean() && gain > sure;
+}
+
+std::string tables_note(const CellIdentification& by_point, const IdentifyResult& by_laws, bool chosen_by_point) {
+  BlockScore points;
+  for (const OperatingPoint& point : by_point.points) {
+    const auto& parts = point.result.heldout.parts;
+    points.parts.insert(points.parts.end(), parts.begin(), parts.end());
+  }
+  return fmt::format("What was kept back of the tests is predicted within {:.2f} mV by one table with laws over "
+                     "temperature and current, within {:.2f} mV by a table for each of the {} tests: {}.",
+                     1e3 * by_laws.heldout.mean(), 1e3 * points.mean(), by_point.points.size(),
+                     chosen_by_point ? "each its own" : "the laws");
+}
+
+}  // namespace
+
+CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<double>& temperatures_c,
+                                 const IdentifyOptions& options) {
+  const OperatingGrid grid = operating_grid(logs, temperatures_c);
+  const std::vector<CellLog> all = logs;
+  CellIdentification cell = at_operating_points(std::move(logs), grid);
+  cell.reference = nearest_to_usual_temperature(cell.points);
+  cell.temperature_told = options.temperature_told;
+  if (options.method || options.constant) return identify_by_point(std::move(cell), options);
+  CellIdentification by_laws = identify_by_laws(all, temperatures_c, cell, options);
+  if (cell.points.size() == 1 || options.tables == IdentifyOptions::Tables::kByLaws) return by_laws;
+  cell = identify_by_point(std::move(cell), options);
+  IdentifyResult& laws = by_laws.points[0].result;
+  const bool own = options.tables == IdentifyOptions::Tables::kByTest || is_better_by_point(cell, laws);
+  CellIdentification& chosen = own ? cell : by_laws;
+  chosen.reference_point().result.notes.push_back(tables_note(cell, laws, own));
+  return std::move(chosen);
 }
 
 }  // namespace voltlap::plant

@@ -31,27 +31,41 @@ double longest_rest(const std::vector<MeasuredRun>& runs) {
   return longest;
 }
 
-double longest_time_constant(const std::vector<MeasuredRun>& runs) {
-  constexpr double kShare = 0.5, kLeast = 150.0, kMost = 5000.0;  // of the longest rest; s
-  return std::clamp(kShare * longest_rest(runs), kLeast, kMost);
+/// Half of the shortest interval at which the current steps: what is faster is part of R0.
+double shortest_time_constant(const std::vector<MeasuredRun>& runs) {
+  constexpr double kStep = 0.05, kShare = 0.5, kLeast = 0.2, kMost = 30.0;  // of the largest current; s
+  double shortest = kMost / kShare;
+  for (const MeasuredRun& run : runs) {
+    const double most = run.current_a.cwiseAbs().maxCoeff();
+    for (Index row = 1; row < run.rows(); ++row) {
+      const bool steps = std::abs(run.current_a(row) - run.current_a(row - 1)) > kStep * most;
+      if (steps && !run.is_reset(row) && run.weight_s(row) > 0.0) shortest = std::min(shortest, run.dt_s(row));
+    }
+  }
+  return std::clamp(kShare * shortest, kLeast, kMost);
+}
+
+/// `share` of the longest rest: half of it for a branch's search, all of it for the time constant at any one SOC.
+double longest_time_constant(const std::vector<MeasuredRun>& runs, double share) {
+  constexpr double kLeast = 300.0, kMost = 1e4;  // s
+  return share * std::clamp(longest_rest(runs), kLeast, kMost);
 }
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-void take(const FullFit& full, const IdentifyOptions& options, double capacity_ah, IdentifyResult& result) {
+void take(const FullFit& full, double capacity_ah, IdentifyResult& result) {
   result.packed = full.packed;
   result.model = full.fit.model;
   result.model.capacity_ah = capacity_ah;
-  result.model.per_kelvin = options.per_kelvin;
-  result.model.reference_temperature_c = options.reference_temperature_c;
   result.noise_v2_s = full.noise_v2_s;
   result.uncertainty = full.uncertainty;
   result.smoothness = full.smoothness;
   result.smoothness_from = full.smoothness_from;
   result.smoothness_scores = full.smoothness_scores;
   result.orders = full.orders;
+  result.heldout = full.heldout;
   result.iterations = full.iterations;
 }
 
@@ -99,8 +113,10 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   require_enough_rows(logs);
   for (CellLog& log : logs) smooth_quantised_temperature(log);
   if (by_stage()) return;
+  priors.laws = assumed_laws(options.reference_temperature_c);
   if (options.constant) {
-    options.per_kelvin = 0.0;
+    priors.laws = {.reference_temperature_c = options.reference_temperature_c};
+    priors.law_priors.fixed = true;
     result.notes.push_back("A plain circuit (--constant): one value of each resistance and time constant.");
   }
   make_runs();
@@ -109,15 +125,16 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   result.hysteresis_v = set_hysteresis_aside(runs, prepared.front().run.capacity_ah, priors, result.notes);
   everything = runs;
   if (options.block_s > 0.0) hold_out_blocks();
-  priors.tau_longest_s = longest_time_constant(runs);
+  priors.tau_longest_s = longest_time_constant(runs, 0.5);
+  priors.tau_bound_s = std::min(5000.0, longest_time_constant(runs, 1.0));
+  priors.tau_shortest_s = std::min(shortest_time_constant(runs), 0.1 * priors.tau_longest_s);
   result.seconds = seconds_since(begin);
 }
 
 void IdentificationProblem::make_runs() {
   const bool every_row = options.block_s > 0.0;
   prepared = prepare(logs,
-                     {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c,
-                      options.per_kelvin, options.hold},
+                     {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold},
                      result.notes);
   priors.ocv = options.ocv;
   priors.constant = options.constant;
@@ -127,6 +144,9 @@ void IdentificationProblem::make_runs() {
     throw InputError(logs.front().path, "no step of the current that the voltage follows",
                      "at least one pulse, or a drive, with rows at most 2 s apart", "Give a recording with steps");
   }
+  const bool fixed = priors.law_priors.fixed;
+  priors.law_priors = usual_law_priors(priors.resistance_scale, options.reference_temperature_c);
+  priors.law_priors.fixed = fixed;
   if (runs.size() < prepared.size()) {
     anchor_by_model(prepared, linear_fit(runs, first_taus(2), priors).model);
     runs = runs_of(prepared, every_row);
@@ -138,7 +158,8 @@ void IdentificationProblem::make_runs() {
 void IdentificationProblem::drop_slope_of_warmed_cell() {
   constexpr double kCooled = 600.0;  // s of rest after which a cell is taken to be at the room's temperature
   if (options.temperature_told || options.constant || longest_rest(runs) >= kCooled) return;
-  options.per_kelvin = 0.0;
+  priors.laws = {.reference_temperature_c = options.reference_temperature_c};
+  priors.law_priors.fixed = true;
   result.notes.push_back(
       "No temperature was recorded or told, and no rest lets the cell cool: the resistances are those that it had as "
       "it warmed, written without a change with temperature (--temperature T writes the usual one).");
@@ -197,7 +218,7 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
   // The reference study's full optimization starts at its initial pulse optimization.
   if (options.method) fit_options.start = initial_pulse_model(prepared);
   const FullFit full = full_fit(runs, priors, fit_options, result.notes);
-  take(full, options, prepared.front().run.capacity_ah, result);
+  take(full, prepared.front().run.capacity_ah, result);
   widen_intervals(full);
   if (options.block_s > 0.0) result.rms_other_blocks_v = rms_of_held_out_blocks(full);
   fill_files(prepared, runs, full.fit.states, result);

@@ -18,7 +18,7 @@ namespace voltlap::plant {
 
 struct IdentifyOptions {
   int branches = 0;            ///< 1..3; 0: chosen by information criterion and held-out pulses, at most 2
-  double per_kelvin = -0.014;  ///< [1/K] of resistances within one test; reference study, 2016, Table 7.2
+  std::vector<double> temperatures_c;  ///< of the recordings that have none of their own, one each; empty: 25 degC
   bool temperature_told = true;  ///< else a recording without rests has warmed by nobody knows how much
   double reference_temperature_c = 25.0;       ///< at which the tables hold
   std::vector<OcvKnowledge> ocv;               ///< from a slow test or another cell file; empty: from the rests
@@ -28,6 +28,8 @@ struct IdentifyOptions {
   InstrumentLimits instruments;                ///< what the intervals must cover beside noise
   double block_s = 0.0;                        ///< > 0: fit every other block of this length, predict the rest
   bool fit_even_blocks = true;
+  /// Tests at several temperatures and currents: one table with laws, a table for each test, or what predicts better.
+  enum class Tables { kChosen, kByLaws, kByTest } tables = Tables::kChosen;
   bool constant = false;  ///< a plain circuit: one value of each resistance and time constant for all SOC
   std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
@@ -39,6 +41,7 @@ struct IdentifyResult {
   Eigen::VectorXd packed;
   std::vector<RecordingResult> files;
   std::vector<OrderScore> orders;
+  BlockScore heldout;  ///< of pulses or minutes that the others predict
   std::string smoothness_from;         ///< evidence, held-out pulses; --constant where too few are left out
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;

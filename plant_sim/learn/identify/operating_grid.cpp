@@ -25,7 +25,15 @@ double single_current(const CellLog& log) {
   // A resistor's current falls with the voltage, most in the last pulse: a third between a tenth and nine tenths of the
   // rows is still one test.
   const double low = quantile(drawn, 0.1), high = quantile(drawn, 0.9), middle = median(drawn);
-  return high - low < 0.35 * middle ? middle : 0.0;
+  if (high - low >= 0.35 * middle) return 0.0;
+  // Pulses of a few seconds are few rows: they are a current of their own all the same.
+  constexpr double kOther = 1.5, kLeastSeconds = 3.0;
+  double other_s = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    if (std::abs(log.current_a[row]) > kOther * middle && !log.gap[row])
+      other_s += log.time_s[row] - log.time_s[row - 1];
+  }
+  return other_s < kLeastSeconds ? middle : 0.0;
 }
 
 /// A recording without a fast current tells the OCV and the capacity, but no resistance: it makes no point of its own.

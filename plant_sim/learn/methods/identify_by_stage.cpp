@@ -84,16 +84,14 @@ IdentifyResult identify_by_stage(const std::vector<CellLog>& logs, const Identif
   IdentifyResult result;
   const std::vector<PreparedLog> prepared = prepare(
       logs,
-      {options.capacity_ah, options.capacity_fallback_ah, options.reference_temperature_c, options.per_kelvin,
-       options.hold},
+      {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold},
       result.notes);
   require_full_charges(prepared);
   if (options.progress) options.progress(name_of(*options.method));
   StageFit fit = mean_fit(prepared, *options.method);
   result.model = std::move(fit.model);
   result.model.capacity_ah = prepared.front().run.capacity_ah;
-  result.model.per_kelvin = options.per_kelvin;
-  result.model.reference_temperature_c = options.reference_temperature_c;
+  result.model.laws = assumed_laws(options.reference_temperature_c);
   result.sections = std::move(fit.sections);
   result.iterations = fit.iterations;
   const Index parameters = result.model.em.size() + result.model.r.size() + result.model.tau.size();

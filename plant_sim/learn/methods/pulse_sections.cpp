@@ -116,7 +116,7 @@ MeasuredRun part_of(const MeasuredRun& run, Index first, Index last) {
   out.name = run.name;
   for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc,
                       &MeasuredRun::dt_s, &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a,
-                      &MeasuredRun::weight_s, &MeasuredRun::resistance_scale}) {
+                      &MeasuredRun::weight_s, &MeasuredRun::temperature_c}) {
     out.*member = (run.*member).segment(first, last - first);
   }
   out.reset.assign(run.reset.begin() + first, run.reset.begin() + last);

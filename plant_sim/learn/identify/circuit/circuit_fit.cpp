@@ -58,7 +58,7 @@ CircuitFit::CircuitFit(const std::vector<MeasuredRun>& runs, Index branches, Fit
       grid_(std::move(grid)),
       branches_(branches),
       priors_(std::move(priors)),
-      rows_(runs, ocv_, grid_, branches),
+      rows_(runs, ocv_, grid_, branches, priors_.laws),
       em_rough_(ocv_.roughness()),
       r_rough_(priors_.constant ? grid_.slopes() : grid_.roughness()) {
   VOLTLAP_DEMAND(!runs_.empty() && branches_ >= 1);
@@ -91,12 +91,13 @@ LinearSolution CircuitFit::solve(const Eigen::MatrixXd& tau_s) const {
   VOLTLAP_DEMAND(tau_s.rows() == r_count() && tau_s.cols() == branches_);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());
   x.segment(at.tau(0), tau_s.size()) = tau_s.reshaped();
+  x.tail(ResistanceLaws::kCount) = priors_.laws.packed();
   const NormalSums sums = sums_of(rows_, at, x.data(), false);
   std::vector<Index> linear;
   for (Index k = 0; k < at.size(); ++k) {
-    if (k < at.tau(0) || k >= at.state()) linear.push_back(k);
+    if (k < at.tau(0) || (k >= at.state() && k < at.law())) linear.push_back(k);
   }
-  // All resistances are zero here: the error is the voltage itself.
+  // All resistances are zero here: the error is the voltage itself, with what the charge transfer takes.
   Eigen::MatrixXd normal = (sums.rest + sums.load)(linear, linear);
   Eigen::VectorXd right = -sums.gradient(linear);
   double square = sums.rest_square + sums.load_square;
@@ -110,10 +111,10 @@ LinearSolution CircuitFit::solve(const Eigen::MatrixXd& tau_s) const {
 }
 
 double CircuitFit::cost_of_taus(const Eigen::VectorXd& log_tau) const {
-  // Branches keep their order and a distance of 1.5; outside this and 0.2 s to the longest a wall rises.
+  // Branches keep their order and a distance of 1.5; outside this and shortest to longest a wall rises.
   double wall = 0.0;
   for (Index k = 0; k < log_tau.size(); ++k) {
-    const double low = k == 0 ? std::log(0.2) : log_tau(k - 1) + std::log(1.5);
+    const double low = k == 0 ? std::log(priors_.tau_shortest_s) : log_tau(k - 1) + std::log(1.5);
     wall += std::max(0.0, low - log_tau(k)) + std::max(0.0, log_tau(k) - std::log(priors_.tau_longest_s));
   }
   const Eigen::VectorXd tau = log_tau.array().min(std::log(5e4)).max(std::log(1e-2)).exp();
@@ -132,6 +133,7 @@ CircuitModel CircuitFit::model_of(const LinearSolution& solution, const Eigen::M
   model.em = solution.x.head(em_count());
   model.r = Eigen::Map<const Eigen::MatrixXd>(solution.x.data() + em_count(), r_count(), branches_ + 1);
   model.tau = tau_s;
+  model.laws = priors_.laws;
   return model;
 }
 

@@ -30,6 +30,10 @@ struct FitPriors {
   double log_tau_sigma = 0.5;      ///< how far a node's ln(tau) may stray from its branch's centre, for one sigma
   bool constant = false;           ///< resistances and time constants may not change with SOC
   double tau_longest_s = 5000.0;   ///< what the longest rest can still tell from a drift of the OCV
+  double tau_bound_s = 5000.0;     ///< of the time constant at any one SOC
+  double tau_shortest_s = 0.2;     ///< what the rows can still tell from R0
+  ResistanceLaws laws;             ///< at which linear fits are made, and from which full ones begin
+  LawPriors law_priors;
   std::vector<OcvKnowledge> ocv;
   /// Weight of the roughness of each table [V s^0.5 over its unit]: Em, R0 .. RK, ln tau1 .. ln tauK. Empty: from
   /// `smoothness`.

@@ -103,8 +103,8 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
   double shown = 0.0;
   for (Eigen::Index row = 0; row < run.rows(); ++row) {
     const SocGrid::Place p = model.grid.find(run.soc(row));
-    const double scale = run.resistance_scale(row);
-    for (Eigen::Index k = 0; k < branches; ++k) resistance(k) = scale * entry(model.r, k + 1, p);
+    const LawFactors laws = law_factors(model.laws, run.temperature_c(row));
+    for (Eigen::Index k = 0; k < branches; ++k) resistance(k) = laws.polarization * entry(model.r, k + 1, p);
     if (run.is_reset(row)) {
       state.setZero();
       if (!run.at_rest_before[static_cast<std::size_t>(row)] && next_state + branches <= states_v.size()) {
@@ -114,13 +114,16 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
     } else {
       const SocGrid::Place middle = model.grid.find(0.5 * (run.soc(row) + run.soc(row - 1)));
       for (Eigen::Index k = 0; k < branches; ++k) {
-        state(k) = first_order_step(run.dt_s(row), entry(model.tau, k, middle))
+        state(k) = first_order_step(run.dt_s(row), laws.time_constant * entry(model.tau, k, middle))
                        .after(state(k), before(k) * run.current_begin_a(row), resistance(k) * run.current_end_a(row));
       }
     }
     before = resistance;
-    const double v =
-        model.ocv.value(model.em, run.soc(row)) - scale * entry(model.r, 0, p) * run.current_a(row) - state.sum();
+    const double drop = laws.ohmic * entry(model.r, 0, p) * run.current_a(row) +
+                        charge_transfer_drop_v(model.laws, run.current_a(row), run.temperature_c(row));
+    const double warmer_k = run.temperature_c(row) - model.laws.reference_temperature_c;
+    const double v = model.ocv.value(model.em, run.soc(row)) + 1e-3 * model.laws.entropy_mv_per_k * warmer_k - drop -
+                     state.sum();
     const bool lags = model.voltage_lag_s > 0.0 && row > 0 && !run.is_reset(row);
     shown = lags ? v + (shown - v) * std::exp(-run.dt_s(row) / model.voltage_lag_s) : v;
     voltage(row) = shown;

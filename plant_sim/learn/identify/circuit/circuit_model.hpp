@@ -3,6 +3,7 @@
 //
 //   V = Em(s) - R0(s) I - sum_k v_k,   dv_k/dt = (R_k(s) I - v_k) / tau_k(s)          (discharge current positive)
 //
+// R and tau follow the temperature, and R0 the current, by the laws of resistance_laws.hpp.
 // Over an interval u = R_k(s) I is straight from end to end, tau that of its middle: the step is the cell's own
 // (car/battery/first_order.hpp), exact for a held current as for a straight one. Source: reference study, 2016,
 // Eq. 4.18; signs after Thevenin.
@@ -11,6 +12,8 @@
 #include <array>
 #include <cstddef>
 #include <vector>
+
+#include "learn/identify/circuit/resistance_laws.hpp"
 
 namespace voltlap::plant {
 
@@ -67,8 +70,7 @@ struct CircuitModel {
   Eigen::MatrixXd r;    ///< [ohm] on `grid`; column 0 is R0, column k the resistance of branch k
   Eigen::MatrixXd tau;  ///< [s] on `grid`; column k - 1 is branch k
   double capacity_ah = 0.0;
-  double reference_temperature_c = 25.0;
-  double per_kelvin = 0.0;     ///< [1/K] relative change of all resistances
+  ResistanceLaws laws;         ///< from the tables' temperature to others
   double voltage_lag_s = 0.0;  ///< first-order lag of the recorded voltage behind the current; 0: none found
 
   [[nodiscard]] Eigen::Index branches() const { return tau.cols(); }

@@ -11,15 +11,58 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kResistanceFloor = 1e-3;  // of the typical resistance, where the linear fit says zero
+constexpr double kResistanceFloor = 1e-3;  // of the typical resistance: no recording tells less from nothing
+constexpr double kMostEnergy = 120.0;      // kJ/mol, of any law
+constexpr double kMostEntropy = 1.0;       // mV/K
+constexpr double kMostOfExchange = 6.0;    // of ln i_0, from what is believed of it
+
+/// Between which values a parameter stays: resistances above a floor, time constants within what the recordings tell,
+/// laws within those of any cell.
+struct Bounds {
+  Eigen::VectorXd low, high;
+};
+
+Bounds bounds_of(const CircuitResiduals& cost) {
+  constexpr double kNone = 1e300;
+  const CircuitLayout& at = cost.layout();
+  const FitPriors& priors = cost.fit().priors();
+  Bounds out{Eigen::VectorXd::Constant(at.size(), -kNone), Eigen::VectorXd::Constant(at.size(), kNone)};
+  out.low.segment(at.em, at.tau(0) - at.em).setConstant(std::log(kResistanceFloor * priors.resistance_scale));
+  out.low.segment(at.tau(0), at.state() - at.tau(0)).setConstant(std::log(priors.tau_shortest_s));
+  out.high.segment(at.tau(0), at.state() - at.tau(0)).setConstant(std::log(priors.tau_bound_s));
+  const double exchange = priors.law_priors.mean(ResistanceLaws::kLogExchange);
+  out.low.tail(ResistanceLaws::kCount) << -kMostEnergy, -kMostEnergy, -kMostEnergy, exchange - kMostOfExchange,
+      -kMostEntropy;
+  out.high.tail(ResistanceLaws::kCount) << kMostEnergy, kMostEnergy, kMostEnergy, exchange + kMostOfExchange,
+      kMostEntropy;
+  return out;
+}
 
 /// Where a step leads: a resistance grows by the share itself, not by e to its power: voltages are linear in it.
-Eigen::VectorXd moved(const Eigen::VectorXd& p, const Eigen::VectorXd& step, const CircuitLayout& at) {
+Eigen::VectorXd moved(const Eigen::VectorXd& p, const Eigen::VectorXd& step, const CircuitLayout& at,
+                      const Bounds& bounds) {
   constexpr double kLeastLeft = 0.1;  // of a resistance: it stays above zero
   Eigen::VectorXd out = p + step;
   const auto shares = step.segment(at.em, at.tau(0) - at.em).array();
   out.segment(at.em, shares.size()) = p.segment(at.em, shares.size()).array() + (1.0 + shares).max(kLeastLeft).log();
-  return out;
+  return out.cwiseMax(bounds.low).cwiseMin(bounds.high);
+}
+
+/// A step for the parameters that can still move: one at its bound that would go beyond stays.
+Eigen::VectorXd step_of(const Eigen::MatrixXd& whole, const Eigen::VectorXd& gradient, const Eigen::VectorXd& p,
+                        const Bounds& bounds, double damping) {
+  Eigen::MatrixXd damped = whole;
+  damped.diagonal() *= 1.0 + damping;
+  Eigen::VectorXd right = -gradient;
+  for (Index k = 0; k < p.size(); ++k) {
+    const bool stays = (p(k) <= bounds.low(k) && gradient(k) > 0.0) || (p(k) >= bounds.high(k) && gradient(k) < 0.0);
+    if (!stays) continue;
+    damped.row(k).setZero();
+    damped.col(k).setZero();
+    damped(k, k) = 1.0;
+    right(k) = 0.0;
+  }
+  return damped.ldlt().solve(right);
 }
 
 }  // namespace
@@ -32,7 +75,7 @@ CircuitResiduals::CircuitResiduals(const CircuitFit& fit, Eigen::VectorXd tau_ce
       em_rough_(fit.ocv().roughness()),
       r_rough_(fit.r_roughness()) {
   prior_rows_ = em_rough_.rows() + r_rough_.rows() * (2 * at_.branches + 1) + at_.nodes * at_.branches +
-                static_cast<Index>(fit.priors().ocv.size()) + at_.states;
+                static_cast<Index>(fit.priors().ocv.size()) + at_.states + ResistanceLaws::kCount;
   VOLTLAP_DEMAND(log_centre_.size() == at_.branches && log_centre_.allFinite());
 }
 
@@ -45,7 +88,10 @@ Eigen::VectorXd CircuitResiduals::pack(const LinearSolution& solution, const Eig
   const double floor = kResistanceFloor * fit_.priors().resistance_scale;
   p.segment(at_.em, resistances) = solution.x.segment(at_.em, resistances).array().max(floor).log();
   p.segment(at_.tau(0), tau_s.size()) = tau_s.reshaped().array().log();
-  p.tail(at_.states) = solution.x.tail(at_.states);
+  p.segment(at_.state(), at_.states) = solution.x.tail(at_.states);
+  p.tail(ResistanceLaws::kCount) = fit_.priors().laws.packed();
+  if (!fit_.rows().charge_transfer) p(at_.law() + ResistanceLaws::kLogExchange) =
+      fit_.priors().law_priors.mean(ResistanceLaws::kLogExchange);
   return p;
 }
 
@@ -55,6 +101,8 @@ CircuitModel CircuitResiduals::model_of(const Eigen::VectorXd& p) const {
   model.em = p.head(at_.em);
   model.r = p.segment(at_.em, at_.tau(0) - at_.em).array().exp().reshaped(at_.nodes, at_.branches + 1);
   model.tau = p.segment(at_.tau(0), at_.nodes * at_.branches).array().exp().reshaped(at_.nodes, at_.branches);
+  model.laws = fit_.priors().laws;
+  model.laws.take(p.tail(ResistanceLaws::kCount));
   return model;
 }
 
@@ -102,9 +150,16 @@ void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
     }
     put(noise / known.sigma_v * residual, em.first, w, 4);
   }
-  for (Index k = at_.state(); k < at_.size(); ++k) {
+  for (Index k = at_.state(); k < at_.law(); ++k) {
     w[0] = noise / prior.state_sigma_v;
     put(w[0] * p[k], k, w, 1);
+  }
+  constexpr double kFixed = 1e-3;  // of a sigma
+  for (Index k = 0; k < ResistanceLaws::kCount; ++k) {
+    const bool fixed = prior.law_priors.fixed;
+    w[0] = noise / (prior.law_priors.sigma(k) * (fixed ? kFixed : 1.0));
+    const double from = fixed && k != ResistanceLaws::kLogExchange ? prior.laws.packed()(k) : prior.law_priors.mean(k);
+    put(w[0] * (p[at_.law() + k] - from), at_.law() + k, w, 1);
   }
 }
 
@@ -150,22 +205,21 @@ RefineResult refine(const CircuitResiduals& cost, const Eigen::VectorXd& start, 
   constexpr int kMostTrials = 12;
   const CircuitLayout& at = cost.layout();
   VOLTLAP_DEMAND(start.size() == at.size() && tolerance >= 0.0);
-  RefineResult out{start};
-  CircuitResiduals::Sums sums = cost.sums(start);
+  const Bounds bounds = bounds_of(cost);
+  RefineResult out{start.cwiseMax(bounds.low).cwiseMin(bounds.high)};
+  CircuitResiduals::Sums sums = cost.sums(out.p);
   out.cost = sums.cost();
   double damping = 1e-4, growth = 2.0;
   for (; out.iterations < iterations_max && !out.converged; ++out.iterations) {
     const Eigen::MatrixXd whole = sums.whole();
     bool accepted = false;
     for (int trial = 0; trial < kMostTrials && !accepted; ++trial) {
-      Eigen::MatrixXd damped = whole;
-      damped.diagonal() *= 1.0 + damping;
-      const Eigen::VectorXd step = -damped.ldlt().solve(sums.gradient);
+      const Eigen::VectorXd step = step_of(whole, sums.gradient, out.p, bounds, damping);
       // A factor of e at most in any time constant: beyond it the straight line means nothing.
       const double longest = step.segment(at.tau(0), at.state() - at.tau(0)).cwiseAbs().maxCoeff();
       const Eigen::VectorXd taken = step * std::min(1.0, 1.0 / std::max(longest, 1e-12));
       const double predicted = -2.0 * sums.gradient.dot(taken) - taken.dot(whole * taken);
-      const Eigen::VectorXd there = moved(out.p, taken, at);
+      const Eigen::VectorXd there = moved(out.p, taken, at, bounds);
       CircuitResiduals::Sums next = cost.sums(there);
       const double gained = out.cost - next.cost();
       if (predicted <= tolerance * out.cost && std::abs(gained) <= tolerance * out.cost) out.converged = true;

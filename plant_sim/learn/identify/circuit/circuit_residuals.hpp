@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The full fit: every parameter free, residuals with exact derivatives, trust-region least squares.
-// Parameters p = [Em | ln R0 | ln R1 .. ln RK | ln tau1 .. ln tauK | free states]; resistances and time constants
-// stay positive by their logarithm. The objective is that of CircuitFit, with the time constants' smoothness added.
+// Parameters p = [Em | ln R0 | ln R1 .. ln RK | ln tau1 .. ln tauK | free states | laws]; resistances and time constants
+// stay positive by their logarithm. The objective is that of CircuitFit, with the time constants' smoothness and what is
+// believed of the laws added.
 #pragma once
 #include <Eigen/Dense>
 
@@ -38,7 +39,9 @@ class CircuitResiduals {
 
   [[nodiscard]] Eigen::VectorXd pack(const LinearSolution& solution, const Eigen::MatrixXd& tau_s) const;
   [[nodiscard]] CircuitModel model_of(const Eigen::VectorXd& p) const;
-  [[nodiscard]] Eigen::VectorXd states_of(const Eigen::VectorXd& p) const { return p.tail(fit_.state_count()); }
+  [[nodiscard]] Eigen::VectorXd states_of(const Eigen::VectorXd& p) const {
+    return p.segment(at_.state(), at_.states);
+  }
 
  private:
   /// Parameters as the model has them: R and tau instead of their logarithms.

@@ -23,9 +23,10 @@ double between(const double* y, const CircuitRow::Place& p) {
   return y[p.node] + p.fraction * (y[p.node + 1] - y[p.node]);
 }
 
-/// One branch on its way through a run: voltage and its derivatives by each node's R and tau, from node low to high.
+/// One branch on its way through a run: voltage and its derivatives by each node's R and tau, from node low to high, and
+/// by the two laws that move it.
 struct Branch {
-  double v = 0.0, u = 0.0, decay = 1.0;
+  double v = 0.0, u = 0.0, decay = 1.0, by_energy = 0.0, by_tau_energy = 0.0;
   int low = 0, high = -1;
   std::array<double, kMostNodes> by_r{}, by_tau{};
 
@@ -33,6 +34,7 @@ struct Branch {
     v = voltage;
     u = source;
     decay = 1.0;
+    by_energy = by_tau_energy = 0.0;
     low = 0;
     high = -1;
     by_r.fill(0.0);
@@ -64,7 +66,60 @@ struct Branch {
   }
 };
 
-/// Goes through all rows; `visit(row, error, branches, open_state)` sees those with a weight.
+/// What the laws make of a row: currents that a table's resistance takes, factor of the time constants, and the voltage's
+/// derivatives by the laws that act at once.
+struct LawRow {
+  double drop_a, begin_a, end_a, tau_factor = 1.0, tau_warm = 0.0;
+  double taken_v = 0.0, by_ohmic = 0.0, by_polarization = 0.0, by_log_exchange = 0.0;
+};
+
+constexpr double kMillivolt = 1e-3;
+
+LawRow law_row(const CircuitRows& all, const CircuitRow& row, const double* laws, double r0_ohm) {
+  LawRow out{row.current_a, row.begin_a, row.end_a};
+  if (!all.isothermal) {
+    out.drop_a *= std::exp(laws[ResistanceLaws::kOhmic] * row.warm);
+    out.begin_a *= std::exp(laws[ResistanceLaws::kPolarization] * row.warm_was);
+    out.end_a *= std::exp(laws[ResistanceLaws::kPolarization] * row.warm);
+    out.tau_warm = row.warm;
+    out.tau_factor = std::exp(laws[ResistanceLaws::kTimeConstant] * row.warm);
+    out.by_ohmic = -r0_ohm * out.drop_a * row.warm;
+    out.taken_v = -kMillivolt * laws[ResistanceLaws::kEntropy] * row.warmer_k;
+  }
+  if (all.charge_transfer) {
+    const double log_exchange = laws[ResistanceLaws::kLogExchange] - laws[ResistanceLaws::kPolarization] * row.warm;
+    const double share = 0.5 * row.current_a * std::exp(-log_exchange);
+    out.taken_v += row.thermal_v * std::asinh(share);
+    out.by_log_exchange = row.thermal_v * share / std::sqrt(1.0 + share * share);
+    out.by_polarization = -out.by_log_exchange * row.warm;
+  }
+  return out;
+}
+
+/// One interval of a branch.
+void step(Branch& branch, const CircuitRow& row, const LawRow& law, double tau_s, double u, bool derivatives,
+          double negligible) {
+  const IntervalResponse w = interval_response(row.dt_s, tau_s * law.tau_factor);
+  if (derivatives) {
+    const double by_tau = w.da * branch.v + w.dg0 * branch.u * law.begin_a + w.dg1 * u * law.end_a;
+    branch.open(row.was);
+    branch.open(row.middle);
+    branch.open(row.at);
+    branch.scale(w.a);
+    Branch::put(branch.by_r, row.was, w.g0 * law.begin_a);
+    Branch::put(branch.by_r, row.at, w.g1 * law.end_a);
+    Branch::put(branch.by_tau, row.middle, by_tau * law.tau_factor);
+    branch.by_energy = w.a * branch.by_energy + w.g0 * branch.u * law.begin_a * row.warm_was +
+                       w.g1 * u * law.end_a * row.warm;
+    branch.by_tau_energy = w.a * branch.by_tau_energy + by_tau * tau_s * law.tau_factor * law.tau_warm;
+    branch.decay *= w.a;
+    if (negligible > 0.0) branch.close(negligible, negligible * 1e-5);
+  }
+  branch.v = w.a * branch.v + w.g0 * branch.u * law.begin_a + w.g1 * u * law.end_a;
+  branch.u = u;
+}
+
+/// Goes through all rows; `visit(row, law, error, branches, open_state)` sees those with a weight.
 template <class Visit>
 void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, bool derivatives, double negligible,
           const Visit& visit) {
@@ -72,8 +127,9 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
   const auto count = static_cast<std::size_t>(layout.branches);
   int open_state = -1;
   for (const CircuitRow& row : all.rows) {
-    const double* r0 = x + layout.r(0);
-    double v = -between(r0, row.at) * row.drop_a;
+    const double r0_ohm = between(x + layout.r(0), row.at);
+    const LawRow law = law_row(all, row, x + layout.law(), r0_ohm);
+    double v = -r0_ohm * law.drop_a - law.taken_v;
     for (std::size_t k = 0; k < 4; ++k) v += row.em_weight[k] * x[row.em_node + static_cast<int>(k)];
     if (row.reset) open_state = row.free_state;
     for (std::size_t k = 0; k < count; ++k) {
@@ -83,45 +139,32 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
       if (row.reset) {
         branch.begin(open_state >= 0 ? x[layout.state() + open_state + index] : 0.0, u);
       } else {
-        const IntervalResponse w = interval_response(row.dt_s, between(x + layout.tau(index), row.middle));
-        if (derivatives) {
-          branch.open(row.was);
-          branch.open(row.middle);
-          branch.open(row.at);
-          branch.scale(w.a);
-          Branch::put(branch.by_r, row.was, w.g0 * row.begin_a);
-          Branch::put(branch.by_r, row.at, w.g1 * row.end_a);
-          Branch::put(branch.by_tau, row.middle,
-                      w.da * branch.v + w.dg0 * branch.u * row.begin_a + w.dg1 * u * row.end_a);
-          branch.decay *= w.a;
-          if (negligible > 0.0) branch.close(negligible, negligible * 1e-5);
-        }
-        branch.v = w.a * branch.v + w.g0 * branch.u * row.begin_a + w.g1 * u * row.end_a;
-        branch.u = u;
+        step(branch, row, law, between(x + layout.tau(index), row.middle), u, derivatives, negligible);
       }
       v -= branch.v;
     }
-    if (row.weight_s > 0.0) visit(row, v - row.voltage_v, branches, open_state);
+    if (row.weight_s > 0.0) visit(row, law, v - row.voltage_v, branches, open_state);
   }
 }
 
 /// The non-zero derivatives of one row's voltage, column by column.
 struct Line {
-  std::array<int, 8 + 2 * kMostBranches * (kMostNodes + 1)> column;
-  std::array<double, 8 + 2 * kMostBranches * (kMostNodes + 1)> value;
+  static constexpr std::size_t kMost = 13 + 2 * kMostBranches * (kMostNodes + 1);
+  std::array<int, kMost> column;
+  std::array<double, kMost> value;
   std::size_t count = 0;
 
   void put(Index at, double derivative) {
     column[count] = static_cast<int>(at);
     value[count++] = derivative;
   }
-  void fill(const CircuitRow& row, const CircuitLayout& layout, const std::array<Branch, kMostBranches>& branches,
-            int open_state, bool with_tau) {
+  void fill(const CircuitRow& row, const LawRow& law, const CircuitLayout& layout,
+            const std::array<Branch, kMostBranches>& branches, int open_state, bool with_tau) {
     count = 0;
     for (std::size_t k = 0; k < 4; ++k) put(row.em_node + static_cast<Index>(k), row.em_weight[k]);
-    if (row.drop_a != 0.0) {
-      put(layout.r(0) + row.at.node, -row.drop_a * (1.0 - row.at.fraction));
-      put(layout.r(0) + row.at.node + 1, -row.drop_a * row.at.fraction);
+    if (row.current_a != 0.0) {
+      put(layout.r(0) + row.at.node, -law.drop_a * (1.0 - row.at.fraction));
+      put(layout.r(0) + row.at.node + 1, -law.drop_a * row.at.fraction);
     }
     for (Index k = 0; k < layout.branches; ++k) {
       const Branch& branch = branches[static_cast<std::size_t>(k)];
@@ -135,16 +178,30 @@ struct Line {
           put(layout.tau(k) + n, -branch.by_tau[static_cast<std::size_t>(n)]);
       }
     }
-    if (open_state < 0) return;
-    for (Index k = 0; k < layout.branches; ++k)
+    for (Index k = 0; open_state >= 0 && k < layout.branches; ++k)
       put(layout.state() + open_state + k, -branches[static_cast<std::size_t>(k)].decay);
+  }
+  /// Of a run that is not all at one temperature, or with a charge transfer.
+  void add_laws(const CircuitRow& row, const LawRow& law, const CircuitLayout& layout,
+                const std::array<Branch, kMostBranches>& branches) {
+    double by_polarization = law.by_polarization, by_time_constant = 0.0;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(layout.branches); ++k) {
+      by_polarization -= branches[k].by_energy;
+      by_time_constant -= branches[k].by_tau_energy;
+    }
+    put(layout.law() + ResistanceLaws::kOhmic, law.by_ohmic);
+    put(layout.law() + ResistanceLaws::kPolarization, by_polarization);
+    put(layout.law() + ResistanceLaws::kTimeConstant, by_time_constant);
+    put(layout.law() + ResistanceLaws::kLogExchange, law.by_log_exchange);
+    put(layout.law() + ResistanceLaws::kEntropy, kMillivolt * row.warmer_k);
   }
 };
 
 }  // namespace
 
 CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid,
-                         Index branches) {
+                         Index branches, const ResistanceLaws& laws)
+    : charge_transfer(laws.has_charge_transfer()) {
   VOLTLAP_DEMAND(branches >= 0 && branches <= kMostBranches && grid.size() <= kMostNodes);
   std::size_t count = 0;
   for (const MeasuredRun& run : runs) count += static_cast<std::size_t>(run.rows());
@@ -155,10 +212,16 @@ CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& oc
     for (Index k = 0; k < run.rows(); ++k) {
       const Index before = std::max<Index>(0, k - 1);
       const SocGrid::Weights em = ocv.weights(run.soc(k));
+      const double warm_was = laws.inverse(run.temperature_c(before)), warm = laws.inverse(run.temperature_c(k));
+      isothermal = isothermal && warm_was == 0.0 && warm == 0.0;
       CircuitRow row{run.dt_s(k),
-                     run.resistance_scale(before) * run.current_begin_a(k),
-                     run.resistance_scale(k) * run.current_end_a(k),
-                     run.resistance_scale(k) * run.current_a(k),
+                     run.current_begin_a(k),
+                     run.current_end_a(k),
+                     run.current_a(k),
+                     warm_was,
+                     warm,
+                     run.temperature_c(k) - laws.reference_temperature_c,
+                     4.0 * kGasConstant * (run.temperature_c(k) + kZeroCelsius) / kFaraday,
                      run.weight_s(k),
                      run.voltage_v(k),
                      place_of(grid, run.soc(before)),
@@ -183,16 +246,18 @@ NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const d
   VOLTLAP_DEMAND(x != nullptr && layout.branches <= kMostBranches && layout.nodes <= kMostNodes);
   VOLTLAP_DEMAND(rows.states == layout.states);
   double most = 0.0;
-  for (const CircuitRow& row : rows.rows) most = std::max(most, std::abs(row.drop_a));
+  for (const CircuitRow& row : rows.rows) most = std::max(most, std::abs(row.current_a));
   constexpr double kNegligible = 1e-5;  // of a derivative, next to its largest
   NormalSums out;
   const Index n = layout.size();
   out.rest = out.load = Eigen::MatrixXd::Zero(n, n);
   out.gradient = Eigen::VectorXd::Zero(n);
   Line line;
+  const bool with_laws = with_tau && (!rows.isothermal || rows.charge_transfer);
   walk(rows, layout, x, true, kNegligible * most,
-       [&](const CircuitRow& row, double error, const auto& branches, int open_state) {
-         line.fill(row, layout, branches, open_state, with_tau);
+       [&](const CircuitRow& row, const LawRow& law, double error, const auto& branches, int open_state) {
+         line.fill(row, law, layout, branches, open_state, with_tau);
+         if (with_laws) line.add_laws(row, law, layout, branches);
          Eigen::MatrixXd& into = row.load ? out.load : out.rest;
          const double square = row.weight_s * error * error;
          (row.load ? out.load_square : out.rest_square) += square;
@@ -215,11 +280,12 @@ void residuals_of(const CircuitRows& rows, const CircuitLayout& layout, const do
   Line line;
   Index out = 0;
   walk(rows, layout, x, derivatives != nullptr, 0.0,
-       [&](const CircuitRow& row, double error, const auto& branches, int open_state) {
+       [&](const CircuitRow& row, const LawRow& law, double error, const auto& branches, int open_state) {
          const double root = std::sqrt(row.weight_s);
          residuals[out] = root * error;
          if (derivatives != nullptr) {
-           line.fill(row, layout, branches, open_state, true);
+           line.fill(row, law, layout, branches, open_state, true);
+           line.add_laws(row, law, layout, branches);
            for (std::size_t k = 0; k < line.count; ++k)
              derivatives[out * layout.size() + line.column[k]] = root * line.value[k];
          }

@@ -17,8 +17,11 @@ struct CircuitRow {
     int node;
     double fraction;
   };
-  double dt_s, begin_a, end_a;  ///< interval, and its currents times the rows' resistance scales
-  double drop_a;                ///< current at the row times its resistance scale
+  double dt_s, begin_a, end_a;  ///< interval, and its currents
+  double current_a;             ///< at the row
+  double warm_was, warm;        ///< x of the laws [mol/kJ] at the row before and at the row
+  double warmer_k;              ///< T - T_ref at the row
+  double thermal_v;             ///< 4 R_g T / F at the row
   double weight_s, voltage_v;
   Place was, middle, at;  ///< on the tables: row before, interval, row
   int em_node;
@@ -30,18 +33,23 @@ struct CircuitRow {
 
 struct CircuitRows {
   CircuitRows() = default;
-  CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid, Eigen::Index branches);
+  /// `laws`: their reference temperature, and whether there is a charge transfer.
+  CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid, Eigen::Index branches,
+              const ResistanceLaws& laws);
   std::vector<CircuitRow> rows;
   Eigen::Index states = 0, used = 0;  ///< free states; rows with a weight
+  bool isothermal = true;             ///< x is 0 at every row
+  bool charge_transfer = false;
 };
 
-/// Where each parameter stands in a vector: [Em | R0 .. RK | tau1 .. tauK | free states].
+/// Where each parameter stands in a vector: [Em | R0 .. RK | tau1 .. tauK | free states | laws].
 struct CircuitLayout {
   Eigen::Index em, nodes, branches, states;
   [[nodiscard]] Eigen::Index r(Eigen::Index k) const { return em + k * nodes; }
   [[nodiscard]] Eigen::Index tau(Eigen::Index k) const { return em + (branches + 1 + k) * nodes; }
   [[nodiscard]] Eigen::Index state() const { return em + (2 * branches + 1) * nodes; }
-  [[nodiscard]] Eigen::Index size() const { return state() + states; }
+  [[nodiscard]] Eigen::Index law() const { return state() + states; }
+  [[nodiscard]] Eigen::Index size() const { return law() + ResistanceLaws::kCount; }
   /// First entry and number of nodes of table 0: Em, then R0 .. RK, tau1 .. tauK.
   [[nodiscard]] Eigen::Index tables() const { return 2 * branches + 2; }
   [[nodiscard]] Eigen::Index first(Eigen::Index table) const { return table == 0 ? 0 : em + (table - 1) * nodes; }
@@ -56,7 +64,8 @@ struct NormalSums {
   Eigen::Index rest_rows = 0, load_rows = 0;
 };
 
-/// Sums at parameters x (R and tau themselves). Without `with_tau` their columns stay zero: the fit is linear then.
+/// Sums at parameters x (R and tau themselves). Without `with_tau` columns of time constants and laws stay zero: the fit
+/// is linear then.
 [[nodiscard]] NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, bool with_tau);
 
 /// Errors of the rows with a weight, times the root of the weight [V s^0.5]; `derivatives` is null or a row-major

@@ -56,6 +56,33 @@ Index chosen_order(const std::vector<OrderScore>& o, std::vector<std::string>& n
   return o[1].heldout_rms_v < kWorthIt * o[0].heldout_rms_v ? 2 : 1;
 }
 
+/// Whether the current under load has rates that differ: those of a tenth of the charge at either end by half.
+bool has_several_rates(const std::vector<MeasuredRun>& runs) {
+  constexpr double kLoad = 0.05, kSeveral = 1.5;  // of the largest; ratio
+  constexpr double kFewestSeconds = 5.0;
+  double most = 0.0;
+  for (const MeasuredRun& run : runs) most = std::max(most, run.current_a.cwiseAbs().maxCoeff());
+  std::vector<std::pair<double, double>> rates;  // |I|, seconds
+  for (const MeasuredRun& run : runs) {
+    for (Index row = 0; row < run.rows(); ++row) {
+      const double rate = std::abs(run.current_a(row));
+      if (rate > kLoad * most && run.weight_s(row) > 0.0) rates.emplace_back(rate, run.weight_s(row));
+    }
+  }
+  std::sort(rates.begin(), rates.end());
+  double seconds = 0.0;
+  const auto reached = [&](const auto& from, const auto& to) {
+    seconds = 0.0;
+    for (auto at = from; at != to; ++at) {
+      seconds += at->second;
+      if (seconds >= kFewestSeconds) return at->first;
+    }
+    return 0.0;
+  };
+  const double low = reached(rates.begin(), rates.end()), high = reached(rates.rbegin(), rates.rend());
+  return low > 0.0 && high > kSeveral * low;
+}
+
 /// One recording, one course of decisions.
 class FullFitter {
  public:
@@ -74,11 +101,12 @@ class FullFitter {
       errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     }
     priors_.noise_v2_s = noise_density(runs_, errors);
-    if (!priors_.constant && by_evidence()) {
-      if (choose_order()) by_evidence();
-    } else {
-      by_prediction();
-    }
+    settle_laws();
+    // A step that fails decides nothing: the next way begins afresh.
+    bool settled = !priors_.constant && by_evidence();
+    if (settled && choose_order()) settled = by_evidence();
+    if (!settled) by_prediction();
+    out_.heldout = heldout_score(runs_, taus_, out_.priors);
     out_.tau_centre_s = taus_;
     VOLTLAP_DEMAND(out_.packed.size() == out_.uncertainty.sigma.size() && out_.fit.states.size() == runs_.size());
     return std::move(out_);
@@ -106,6 +134,31 @@ class FullFitter {
     }
     const Eigen::MatrixXd taus = taus_.transpose().replicate(cost.fit().r_count(), 1);
     return cost.pack(cost.fit().solve(taus), taus);
+  }
+  /// The laws, where the recordings have more than one temperature or rate: a charge transfer that bends R0 over the
+  /// current stays where it lowers the cost by more than chance does.
+  void settle_laws() {
+    if (priors_.law_priors.fixed) return;
+    constexpr double kDecisive = 6.0;  // of the noise density: twice ln 20
+    say("laws over temperature and current");
+    const auto at_laws = [&](const FitPriors& priors) {
+      constexpr int kSteps = 15;
+      constexpr double kStill = 1e-4;
+      const CircuitFit circuit(runs_, branches_, priors);
+      const CircuitResiduals cost(circuit, taus_);
+      const RefineResult refined = refine(cost, packed_start(cost), kSteps, kStill);
+      return std::pair(refined.cost, cost.model_of(refined.p).laws);
+    };
+    const auto [plain_cost, plain_laws] = at_laws(priors_);
+    ResistanceLaws laws = plain_laws;
+    if (has_several_rates(runs_)) {
+      FitPriors bent = priors_;
+      bent.laws.exchange_a = std::exp(bent.law_priors.mean(ResistanceLaws::kLogExchange));
+      const auto [bent_cost, bent_laws] = at_laws(bent);
+      if (plain_cost - bent_cost > kDecisive * priors_.noise_v2_s) laws = bent_laws;
+    }
+    priors_.laws = laws;
+    if (!options_.tau_centre_s) search(taus_);
   }
   void take(const CircuitResiduals& cost, const Eigen::VectorXd& packed) {
     out_.packed = packed;

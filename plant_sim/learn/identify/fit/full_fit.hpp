@@ -13,6 +13,7 @@
 #include "learn/identify/circuit/circuit_residuals.hpp"
 #include "learn/identify/fit/model_selection.hpp"
 #include "learn/identify/fit/uncertainty.hpp"
+#include "learn/identify/recording/holdout_blocks.hpp"
 
 namespace voltlap::plant {
 
@@ -35,6 +36,7 @@ struct FullFit {
   double smoothness = 0.0;      ///< of held-out pulses; 0 with evidence
   SmoothnessScores smoothness_scores;
   std::vector<OrderScore> orders;
+  BlockScore heldout;  ///< of pulses or minutes that the others predict
   double noise_v2_s = 0.0;
   int iterations = 0;
 };

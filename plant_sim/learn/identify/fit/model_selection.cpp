@@ -16,7 +16,8 @@ using Eigen::Index;
 constexpr double kWindow = 120.0;  // s of a held-out pulse
 constexpr int kSearchEvaluations = 30;
 
-/// Both halves kept back in turn. Pulses with their first two minutes, from their onset; without pulses, minutes.
+}  // namespace
+
 BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
   VOLTLAP_DEMAND(!runs.empty() && taus.size() > 0);
   BlockScore total;
@@ -37,8 +38,6 @@ BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::Vect
   }
   return total;
 }
-
-}  // namespace
 
 double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors,
                          SmoothnessScores& scores) {

@@ -19,6 +19,11 @@ using SmoothnessScores = std::vector<std::pair<double, double>>;
 [[nodiscard]] double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                        FitPriors priors, SmoothnessScores& scores);
 
+/// Both halves kept back in turn and predicted from the other, by a linear fit. Pulses with their first two minutes, from
+/// their onset; without pulses, minutes.
+[[nodiscard]] BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
+                                       const FitPriors& priors);
+
 struct OrderScore {
   int branches;
   double heldout_rms_v, information_criterion;

@@ -18,6 +18,8 @@ RecordingResult recording_result(const PreparedLog& prepared, const MeasuredRun&
                    prepared.run.hold,  prepared.hold_from, prepared.run.anchor};
   file.soc_low = whole.soc.minCoeff();
   file.soc_high = whole.soc.maxCoeff();
+  file.coldest_c = whole.temperature_c.minCoeff();
+  file.warmest_c = whole.temperature_c.maxCoeff();
   file.duration_s = whole.time_s(whole.rows() - 1) - whole.time_s(0);
   file.rows = whole.rows();
   constexpr double kFollowed = 0.15;  // V; beyond it stand glitches and open contactors

@@ -22,6 +22,7 @@ struct RecordingResult {
   std::string hold_from;  ///< counter, voltage, like the first file
   SocAnchor anchor;
   double soc_low = 0.0, soc_high = 1.0, duration_s = 0.0;
+  double coldest_c = 25.0, warmest_c = 25.0;  ///< recorded or told
   double voltage_low_v = 0.0, voltage_high_v = 0.0;  ///< of the rows that the model follows
   Eigen::Index rows = 0;
   double rms_v = 0.0, rms_pulses_v = 0.0;  ///< of the fit: all rows; from the full charge on

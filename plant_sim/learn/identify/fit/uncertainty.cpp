@@ -59,7 +59,8 @@ Eigen::VectorXd halved_parameters(const CircuitResiduals& cost, const Eigen::Vec
   const CircuitLayout& at = cost.layout();
   Eigen::VectorXd out(to.size());
   out.head(at.em) = p.head(at.em);
-  out.tail(at.states) = p.tail(at.states);
+  const Index rest = at.size() - at.state();
+  out.tail(rest) = p.tail(rest);
   for (Index table = 1; table < at.tables(); ++table) {
     const Eigen::ArrayXd y = p.segment(at.first(table), at.nodes).array();
     for (Index k = 0; k < at.nodes; ++k) {
@@ -77,7 +78,7 @@ std::vector<Index> places_on_halved(const CircuitLayout& at, const CircuitLayout
   for (Index table = 1; table < at.tables(); ++table) {
     for (Index k = 0; k < at.nodes; ++k) out.push_back(to.first(table) + 2 * k);
   }
-  for (Index k = 0; k < at.states; ++k) out.push_back(to.state() + k);
+  for (Index k = at.state(); k < at.size(); ++k) out.push_back(to.state() + k - at.state());
   return out;
 }
 

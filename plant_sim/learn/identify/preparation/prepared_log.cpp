@@ -133,8 +133,6 @@ void require_more_than_one_pulse(const std::vector<CellLog>& logs) {
 
 PreparedLog anchored_where_full(const CellLog& log, const PriorKnowledge& known) {
   PreparedLog one{&log, {}, {}};
-  one.run.per_kelvin = known.per_kelvin;
-  one.run.reference_temperature_c = known.reference_temperature_c;
   one.run.full_rows = full_charges(log);
   one.anchored = !one.run.full_rows.empty();
   if (one.anchored) one.run.anchor = {one.run.full_rows.back(), 1.0, "full charge"};
@@ -238,6 +236,7 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKn
   for (const CellLog& log : logs) {
     require_excitation(log);
     PreparedLog one = anchored_where_full(log, known);
+    if (!known.temperatures_c.empty()) one.run.temperature_c = known.temperatures_c.at(out.size());
     choose_hold(one, out, known);
     if (one.anchored) {
       const double drawn = anchor_before_longest(one), back = put_back_ah(one);

@@ -22,7 +22,7 @@ struct PreparedLog {
 struct PriorKnowledge {
   std::optional<double> capacity_ah;           ///< certain
   std::optional<double> capacity_fallback_ah;  ///< used when the recordings span less than nine tenths of it
-  double reference_temperature_c = 25.0, per_kelvin = 0.0;
+  std::vector<double> temperatures_c;  ///< told, one a recording; empty: 25 degC
   std::optional<CurrentHold> hold;  ///< declared; else it is found
 };
 

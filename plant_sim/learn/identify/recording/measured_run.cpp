@@ -117,14 +117,18 @@ void drop_unusable_rows(const CellLog& log, CurrentHold hold, MeasuredRun& run) 
   }
 }
 
-Eigen::VectorXd resistance_scale(const CellLog& log, const RunOptions& options) {
-  Eigen::VectorXd scale = Eigen::VectorXd::Ones(static_cast<Index>(log.rows()));
-  for (std::size_t row = 0; row < log.temperature_c.size(); ++row) {
-    if (!std::isfinite(log.temperature_c[row])) continue;
-    scale(static_cast<Index>(row)) +=
-        options.per_kelvin * (log.temperature_c[row] - options.reference_temperature_c);
+/// The recorded one, the last before a row that has none, the first before them all.
+Eigen::VectorXd temperature_of(const CellLog& log, double otherwise_c) {
+  Eigen::VectorXd out = Eigen::VectorXd::Constant(static_cast<Index>(log.rows()), otherwise_c);
+  const auto known = [](double t) { return std::isfinite(t); };
+  const auto first = std::find_if(log.temperature_c.begin(), log.temperature_c.end(), known);
+  if (first == log.temperature_c.end()) return out;
+  double last = *first;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    if (known(log.temperature_c[row])) last = log.temperature_c[row];
+    out(static_cast<Index>(row)) = last;
   }
-  return scale;
+  return out;
 }
 
 }  // namespace
@@ -142,7 +146,7 @@ MeasuredRun make_run(const CellLog& log, const RunOptions& options) {
   run.soc = counted_soc(log, options);
   set_intervals(log, options, run);
   drop_unusable_rows(log, options.hold, run);
-  run.resistance_scale = resistance_scale(log, options);
+  run.temperature_c = temperature_of(log, options.temperature_c);
   return run;
 }
 
@@ -173,7 +177,7 @@ void add_mean(const MeasuredRun& run, Index first, Index last, Index out_row, Me
   const double sum = weights.sum();
   out.weight_s(out_row) = sum;
   for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc,
-                      &MeasuredRun::resistance_scale}) {
+                      &MeasuredRun::temperature_c}) {
     (out.*member)(out_row) =
         last - first == 1 ? (run.*member)(first) : (run.*member).segment(first, last - first).dot(weights) / sum;
   }
@@ -204,7 +208,7 @@ MeasuredRun averaged(const MeasuredRun& run, double share) {
   const auto n = static_cast<Index>(begins.size());
   for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc,
                       &MeasuredRun::dt_s, &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a,
-                      &MeasuredRun::weight_s, &MeasuredRun::resistance_scale})
+                      &MeasuredRun::weight_s, &MeasuredRun::temperature_c})
     (out.*member) = Eigen::VectorXd::Zero(n);
   for (Index k = 0; k < n; ++k) {
     const Index first = begins[static_cast<std::size_t>(k)],
@@ -249,7 +253,7 @@ MeasuredRun thinned(const MeasuredRun& run, double share) {
   out.name = run.name;
   const auto n = static_cast<Index>(keep.size());
   for (auto member : {&MeasuredRun::time_s, &MeasuredRun::current_a, &MeasuredRun::voltage_v, &MeasuredRun::soc,
-                      &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a, &MeasuredRun::resistance_scale}) {
+                      &MeasuredRun::current_begin_a, &MeasuredRun::current_end_a, &MeasuredRun::temperature_c}) {
     (out.*member).resize(n);
     for (Index k = 0; k < n; ++k) (out.*member)(k) = (run.*member)(keep[static_cast<std::size_t>(k)]);
   }

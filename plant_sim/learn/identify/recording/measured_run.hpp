@@ -14,7 +14,7 @@ struct MeasuredRun {
   Eigen::VectorXd time_s, current_a, voltage_v, soc;
   Eigen::VectorXd dt_s, current_begin_a, current_end_a;  ///< of the interval that ends at the row
   Eigen::VectorXd weight_s;                              ///< time that the row stands for, capped; 0: not used
-  Eigen::VectorXd resistance_scale;                      ///< from temperature, 1 without
+  Eigen::VectorXd temperature_c;                         ///< recorded, or what is known of it
   std::vector<bool> reset;           ///< branch states are free at this row (first row, after gaps)
   std::vector<bool> at_rest_before;  ///< with `reset`: branches are known to be at rest (true) or unknown
 
@@ -43,7 +43,7 @@ struct RunOptions {
   double capacity_ah = 1.0;
   SocAnchor anchor;
   std::vector<std::size_t> full_rows;  ///< later full charges: SOC is 1 again at each
-  double reference_temperature_c = 25.0, per_kelvin = 0.0;
+  double temperature_c = 25.0;  ///< of rows without a recorded one before them
   double weight_cap_s = 30.0;  ///< long intervals count no more than this
 };
 

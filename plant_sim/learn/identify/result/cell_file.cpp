@@ -11,6 +11,7 @@
 
 #include "learn/identify/result/cell_parameters.hpp"
 #include "learn/identify/result/excitation.hpp"
+#include "learn/identify/result/law_facts.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -40,14 +41,18 @@ std::string file_names(const CellIdentification& identified) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-std::string section(const char* name, const char* unit, const CellParameterMap& map) {
+std::string section(const char* name, const char* unit, const CellParameterMap& map, const std::string& energy_from) {
   std::string out = fmt::format("\n[{}]\n", name);
   if (map.table.empty()) {
     out += fmt::format("value = {}  # {}; identified\n", numbers(map.value), unit);
-    if (map.per_kelvin != 0.0) {
-      out +=
-          fmt::format("per_kelvin = {}  # 1/K; assumed within one temperature: reference study, 2016, Table 7.2\n",
-                      real(map.per_kelvin));
+    if (map.activation_energy_j_per_mol != 0.0) {
+      out += fmt::format("activation_energy_j_per_mol = {}  # J/mol; {}\n", real(map.activation_energy_j_per_mol),
+                         energy_from);
+    }
+    if (map.exchange_current_a != 0.0) {
+      out += fmt::format("exchange_current_a = {}  # A; identified; its charge transfer is not in the values above\n"
+                         "exchange_activation_energy_j_per_mol = {}  # J/mol; as r1\n",
+                         real(map.exchange_current_a), real(map.exchange_activation_energy_j_per_mol));
     }
   } else {
     out += fmt::format("table = {}  # {}; identified, [soc][temperature][current], last index fastest\n",
@@ -158,8 +163,17 @@ std::string cell_toml(const CellParameters& cell, const CellBody& body, const Ce
         "table = {}  # V; as each test found it, [soc][temperature][current]; the plant uses the curve\n",
         numbers(cell.ocv_table_v));
   }
-  out += section("r0", "ohm", cell.r0_ohm) + section("r1", "ohm", cell.r1_ohm) + section("r2", "ohm", cell.r2_ohm);
-  out += section("tau1", "s", cell.tau1_s) + section("tau2", "s", cell.tau2_s);
+  const std::vector<LawFact> laws = law_facts(identified.reference_point().result);
+  const std::string ohmic = law_origin(laws, "ohmic_activation_energy"),
+                    polarization = law_origin(laws, "polarization_activation_energy"),
+                    time_constant = law_origin(laws, "time_constant_activation_energy");
+  out += section("r0", "ohm", cell.r0_ohm, ohmic) + section("r1", "ohm", cell.r1_ohm, polarization) +
+         section("r2", "ohm", cell.r2_ohm, polarization);
+  out += section("tau1", "s", cell.tau1_s, time_constant) + section("tau2", "s", cell.tau2_s, time_constant);
+  if (cell.effects.entropy_v_per_k != 0.0) {
+    out += fmt::format("\n[effects]\nentropy_v_per_k = {}  # V/K, dOCV/dT; {}\n", real(cell.effects.entropy_v_per_k),
+                       law_origin(laws, "entropy"));
+  }
   return out;
 }
 
@@ -199,6 +213,15 @@ std::string identification_json(const CellParameters& cell, const CellBody& body
     for (const auto& [smoothness, rms] : r.smoothness_scores)
       one["smoothness_scores"].push_back({{"smoothness", smoothness}, {"heldout_rms_v", rms}});
     one["parameters"] = parameters_json(r);
+    one["laws"] = Json::array();
+    for (const LawFact& law : law_facts(r)) {
+      one["laws"].push_back({{"key", law.key},
+                             {"value", law.value},
+                             {"ci95_low", law.ci95_low},
+                             {"ci95_high", law.ci95_high},
+                             {"unit", law.unit},
+                             {"origin", name_of(law.origin)}});
+    }
     out["tests"].push_back(one);
   }
   for (std::size_t t = 0; t < identified.temperatures_c.size(); ++t) {

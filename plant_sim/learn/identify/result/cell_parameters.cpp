@@ -128,12 +128,43 @@ void set_tables(const CellIdentification& identified, CellParameters& cell) {
   cell.ocv_table_v = table_of(identified, ocv).table;
 }
 
-/// One temperature was tested: the resistances follow the stated coefficient within 20 K, the tables hold at its ends.
-void reach_beyond_temperature(double temperature_c, double per_kelvin, CellParameters& cell) {
-  constexpr double kReach = 20.0;
-  cell.temperature_breakpoints_c = {temperature_c - kReach, temperature_c, temperature_c + kReach};
-  for (CellParameterMap* map : {&cell.r0_ohm, &cell.r1_ohm, &cell.r2_ohm}) map->per_kelvin = per_kelvin;
-  if (!cell.r0_ohm.table.empty()) cell.temperature_breakpoints_c = {temperature_c};
+/// Points from the coldest to the warmest that was tested and 20 K beyond, about 15 K apart, the reference among them:
+/// between them the plant follows the laws.
+std::vector<double> temperature_points(double coldest_c, double reference_c, double warmest_c) {
+  constexpr double kReach = 20.0, kApart = 15.0;
+  VOLTLAP_DEMAND(coldest_c <= reference_c && reference_c <= warmest_c);
+  std::vector<double> out;
+  const double below = reference_c - coldest_c + kReach, above = warmest_c + kReach - reference_c;
+  const auto cold = static_cast<int>(std::ceil(below / kApart)), warm = static_cast<int>(std::ceil(above / kApart));
+  for (int k = cold; k > 0; --k) out.push_back(reference_c - below * k / cold);
+  for (int k = 0; k <= warm; ++k) out.push_back(reference_c + above * k / warm);
+  return out;
+}
+
+/// One table over SOC and laws: values at the reference point, and what they do over temperature and current.
+void set_laws(const OperatingPoint& point, CellParameters& cell) {
+  constexpr double kJoules = 1e3, kMillivolt = 1e-3;
+  const ResistanceLaws& laws = point.result.model.laws;
+  cell.r0_ohm.activation_energy_j_per_mol = kJoules * laws.ohmic_kj_per_mol;
+  for (CellParameterMap* map : {&cell.r1_ohm, &cell.r2_ohm})
+    map->activation_energy_j_per_mol = kJoules * laws.polarization_kj_per_mol;
+  for (CellParameterMap* map : {&cell.tau1_s, &cell.tau2_s})
+    map->activation_energy_j_per_mol = kJoules * laws.time_constant_kj_per_mol;
+  double coldest = point.temperature_c, warmest = coldest, most = 0.0;
+  for (const RecordingResult& file : point.result.files) {
+    coldest = std::min(coldest, file.coldest_c);
+    warmest = std::max(warmest, file.warmest_c);
+    most = std::max(most, file.trace.current_a.cwiseAbs().maxCoeff());
+  }
+  const bool moves = laws.has_temperature();
+  cell.effects.entropy_v_per_k = kMillivolt * laws.entropy_mv_per_k;
+  cell.kinetic_law = moves || laws.has_charge_transfer();
+  if (moves) cell.temperature_breakpoints_c = temperature_points(coldest, point.temperature_c, warmest);
+  if (!laws.has_charge_transfer()) return;
+  cell.r0_ohm.exchange_current_a = laws.exchange_a;
+  cell.r0_ohm.exchange_activation_energy_j_per_mol = kJoules * laws.polarization_kj_per_mol;
+  cell.current_breakpoints_a.clear();
+  for (const double share : {0.05, 0.2, 0.5, 1.0}) cell.current_breakpoints_a.push_back(share * most);
 }
 
 /// What a cell file holds is finite, or there is none.
@@ -176,8 +207,7 @@ CellParameters cell_parameters(const CellIdentification& identified, const CellB
   set_voltage_limits(reference.result.files, cell);
   set_ocv(reference.result, cell, notes);
   set_tables(identified, cell);
-  if (identified.temperatures_c.size() == 1)
-    reach_beyond_temperature(reference.temperature_c, reference.result.model.per_kelvin, cell);
+  if (identified.points.size() == 1) set_laws(reference, cell);
   require_finite(cell, reference.result.files);
   for (std::string& what : implausible(cell, body)) notes.push_back(std::move(what));
   return cell;

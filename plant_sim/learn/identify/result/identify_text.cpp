@@ -8,6 +8,7 @@
 
 #include "core/demand.hpp"
 #include "learn/identify/result/excitation.hpp"
+#include "learn/identify/result/law_facts.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -70,7 +71,7 @@ std::string point_text(const OperatingPoint& point, int cells_in_series) {
                        1e3 * *r.rms_other_blocks_v, *r.rms_other_blocks_v * cells_in_series, cells_in_series);
   }
   for (const std::string& note : r.notes) out += fmt::format("  {}\n", note);
-  return out + table_text(r);
+  return out + laws_text(r) + table_text(r);
 }
 
 }  // namespace

@@ -32,7 +32,6 @@ TEST_GROUP(CircuitResiduals) {
     RunOptions options;
     options.capacity_ah = 1.0;
     options.anchor = {0, 0.9, "test"};
-    options.per_kelvin = -0.01;
     for (const CurrentHold hold : {CurrentHold::kNext, CurrentHold::kPrevious, CurrentHold::kLinear}) {
       options.hold = hold;
       runs.push_back(make_run(log, options));
@@ -40,6 +39,10 @@ TEST_GROUP(CircuitResiduals) {
     }
     priors.resistance_scale = 2e-3;
     priors.ocv.push_back({0.5, 3.7, 2e-3});
+    priors.laws = assumed_laws(25.0);
+    priors.laws.time_constant_kj_per_mol = 5.0;
+    priors.laws.exchange_a = 30.0;
+    priors.laws.entropy_mv_per_k = 0.2;
   }
 };
 

@@ -38,7 +38,7 @@ TEST(ChargeNoise, CurrentWithoutNoiseHasNone) {
 TEST(ChargeNoise, OcvsIntervalHoldsTheWalkOfTheCountedCharge) {
   std::vector<std::string> notes;
   const std::vector<CellLog> logs{log};
-  const std::vector<PreparedLog> prepared = prepare(logs, {{}, {}, 25.0, 0.0, CurrentHold::kNext}, notes);
+  const std::vector<PreparedLog> prepared = prepare(logs, {{}, {}, {}, CurrentHold::kNext}, notes);
   std::vector<MeasuredRun> runs = runs_of(prepared);
   FitPriors priors;
   priors.resistance_scale = 1.4e-3;

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a cell's resistances and time constants move with temperature, and its R0 with the current: few numbers that all
+// recordings of the cell have together, and that reach beyond the temperatures and currents that were tested.
+//
+//   R0(T, I) = R0 exp(E_0 x) + v_ct(|I|, T) / |I|     x = (1/T - 1/T_ref) / R_g [mol/kJ], T in K        Arrhenius
+//   R_k(T)   = R_k exp(E_p x)                         k = 1 .. K
+//   tau_k(T) = tau_k exp(E_tau x)
+//   Em(T)    = Em + e (T - T_ref)                     e: entropy over the Faraday constant, one for all SOC
+//   v_ct(I)  = 4 R_g T / F asinh(I / 2 i_0(T)),  i_0(T) = i_0 exp(-E_p x)   Butler-Volmer, two electrodes alike
+//
+// The charge transfer is on or off as a whole: recordings at one rate cannot tell it from R0. What they do not tell is
+// held by what is known of lithium-ion cells: conduction in the electrolyte 10 to 20 kJ/mol (J. Landesfeind and
+// H. A. Gasteiger, J. Electrochem. Soc. 166, 2019, A3079), charge transfer 50 to 70 (T. R. Jow et al., J. Electrochem.
+// Soc. 159, 2012, A604); the sum that 0.1 to 100 s show lies between them. Entropy: within 0.4 mV/K either way over SOC,
+// less in its mean (V. Viswanathan et al., J. Power Sources 195, 2010, 3720).
+#pragma once
+#include <Eigen/Dense>
+
+#include "car/battery/cell_effects.hpp"
+
+namespace voltlap::plant {
+
+struct ResistanceLaws {
+  /// Places in `packed()`.
+  enum Place : Eigen::Index { kOhmic, kPolarization, kTimeConstant, kLogExchange, kEntropy, kCount };
+
+  double reference_temperature_c = 25.0;
+  double ohmic_kj_per_mol = 0.0, polarization_kj_per_mol = 0.0, time_constant_kj_per_mol = 0.0;
+  double entropy_mv_per_k = 0.0;
+  double exchange_a = 0.0;  ///< i_0 at the reference temperature; 0: R0 does not change with the current
+
+  [[nodiscard]] bool has_charge_transfer() const { return exchange_a > 0.0; }
+  /// x [mol/kJ] of a temperature.
+  [[nodiscard]] double inverse(double temperature_c) const {
+    constexpr double kJoules = 1e3;
+    return kJoules / kGasConstant *
+           (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_temperature_c + kZeroCelsius));
+  }
+  using Packed = Eigen::Vector<double, kCount>;
+  /// The numbers as a fit has them: three energies [kJ/mol], ln i_0 (any value without charge transfer), e [mV/K].
+  [[nodiscard]] Packed packed() const;
+  /// Takes them back; a law without charge transfer stays without.
+  void take(const Packed& packed);
+  /// Whether anything moves with the temperature.
+  [[nodiscard]] bool has_temperature() const {
+    return ohmic_kj_per_mol != 0.0 || polarization_kj_per_mol != 0.0 || time_constant_kj_per_mol != 0.0 ||
+           entropy_mv_per_k != 0.0;
+  }
+};
+
+/// What is believed of the numbers before any recording, normal, in the units of packed().
+struct LawPriors {
+  ResistanceLaws::Packed mean{20.0, 20.0, 0.0, 0.0, 0.0}, sigma{10.0, 10.0, 10.0, 1.0, 0.15};
+  bool fixed = false;  ///< the laws stay as they are given
+};
+/// The usual ones: energies 20 +- 10 kJ/mol, of the time constants 0 +- 10; a charge transfer of a third of R0; entropy
+/// 0 +- 0.15 mV/K.
+[[nodiscard]] LawPriors usual_law_priors(double resistance_ohm, double reference_temperature_c);
+/// The laws at the middle of what is believed, without charge transfer.
+[[nodiscard]] ResistanceLaws assumed_laws(double reference_temperature_c);
+
+/// What the laws make of one temperature.
+struct LawFactors {
+  double ohmic = 1.0, polarization = 1.0, time_constant = 1.0;
+};
+[[nodiscard]] LawFactors law_factors(const ResistanceLaws& laws, double temperature_c);
+
+/// Volts of the charge transfer at a current of either sign; 0 without.
+[[nodiscard]] double charge_transfer_drop_v(const ResistanceLaws& laws, double current_a, double temperature_c);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The laws over temperature and current of an identified cell, for a reader: each with its interval, and whether the
+// recordings told it or it is assumed (circuit/resistance_laws.hpp).
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "learn/identify/identify.hpp"
+#include "learn/identify/result/cell_body.hpp"
+
+namespace voltlap::plant {
+
+struct LawFact {
+  std::string_view key, label, unit;
+  double value = 0.0, ci95_low = 0.0, ci95_high = 0.0;
+  FactOrigin origin = FactOrigin::kAssumed;
+};
+
+/// Energies of R0, of the branches' resistances and of their time constants; the exchange current where there is a
+/// charge transfer. Empty where the laws are switched off. A law counts as measured when the recordings leave less than
+/// two thirds of what was believed of it before.
+[[nodiscard]] std::vector<LawFact> law_facts(const IdentifyResult& result);
+
+/// "identified, 18.2 to 21.4 kJ/mol", "assumed, 0.4 to 39.6 kJ/mol": of the fact with that key.
+[[nodiscard]] std::string law_origin(const std::vector<LawFact>& facts, std::string_view key);
+
+/// For a person, a line each.
+[[nodiscard]] std::string laws_text(const IdentifyResult& result);
+
+}  // namespace voltlap::plant
