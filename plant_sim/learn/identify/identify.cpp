@@ -12,6 +12,7 @@
 #include "learn/identify/fit/charge_noise.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/preparation/hysteresis.hpp"
+#include "learn/identify/preparation/recording_capacity.hpp"
 #include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/methods/identify_by_stage.hpp"
 
@@ -122,7 +123,7 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   make_runs();
   drop_slope_of_warmed_cell();
   if (options.ocv.empty()) collect_rests();
-  result.hysteresis_v = set_hysteresis_aside(runs, prepared.front().run.capacity_ah, priors, result.notes);
+  result.hysteresis_v = set_hysteresis_aside(runs, capacity_ah, priors, result.notes);
   everything = runs;
   if (options.block_s > 0.0) hold_out_blocks();
   priors.tau_longest_s = longest_time_constant(runs, 0.5);
@@ -136,6 +137,7 @@ void IdentificationProblem::make_runs() {
   prepared = prepare(logs,
                      {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold},
                      result.notes);
+  capacity_ah = prepared.front().run.capacity_ah;
   priors.ocv = options.ocv;
   priors.constant = options.constant;
   runs = runs_of(prepared, every_row);
@@ -152,6 +154,8 @@ void IdentificationProblem::make_runs() {
     runs = runs_of(prepared, every_row);
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
+  settle_capacities(prepared, priors, result.notes);
+  runs = runs_of(prepared, every_row);
 }
 
 /// Resistances of a drive are those that the cell had as it warmed: a slope on top would count the warming twice.
@@ -218,7 +222,7 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
   // The reference study's full optimization starts at its initial pulse optimization.
   if (options.method) fit_options.start = initial_pulse_model(prepared);
   const FullFit full = full_fit(runs, priors, fit_options, result.notes);
-  take(full, prepared.front().run.capacity_ah, result);
+  take(full, capacity_ah, result);
   widen_intervals(full);
   if (options.block_s > 0.0) result.rms_other_blocks_v = rms_of_held_out_blocks(full);
   fill_files(prepared, runs, full.fit.states, result);

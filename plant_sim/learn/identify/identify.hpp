@@ -71,6 +71,7 @@ struct IdentificationProblem {
   std::vector<PreparedLog> prepared;  ///< point into `logs`
   std::vector<MeasuredRun> runs, everything;
   std::vector<std::vector<Block>> blocks;
+  double capacity_ah = 0.0;  ///< of the cell; a recording may have one of its own
   std::vector<OcvKnowledge> rests;
   FitPriors priors;
   IdentifyResult result;  ///< notes and hysteresis so far

@@ -208,6 +208,7 @@ class FullFitter {
   void by_prediction() {
     priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
     say("smoothness by prediction");
+    if (!priors_.constant) priors_.em_roughness_v = choose_ocv_roughness(runs_, taus_, priors_);
     priors_.smoothness = choose_smoothness(runs_, taus_, priors_, out_.smoothness_scores);
     choose_order();
     search(taus_);

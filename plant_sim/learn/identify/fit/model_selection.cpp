@@ -39,6 +39,39 @@ BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::Vect
   return total;
 }
 
+double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors) {
+  constexpr double kStretches = 20.0, kFactor = 4.0;
+  constexpr int kTried = 6;
+  const auto score = [&](double roughness_v) {
+    priors.em_roughness_v = roughness_v;
+    BlockScore total;
+    for (const std::size_t first : {std::size_t{0}, std::size_t{1}}) {
+      std::vector<MeasuredRun> kept;
+      std::vector<std::vector<Block>> blocks;
+      for (std::size_t k = 0; k < runs.size(); ++k) {
+        const MeasuredRun& run = runs[k];
+        const double seconds = (run.time_s(run.rows() - 1) - run.time_s(0)) / kStretches;
+        blocks.push_back(time_blocks(run, std::max(kWindow, seconds)));
+        kept.push_back(without_every_second(run, blocks.back(), (first + k) % 2));
+      }
+      const auto errors = errors_of(linear_fit(kept, taus, priors), runs);
+      for (std::size_t k = 0; k < runs.size(); ++k) {
+        const BlockScore one = score_every_second(runs[k], errors[k], blocks[k], (first + k) % 2);
+        total.parts.insert(total.parts.end(), one.parts.begin(), one.parts.end());
+      }
+    }
+    return total.mean();
+  };
+  double best = priors.em_roughness_v, least = score(best);
+  for (int k = 1; k < kTried; ++k) {
+    const double tried = best / kFactor, at = score(tried);
+    if (at >= least) break;
+    best = tried;
+    least = at;
+  }
+  return best;
+}
+
 double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors,
                          SmoothnessScores& scores) {
   constexpr int kWidest = 7;  // 2^-7 to 2^7

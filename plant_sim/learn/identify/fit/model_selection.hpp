@@ -19,6 +19,11 @@ using SmoothnessScores = std::vector<std::pair<double, double>>;
 [[nodiscard]] double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                        FitPriors priors, SmoothnessScores& scores);
 
+/// How rough the OCV may be, `FitPriors::em_roughness_v`: that with which a half of the recordings, in about twenty
+/// stretches each, predicts the other half best. Recordings that disagree would else be joined by a curve that swings.
+[[nodiscard]] double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
+                                          FitPriors priors);
+
 /// Both halves kept back in turn and predicted from the other, by a linear fit. Pulses with their first two minutes, from
 /// their onset; without pulses, minutes.
 [[nodiscard]] BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
