@@ -68,8 +68,8 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
                    "their errors side by side; default: the full fit")
       ->check(one_of({"ipo", "fpo", "ilo", "flo", "ffo", kAllMethods}));
   command_->add_flag("--constant", constant_,
-                     "A plain circuit: resistances and time constants with one value for all SOC, temperatures and "
-                     "currents; the OCV stays free");
+                     "A plain circuit: resistances and time constants with one value for all SOC; the OCV and the laws "
+                     "over temperature and current stay free");
   const std::map<std::string, IdentifyOptions::Tables> tables{{"chosen", IdentifyOptions::Tables::kChosen},
                                                               {"laws", IdentifyOptions::Tables::kByLaws},
                                                               {"tests", IdentifyOptions::Tables::kByTest}};

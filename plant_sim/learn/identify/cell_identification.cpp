@@ -147,7 +147,7 @@ CellIdentification identify_by_point(CellIdentification cell, const IdentifyOpti
   reference.result = identify(reference.logs, at_temperature(options, reference.temperature_c, reference.logs.size()));
   if (cell.points.size() == 1) return cell;
   std::vector<IdentificationProblem> problems = problems_like_reference(cell, options);
-  if (options.method || options.constant) {
+  if (options.method) {
     fit_points(std::move(problems), {}, cell);
   } else {
     if (options.progress) options.progress("time constants of all tests together");
@@ -172,10 +172,10 @@ CellIdentification identify_by_laws(const std::vector<CellLog>& logs, const std:
   return out;
 }
 
-/// Whether tables of their own predict what was kept back of the tests better than the laws: by a tenth, and beyond
-/// chance.
+/// Whether tables of their own predict what was kept back of the tests far better than the laws: to half of the error,
+/// and beyond chance. Less counts for nothing: they know nothing between and beyond the tests.
 bool is_better_by_point(const CellIdentification& by_point, const IdentifyResult& by_laws) {
-  constexpr double kBetter = 0.9, kSure = 2.0;  // of the mean; standard errors
+  constexpr double kBetter = 0.5, kSure = 2.0;  // of the mean; standard errors
   BlockScore points;
   for (const OperatingPoint& point : by_point.points) {
     const auto& parts = point.result.heldout.parts;
@@ -209,9 +209,10 @@ CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<do
   CellIdentification cell = at_operating_points(std::move(logs), grid);
   cell.reference = nearest_to_usual_temperature(cell.points);
   cell.temperature_told = options.temperature_told;
-  if (options.method || options.constant) return identify_by_point(std::move(cell), options);
+  if (options.method) return identify_by_point(std::move(cell), options);
   CellIdentification by_laws = identify_by_laws(all, temperatures_c, cell, options);
-  if (cell.points.size() == 1 || options.tables == IdentifyOptions::Tables::kByLaws) return by_laws;
+  const bool by_laws_only = options.constant || options.tables == IdentifyOptions::Tables::kByLaws;
+  if (cell.points.size() == 1 || by_laws_only) return by_laws;
   cell = identify_by_point(std::move(cell), options);
   IdentifyResult& laws = by_laws.points[0].result;
   const bool own = options.tables == IdentifyOptions::Tables::kByTest || is_better_by_point(cell, laws);

@@ -10,6 +10,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "learn/identify/fit/charge_noise.hpp"
+#include "learn/identify/preparation/contradictions.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/preparation/hysteresis.hpp"
 #include "learn/identify/preparation/recording_capacity.hpp"
@@ -116,9 +117,7 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   if (by_stage()) return;
   priors.laws = assumed_laws(options.reference_temperature_c);
   if (options.constant) {
-    priors.laws = {.reference_temperature_c = options.reference_temperature_c};
-    priors.law_priors.fixed = true;
-    result.notes.push_back("A plain circuit (--constant): one value of each resistance and time constant.");
+    result.notes.push_back("A plain circuit (--constant): one value of each resistance and time constant for all SOC.");
   }
   make_runs();
   drop_slope_of_warmed_cell();
@@ -154,6 +153,7 @@ void IdentificationProblem::make_runs() {
     runs = runs_of(prepared, every_row);
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
+  leave_out_contradictions(prepared, priors, result.notes);
   settle_capacities(prepared, priors, result.notes);
   runs = runs_of(prepared, every_row);
 }
@@ -161,7 +161,7 @@ void IdentificationProblem::make_runs() {
 /// Resistances of a drive are those that the cell had as it warmed: a slope on top would count the warming twice.
 void IdentificationProblem::drop_slope_of_warmed_cell() {
   constexpr double kCooled = 600.0;  // s of rest after which a cell is taken to be at the room's temperature
-  if (options.temperature_told || options.constant || longest_rest(runs) >= kCooled) return;
+  if (options.temperature_told || longest_rest(runs) >= kCooled) return;
   priors.laws = {.reference_temperature_c = options.reference_temperature_c};
   priors.law_priors.fixed = true;
   result.notes.push_back(

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn/identify/preparation/contradictions.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "core/demand.hpp"
+#include "learn/identify/circuit/fitted_circuit.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+
+double rms_of(const MeasuredRun& run, const Eigen::VectorXd& error) {
+  const double weight = run.weight_s.sum();
+  return weight > 0.0 ? std::sqrt(run.weight_s.dot(error.cwiseAbs2()) / weight) : 0.0;
+}
+
+/// RMS of each run under one quick fit of all of them [V].
+std::vector<double> rms_of_fit(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
+  const auto errors = errors_of(linear_fit(runs, first_taus(2), priors), runs);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < runs.size(); ++k) out.push_back(rms_of(runs[k], errors[k]));
+  return out;
+}
+
+/// Steps of the current by more than a tenth of the largest of all recordings.
+Index steps_of(const MeasuredRun& run, double most_a) {
+  constexpr double kStep = 0.1;
+  Index steps = 0;
+  for (Index row = 1; row < run.rows(); ++row)
+    steps += std::abs(run.current_a(row) - run.current_a(row - 1)) > kStep * most_a ? 1 : 0;
+  return steps;
+}
+
+struct Contradiction {
+  std::size_t recording = 0;
+  double with_v = 0.0, without_v = 0.0;  ///< the others' mean RMS
+  double gain = 0.0;                     ///< mean logarithm of their ratios
+};
+
+/// What leaving one recording out does for the others.
+Contradiction without(std::size_t left_out, const std::vector<MeasuredRun>& runs, const std::vector<double>& with,
+                      const FitPriors& priors) {
+  constexpr double kFloor = 1e-3;  // V: what no quick fit tells
+  std::vector<MeasuredRun> others = runs;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
+  const std::vector<double> alone = rms_of_fit(others, priors);
+  Contradiction out{left_out};
+  const auto count = static_cast<double>(alone.size());
+  for (std::size_t k = 0; k < alone.size(); ++k) {
+    const double before = with[k < left_out ? k : k + 1];
+    out.with_v += before / count;
+    out.without_v += alone[k] / count;
+    out.gain += std::log((before + kFloor) / (alone[k] + kFloor)) / count;
+  }
+  return out;
+}
+
+std::optional<Contradiction> worst_of(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
+  constexpr double kGain = 1.1, kLeast = 5e-3;  // a factor of three; V
+  const std::vector<double> with = rms_of_fit(runs, priors);
+  VOLTLAP_DEMAND(with.size() == runs.size());
+  std::optional<Contradiction> worst;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const Contradiction one = without(k, runs, with, priors);
+    const bool counts = one.gain > kGain && one.with_v - one.without_v > kLeast;
+    if (counts && (!worst || one.gain > worst->gain)) worst = one;
+  }
+  if (!worst || runs.size() > 2) return worst;
+  // Of two recordings each is better off without the other.
+  double most = 0.0;
+  for (const MeasuredRun& run : runs) most = std::max(most, run.current_a.cwiseAbs().maxCoeff());
+  const std::size_t fewer = steps_of(runs[0], most) < steps_of(runs[1], most) ? 0 : 1;
+  return fewer == worst->recording ? worst : std::optional(without(fewer, runs, with, priors));
+}
+
+}  // namespace
+
+void leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPriors& priors,
+                              std::vector<std::string>& notes) {
+  while (prepared.size() > 1) {
+    const std::vector<MeasuredRun> runs = runs_of(prepared);
+    VOLTLAP_DEMAND(runs.size() == prepared.size());
+    const std::optional<Contradiction> worst = worst_of(runs, priors);
+    if (!worst) return;
+    notes.push_back(fmt::format(
+        "{} contradicts the other recordings and is left out: with it they are followed within {:.1f} mV, without it "
+        "within {:.1f} mV. Another cell, a voltage that was measured behind a cable or contact, a wrong unit or count?",
+        std::filesystem::path(prepared[worst->recording].log->path).filename().string(), 1e3 * worst->with_v,
+        1e3 * worst->without_v));
+    prepared.erase(prepared.begin() + static_cast<std::ptrdiff_t>(worst->recording));
+  }
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording that no model shares with the others: another cell, a voltage measured behind a cable, a wrong unit. With
+// it the model would follow none of them.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "learn/identify/circuit/circuit_fit.hpp"
+#include "learn/identify/preparation/prepared_log.hpp"
+
+namespace voltlap::plant {
+
+/// Quick fits with and without each recording: one without which the others are followed three times better, and by 5
+/// mV, is taken out of `prepared` and named in `notes`; the worst first, until none is left. Of two that
+/// contradict each other the one with fewer steps of the current goes. All recordings are anchored.
+void leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPriors& priors,
+                              std::vector<std::string>& notes);
+
+}  // namespace voltlap::plant
