@@ -131,12 +131,28 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   result.seconds = seconds_since(begin);
 }
 
+namespace {
+
+/// Of recordings whose SOC was found by a first model, once the others' capacities have moved. False without any.
+bool forget_anchors_by_model(std::vector<PreparedLog>& prepared) {
+  bool any = false, others = false;
+  for (const PreparedLog& one : prepared) others = others || one.run.anchor.from == "full charge";
+  for (PreparedLog& one : prepared) {
+    const bool by_model = one.run.anchor.from == "rest" || one.run.anchor.from == "fitted";
+    if (!by_model || !others) continue;
+    one.anchored = false;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
+
 void IdentificationProblem::make_runs() {
   const bool every_row = options.block_s > 0.0;
   prepared = prepare(logs,
                      {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold},
                      result.notes);
-  capacity_ah = prepared.front().run.capacity_ah;
   priors.ocv = options.ocv;
   priors.constant = options.constant;
   runs = runs_of(prepared, every_row);
@@ -154,7 +170,9 @@ void IdentificationProblem::make_runs() {
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
   leave_out_contradictions(prepared, priors, result.notes);
-  settle_capacities(prepared, priors, result.notes);
+  capacity_ah = settle_capacities(prepared, priors, result.notes);
+  if (forget_anchors_by_model(prepared))
+    anchor_by_model(prepared, linear_fit(runs_of(prepared), first_taus(2), priors).model);
   runs = runs_of(prepared, every_row);
 }
 

@@ -94,11 +94,13 @@ class FullFitter {
     say("time constants");
     branches_ = options_.branches > 0 ? options_.branches : 2;
     priors_.smoothness = 1.0;
+    make_coarse();
     search(first_taus(branches_));
     auto errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     if (const std::size_t dropped = drop_outliers(runs_, errors); dropped > 0) {
       notes_.push_back(fmt::format("{} rows that no circuit follows are not used.", dropped));
       errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
+      make_coarse();
     }
     priors_.noise_v2_s = noise_density(runs_, errors);
     settle_laws();
@@ -106,7 +108,7 @@ class FullFitter {
     bool settled = !priors_.constant && by_evidence();
     if (settled && choose_order()) settled = by_evidence();
     if (!settled) by_prediction();
-    out_.heldout = heldout_score(runs_, taus_, out_.priors);
+    out_.heldout = heldout_score(coarse_, taus_, out_.priors);
     out_.tau_centre_s = taus_;
     VOLTLAP_DEMAND(out_.packed.size() == out_.uncertainty.sigma.size() && out_.fit.states.size() == runs_.size());
     return std::move(out_);
@@ -116,13 +118,22 @@ class FullFitter {
   void say(const char* what) const {
     if (options_.progress) options_.progress(what);
   }
+  /// Choices are made on means of a second where there are many rows: they ask for more than single rows tell.
+  void make_coarse() {
+    constexpr Index kMany = 30000;
+    constexpr double kSeconds = 1.0;
+    Index rows = 0;
+    for (const MeasuredRun& run : runs_) rows += run.rows();
+    coarse_.clear();
+    for (const MeasuredRun& run : runs_) coarse_.push_back(rows > kMany ? coarsened(run, kSeconds) : run);
+  }
   void search(const Eigen::VectorXd& from) {
     if (options_.tau_centre_s) {
       VOLTLAP_DEMAND(options_.tau_centre_s->size() == branches_);
       taus_ = *options_.tau_centre_s;
       priors_.log_tau_sigma = kTogether;
     } else {
-      taus_ = CircuitFit(runs_, branches_, priors_).search_taus(from, kSearchEvaluations);
+      taus_ = CircuitFit(coarse_, branches_, priors_).search_taus(from, kSearchEvaluations);
     }
   }
   [[nodiscard]] Eigen::VectorXd packed_start(const CircuitResiduals& cost) const {
@@ -144,7 +155,7 @@ class FullFitter {
     const auto at_laws = [&](const FitPriors& priors) {
       constexpr int kSteps = 15;
       constexpr double kStill = 1e-4;
-      const CircuitFit circuit(runs_, branches_, priors);
+      const CircuitFit circuit(coarse_, branches_, priors);
       const CircuitResiduals cost(circuit, taus_);
       const RefineResult refined = refine(cost, packed_start(cost), kSteps, kStill);
       return std::pair(refined.cost, cost.model_of(refined.p).laws);
@@ -169,7 +180,7 @@ class FullFitter {
   bool choose_order() {
     if (options_.branches > 0) return false;
     say("number of RC branches");
-    out_.orders = score_orders(runs_, priors_);
+    out_.orders = score_orders(coarse_, priors_);
     const Index chosen = chosen_order(out_.orders, notes_);
     if (chosen == branches_) return false;
     branches_ = chosen;
@@ -208,8 +219,8 @@ class FullFitter {
   void by_prediction() {
     priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
     say("smoothness by prediction");
-    if (!priors_.constant) priors_.em_roughness_v = choose_ocv_roughness(runs_, taus_, priors_);
-    priors_.smoothness = choose_smoothness(runs_, taus_, priors_, out_.smoothness_scores);
+    if (!priors_.constant) priors_.em_roughness_v = choose_ocv_roughness(coarse_, taus_, priors_);
+    priors_.smoothness = choose_smoothness(coarse_, taus_, priors_, out_.smoothness_scores);
     choose_order();
     search(taus_);
     say("full fit");
@@ -233,6 +244,7 @@ class FullFitter {
   }
 
   std::vector<MeasuredRun>& runs_;
+  std::vector<MeasuredRun> coarse_;  ///< the same in fewer rows
   FitPriors priors_;
   const FullFitOptions& options_;
   std::vector<std::string>& notes_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/demand.hpp"
 
@@ -74,17 +75,36 @@ Eigen::Map<const Eigen::VectorXd> column(const std::vector<double>& values) {
   return {values.data(), static_cast<Index>(values.size())};
 }
 
-/// By the charge drawn since the anchor; 1 again at each later full charge.
-Eigen::VectorXd counted_soc(const CellLog& log, const RunOptions& options) {
+struct CountedSoc {
+  Eigen::VectorXd soc;
+  std::vector<std::pair<Index, Index>> unknown;  ///< rows first to last (inclusive) of which it is not known
+};
+
+/// By the charge drawn since the anchor; 1 again at each later full charge. What a cycle does not close by is divided
+/// over its charge; where that is more than a counter loses, charge was put back that nobody recorded, and from the
+/// lowest point on the SOC is not known.
+CountedSoc counted_soc(const CellLog& log, const RunOptions& options) {
+  constexpr double kLost = 0.03;
   const std::vector<double> drawn = charge_drawn_ah(log, options.hold);
-  Eigen::VectorXd soc =
-      (column(drawn).array() - drawn[options.anchor.row]) * (-1.0 / options.capacity_ah) + options.anchor.soc;
+  CountedSoc out;
+  Eigen::VectorXd& soc = out.soc;
+  soc = (column(drawn).array() - drawn[options.anchor.row]) * (-1.0 / options.capacity_ah) + options.anchor.soc;
+  auto from = static_cast<Index>(options.anchor.row);
   for (const std::size_t full : options.full_rows) {
     if (full <= options.anchor.row) continue;
     const auto row = static_cast<Index>(full);
-    soc.tail(soc.size() - row).array() += 1.0 - soc(row);
+    const double missing = 1.0 - soc(row);
+    Index lowest = 0;
+    soc.segment(from, row - from + 1).minCoeff(&lowest);
+    lowest += from;
+    const double put_back = soc(row) - soc(lowest);
+    for (Index at = lowest; at < row && put_back > 0.0; ++at)
+      soc(at) += missing * std::clamp((soc(at) - soc(lowest)) / put_back, 0.0, 1.0);
+    if (std::abs(missing) > kLost) out.unknown.emplace_back(lowest, row - 1);
+    soc.tail(soc.size() - row).array() += missing;
+    from = row;
   }
-  return soc;
+  return out;
 }
 
 /// Lengths, currents and weights of the intervals; where branch states are free.
@@ -143,8 +163,10 @@ MeasuredRun make_run(const CellLog& log, const RunOptions& options) {
   run.time_s = column(log.time_s);
   run.current_a = column(log.current_a);
   run.voltage_v = column(log.voltage_v);
-  run.soc = counted_soc(log, options);
+  CountedSoc counted = counted_soc(log, options);
+  run.soc = std::move(counted.soc);
   set_intervals(log, options, run);
+  for (const auto& [first, last] : counted.unknown) run.weight_s.segment(first, last - first + 1).setZero();
   drop_unusable_rows(log, options.hold, run);
   run.temperature_c = temperature_of(log, options.temperature_c);
   return run;
@@ -188,21 +210,10 @@ void add_mean(const MeasuredRun& run, Index first, Index last, Index out_row, Me
 
 }  // namespace
 
-MeasuredRun averaged(const MeasuredRun& run, double share) {
-  constexpr double kSocMost = 0.004;
-  VOLTLAP_DEMAND(run.rows() > 0 && share >= 0.0);
-  const std::vector<bool> steady = steady_rows(run);
-  std::vector<Index> begins{0};
-  double step_at = run.time_s(0);
-  for (Index row = 1; row < run.rows(); ++row) {
-    const auto at = static_cast<std::size_t>(row);
-    if (!steady[at]) step_at = run.time_s(row);
-    const Index first = begins.back();
-    const bool together = steady[at] && steady[static_cast<std::size_t>(first)] &&
-                          run.time_s(row) - run.time_s(first) < share * (run.time_s(row) - step_at) &&
-                          std::abs(run.soc(row) - run.soc(first)) < kSocMost;
-    if (!together) begins.push_back(row);
-  }
+namespace {
+
+/// One row for the rows from each begin to the next.
+MeasuredRun means_of(const MeasuredRun& run, const std::vector<Index>& begins) {
   MeasuredRun out;
   out.name = run.name;
   const auto n = static_cast<Index>(begins.size());
@@ -221,6 +232,38 @@ MeasuredRun averaged(const MeasuredRun& run, double share) {
     out.current_end_a(k) = neighbours ? run.current_end_a(first) : out.current_a(k);
   }
   return out;
+}
+
+}  // namespace
+
+MeasuredRun averaged(const MeasuredRun& run, double share) {
+  constexpr double kSocMost = 0.004;
+  VOLTLAP_DEMAND(run.rows() > 0 && share >= 0.0);
+  const std::vector<bool> steady = steady_rows(run);
+  std::vector<Index> begins{0};
+  double step_at = run.time_s(0);
+  for (Index row = 1; row < run.rows(); ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    if (!steady[at]) step_at = run.time_s(row);
+    const Index first = begins.back();
+    const bool together = steady[at] && steady[static_cast<std::size_t>(first)] &&
+                          run.time_s(row) - run.time_s(first) < share * (run.time_s(row) - step_at) &&
+                          std::abs(run.soc(row) - run.soc(first)) < kSocMost;
+    if (!together) begins.push_back(row);
+  }
+  return means_of(run, begins);
+}
+
+MeasuredRun coarsened(const MeasuredRun& run, double seconds) {
+  VOLTLAP_DEMAND(run.rows() > 0 && seconds > 0.0);
+  std::vector<Index> begins{0};
+  for (Index row = 1; row < run.rows(); ++row) {
+    const Index first = begins.back();
+    const bool together = first > 0 && run.time_s(row) - run.time_s(first) < seconds && !run.is_reset(row) &&
+                          run.weight_s(row) > 0.0 && run.weight_s(first) > 0.0;
+    if (!together) begins.push_back(row);
+  }
+  return means_of(run, begins);
 }
 
 namespace {

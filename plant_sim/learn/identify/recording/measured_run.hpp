@@ -54,6 +54,10 @@ struct RunOptions {
 /// weight it stands for. Of an exponential it takes w^2 / (24 tau^2) too much: 4e-5 with w = 3 % of tau.
 [[nodiscard]] MeasuredRun averaged(const MeasuredRun& run, double share = 0.03);
 
+/// The same run with one row for each `seconds`: means of rows that are closer, for questions that single rows do not
+/// decide. Rows without a weight and the first after a gap stay by themselves.
+[[nodiscard]] MeasuredRun coarsened(const MeasuredRun& run, double seconds);
+
 /// The same run with fewer rows in its rests, none of them a mean, as the pulse and layered methods take it: a row is
 /// kept when `share` of the time since the last step has passed. Exact for a current held between rows, since nothing
 /// happens in between; weights are summed.
