@@ -122,7 +122,7 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   make_runs();
   drop_slope_of_warmed_cell();
   if (options.ocv.empty()) collect_rests();
-  result.hysteresis_v = set_hysteresis_aside(runs, capacity_ah, priors, result.notes);
+  result.hysteresis_v = take_hysteresis(runs, capacity_ah, priors, result.notes);
   everything = runs;
   if (options.block_s > 0.0) hold_out_blocks();
   priors.tau_longest_s = longest_time_constant(runs, 0.5);
@@ -161,6 +161,7 @@ void IdentificationProblem::make_runs() {
     throw InputError(logs.front().path, "no step of the current that the voltage follows",
                      "at least one pulse, or a drive, with rows at most 2 s apart", "Give a recording with steps");
   }
+  capacity_ah = prepared.front().run.capacity_ah;
   const bool fixed = priors.law_priors.fixed;
   priors.law_priors = usual_law_priors(priors.resistance_scale, options.reference_temperature_c);
   priors.law_priors.fixed = fixed;
@@ -169,7 +170,8 @@ void IdentificationProblem::make_runs() {
     runs = runs_of(prepared, every_row);
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
-  leave_out_contradictions(prepared, priors, result.notes);
+  // Hysteresis is no contradiction: the model has a state for it.
+  if (hysteresis_excess(runs, capacity_ah) == 0.0) leave_out_contradictions(prepared, priors, result.notes);
   capacity_ah = settle_capacities(prepared, priors, result.notes);
   if (forget_anchors_by_model(prepared))
     anchor_by_model(prepared, linear_fit(runs_of(prepared), first_taus(2), priors).model);

@@ -11,6 +11,7 @@ namespace {
 
 using Eigen::Index;
 
+constexpr double kFull = 0.98;
 constexpr double kLookupShare = 0.005;  // of the largest current: smaller ones keep the last lookup current
 
 /// The cell with its open-circuit voltages in the place of R0.
@@ -73,6 +74,7 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
     if (run.is_reset(row) || row == 0) {
       cell.look_up(state, end);
       state.relax();
+      if (end.soc > kFull) state.effects.hysteresis = -1.0;  // after a charge
       if (recorded_cell) state.temperature_c = recorded;
       state.surface_c = state.temperature_c;
     } else {

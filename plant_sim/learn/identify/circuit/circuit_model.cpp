@@ -100,7 +100,7 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
   const Eigen::Index branches = model.branches();
   Eigen::VectorXd voltage(run.rows()), state = Eigen::VectorXd::Zero(branches), resistance = state, before = state;
   Eigen::Index next_state = 0;
-  double shown = 0.0;
+  double shown = 0.0, turned = hysteresis_at_begin(run.soc(0));
   for (Eigen::Index row = 0; row < run.rows(); ++row) {
     const SocGrid::Place p = model.grid.find(run.soc(row));
     const LawFactors laws = law_factors(model.laws, run.temperature_c(row));
@@ -121,9 +121,11 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
     before = resistance;
     const double drop = laws.ohmic * entry(model.r, 0, p) * run.current_a(row) +
                         charge_transfer_drop_v(model.laws, run.current_a(row), run.temperature_c(row));
+    if (row > 0 && model.laws.has_hysteresis())
+      turned = hysteresis_after(model.laws, turned, run.soc(row - 1), run.soc(row));
     const double warmer_k = run.temperature_c(row) - model.laws.reference_temperature_c;
-    const double v = model.ocv.value(model.em, run.soc(row)) + 1e-3 * model.laws.entropy_mv_per_k * warmer_k - drop -
-                     state.sum();
+    const double v = model.ocv.value(model.em, run.soc(row)) + 1e-3 * (model.laws.entropy_mv_per_k * warmer_k - model.laws.hysteresis_mv * turned) -
+                     drop - state.sum();
     const bool lags = model.voltage_lag_s > 0.0 && row > 0 && !run.is_reset(row);
     shown = lags ? v + (shown - v) * std::exp(-run.dt_s(row) / model.voltage_lag_s) : v;
     voltage(row) = shown;

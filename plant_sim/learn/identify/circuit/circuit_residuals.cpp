@@ -14,6 +14,7 @@ using Eigen::Index;
 constexpr double kResistanceFloor = 1e-3;  // of the typical resistance: no recording tells less from nothing
 constexpr double kMostEnergy = 120.0;      // kJ/mol, of any law
 constexpr double kMostEntropy = 1.0;       // mV/K
+constexpr double kMostHysteresis = 100.0;  // mV
 constexpr double kMostOfExchange = 6.0;    // of ln i_0, from what is believed of it
 
 /// Between which values a parameter stays: resistances above a floor, time constants within what the recordings tell,
@@ -32,9 +33,9 @@ Bounds bounds_of(const CircuitResiduals& cost) {
   out.high.segment(at.tau(0), at.state() - at.tau(0)).setConstant(std::log(priors.tau_bound_s));
   const double exchange = priors.law_priors.mean(ResistanceLaws::kLogExchange);
   out.low.tail(ResistanceLaws::kCount) << -kMostEnergy, -kMostEnergy, -kMostEnergy, exchange - kMostOfExchange,
-      -kMostEntropy;
+      -kMostEntropy, 0.0;
   out.high.tail(ResistanceLaws::kCount) << kMostEnergy, kMostEnergy, kMostEnergy, exchange + kMostOfExchange,
-      kMostEntropy;
+      kMostEntropy, kMostHysteresis;
   return out;
 }
 

@@ -86,6 +86,7 @@ LawRow law_row(const CircuitRows& all, const CircuitRow& row, const double* laws
     out.by_ohmic = -r0_ohm * out.drop_a * row.warm;
     out.taken_v = -kMillivolt * laws[ResistanceLaws::kEntropy] * row.warmer_k;
   }
+  if (all.hysteresis) out.taken_v += kMillivolt * laws[ResistanceLaws::kHysteresis] * row.hysteresis;
   if (all.charge_transfer) {
     const double log_exchange = laws[ResistanceLaws::kLogExchange] - laws[ResistanceLaws::kPolarization] * row.warm;
     const double share = 0.5 * row.current_a * std::exp(-log_exchange);
@@ -149,7 +150,7 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
 
 /// The non-zero derivatives of one row's voltage, column by column.
 struct Line {
-  static constexpr std::size_t kMost = 13 + 2 * kMostBranches * (kMostNodes + 1);
+  static constexpr std::size_t kMost = 14 + 2 * kMostBranches * (kMostNodes + 1);
   std::array<int, kMost> column;
   std::array<double, kMost> value;
   std::size_t count = 0;
@@ -181,9 +182,9 @@ struct Line {
     for (Index k = 0; open_state >= 0 && k < layout.branches; ++k)
       put(layout.state() + open_state + k, -branches[static_cast<std::size_t>(k)].decay);
   }
-  /// Of a run that is not all at one temperature, or with a charge transfer.
+  /// Of a run that is not all at one temperature, or with a charge transfer or hysteresis.
   void add_laws(const CircuitRow& row, const LawRow& law, const CircuitLayout& layout,
-                const std::array<Branch, kMostBranches>& branches) {
+                const std::array<Branch, kMostBranches>& branches, bool with_hysteresis) {
     double by_polarization = law.by_polarization, by_time_constant = 0.0;
     for (std::size_t k = 0; k < static_cast<std::size_t>(layout.branches); ++k) {
       by_polarization -= branches[k].by_energy;
@@ -194,6 +195,7 @@ struct Line {
     put(layout.law() + ResistanceLaws::kTimeConstant, by_time_constant);
     put(layout.law() + ResistanceLaws::kLogExchange, law.by_log_exchange);
     put(layout.law() + ResistanceLaws::kEntropy, kMillivolt * row.warmer_k);
+    put(layout.law() + ResistanceLaws::kHysteresis, with_hysteresis ? -kMillivolt * row.hysteresis : 0.0);
   }
 };
 
@@ -201,7 +203,7 @@ struct Line {
 
 CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid,
                          Index branches, const ResistanceLaws& laws)
-    : charge_transfer(laws.has_charge_transfer()) {
+    : charge_transfer(laws.has_charge_transfer()), hysteresis(laws.has_hysteresis()) {
   VOLTLAP_DEMAND(branches >= 0 && branches <= kMostBranches && grid.size() <= kMostNodes);
   std::size_t count = 0;
   for (const MeasuredRun& run : runs) count += static_cast<std::size_t>(run.rows());
@@ -209,9 +211,11 @@ CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& oc
   for (const MeasuredRun& run : runs) {
     VOLTLAP_DEMAND(run.rows() > 0 && run.soc.size() == run.rows() && run.weight_s.size() == run.rows());
     const double quiet = kQuiet * run.current_a.cwiseAbs().maxCoeff();
+    double turned = hysteresis_at_begin(run.soc(0));
     for (Index k = 0; k < run.rows(); ++k) {
       const Index before = std::max<Index>(0, k - 1);
       const SocGrid::Weights em = ocv.weights(run.soc(k));
+      if (k > 0 && hysteresis) turned = hysteresis_after(laws, turned, run.soc(before), run.soc(k));
       const double warm_was = laws.inverse(run.temperature_c(before)), warm = laws.inverse(run.temperature_c(k));
       isothermal = isothermal && warm_was == 0.0 && warm == 0.0;
       CircuitRow row{run.dt_s(k),
@@ -222,6 +226,7 @@ CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& oc
                      warm,
                      run.temperature_c(k) - laws.reference_temperature_c,
                      4.0 * kGasConstant * (run.temperature_c(k) + kZeroCelsius) / kFaraday,
+                     turned,
                      run.weight_s(k),
                      run.voltage_v(k),
                      place_of(grid, run.soc(before)),
@@ -253,11 +258,11 @@ NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const d
   out.rest = out.load = Eigen::MatrixXd::Zero(n, n);
   out.gradient = Eigen::VectorXd::Zero(n);
   Line line;
-  const bool with_laws = with_tau && (!rows.isothermal || rows.charge_transfer);
+  const bool with_laws = with_tau && (!rows.isothermal || rows.charge_transfer || rows.hysteresis);
   walk(rows, layout, x, true, kNegligible * most,
        [&](const CircuitRow& row, const LawRow& law, double error, const auto& branches, int open_state) {
          line.fill(row, law, layout, branches, open_state, with_tau);
-         if (with_laws) line.add_laws(row, law, layout, branches);
+         if (with_laws) line.add_laws(row, law, layout, branches, rows.hysteresis);
          Eigen::MatrixXd& into = row.load ? out.load : out.rest;
          const double square = row.weight_s * error * error;
          (row.load ? out.load_square : out.rest_square) += square;
@@ -285,7 +290,7 @@ void residuals_of(const CircuitRows& rows, const CircuitLayout& layout, const do
          residuals[out] = root * error;
          if (derivatives != nullptr) {
            line.fill(row, law, layout, branches, open_state, true);
-           line.add_laws(row, law, layout, branches);
+           line.add_laws(row, law, layout, branches, rows.hysteresis);
            for (std::size_t k = 0; k < line.count; ++k)
              derivatives[out * layout.size() + line.column[k]] = root * line.value[k];
          }

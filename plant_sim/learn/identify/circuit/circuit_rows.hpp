@@ -22,6 +22,7 @@ struct CircuitRow {
   double warm_was, warm;        ///< x of the laws [mol/kJ] at the row before and at the row
   double warmer_k;              ///< T - T_ref at the row
   double thermal_v;             ///< 4 R_g T / F at the row
+  double hysteresis;            ///< h at the row
   double weight_s, voltage_v;
   Place was, middle, at;  ///< on the tables: row before, interval, row
   int em_node;
@@ -39,7 +40,7 @@ struct CircuitRows {
   std::vector<CircuitRow> rows;
   Eigen::Index states = 0, used = 0;  ///< free states; rows with a weight
   bool isothermal = true;             ///< x is 0 at every row
-  bool charge_transfer = false;
+  bool charge_transfer = false, hysteresis = false;
 };
 
 /// Where each parameter stands in a vector: [Em | R0 .. RK | tau1 .. tauK | free states | laws].

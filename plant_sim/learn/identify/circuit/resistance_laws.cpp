@@ -9,7 +9,7 @@ namespace voltlap::plant {
 
 ResistanceLaws::Packed ResistanceLaws::packed() const {
   return {ohmic_kj_per_mol, polarization_kj_per_mol, time_constant_kj_per_mol,
-          has_charge_transfer() ? std::log(exchange_a) : 0.0, entropy_mv_per_k};
+          has_charge_transfer() ? std::log(exchange_a) : 0.0, entropy_mv_per_k, hysteresis_mv};
 }
 
 void ResistanceLaws::take(const Packed& packed) {
@@ -18,6 +18,7 @@ void ResistanceLaws::take(const Packed& packed) {
   polarization_kj_per_mol = packed(kPolarization);
   time_constant_kj_per_mol = packed(kTimeConstant);
   entropy_mv_per_k = packed(kEntropy);
+  if (has_hysteresis()) hysteresis_mv = packed(kHysteresis);
   if (has_charge_transfer()) exchange_a = std::exp(packed(kLogExchange));
 }
 
@@ -43,6 +44,16 @@ LawFactors law_factors(const ResistanceLaws& laws, double temperature_c) {
   if (x == 0.0) return {};
   return {std::exp(laws.ohmic_kj_per_mol * x), std::exp(laws.polarization_kj_per_mol * x),
           std::exp(laws.time_constant_kj_per_mol * x)};
+}
+
+double hysteresis_after(const ResistanceLaws& laws, double before, double soc_from, double soc_to) {
+  const double drawn = soc_from - soc_to, side = drawn > 0.0 ? 1.0 : -1.0;
+  return side + (before - side) * std::exp(-laws.hysteresis_per_soc * std::abs(drawn));
+}
+
+double hysteresis_at_begin(double soc) {
+  constexpr double kFull = 0.98;
+  return soc > kFull ? -1.0 : 0.0;
 }
 
 double charge_transfer_drop_v(const ResistanceLaws& laws, double current_a, double temperature_c) {

@@ -6,6 +6,8 @@
 //   R_k(T)   = R_k exp(E_p x)                         k = 1 .. K
 //   tau_k(T) = tau_k exp(E_tau x)
 //   Em(T)    = Em + e (T - T_ref)                     e: entropy over the Faraday constant, one for all SOC
+//   V       -= M h,  dh/dSOC_drawn = g (1 - h sign(I)) sign(I)      hysteresis, h from -1 after a charge to 1 (G. L.
+//                                                     Plett, J. Power Sources 134, 2004); g is chosen, not fitted
 //   v_ct(I)  = 4 R_g T / F asinh(I / 2 i_0(T)),  i_0(T) = i_0 exp(-E_p x)   Butler-Volmer, two electrodes alike
 //
 // The charge transfer is on or off as a whole: recordings at one rate cannot tell it from R0. What they do not tell is
@@ -22,14 +24,16 @@ namespace voltlap::plant {
 
 struct ResistanceLaws {
   /// Places in `packed()`.
-  enum Place : Eigen::Index { kOhmic, kPolarization, kTimeConstant, kLogExchange, kEntropy, kCount };
+  enum Place : Eigen::Index { kOhmic, kPolarization, kTimeConstant, kLogExchange, kEntropy, kHysteresis, kCount };
 
   double reference_temperature_c = 25.0;
   double ohmic_kj_per_mol = 0.0, polarization_kj_per_mol = 0.0, time_constant_kj_per_mol = 0.0;
   double entropy_mv_per_k = 0.0;
+  double hysteresis_mv = 0.0, hysteresis_per_soc = 0.0;  ///< M and g; g is 0 without hysteresis
   double exchange_a = 0.0;  ///< i_0 at the reference temperature; 0: R0 does not change with the current
 
   [[nodiscard]] bool has_charge_transfer() const { return exchange_a > 0.0; }
+  [[nodiscard]] bool has_hysteresis() const { return hysteresis_per_soc > 0.0; }
   /// x [mol/kJ] of a temperature.
   [[nodiscard]] double inverse(double temperature_c) const {
     constexpr double kJoules = 1e3;
@@ -37,7 +41,8 @@ struct ResistanceLaws {
            (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_temperature_c + kZeroCelsius));
   }
   using Packed = Eigen::Vector<double, kCount>;
-  /// The numbers as a fit has them: three energies [kJ/mol], ln i_0 (any value without charge transfer), e [mV/K].
+  /// The numbers as a fit has them: three energies [kJ/mol], ln i_0 (any value without charge transfer), e [mV/K],
+  /// M [mV].
   [[nodiscard]] Packed packed() const;
   /// Takes them back; a law without charge transfer stays without.
   void take(const Packed& packed);
@@ -50,7 +55,7 @@ struct ResistanceLaws {
 
 /// What is believed of the numbers before any recording, normal, in the units of packed().
 struct LawPriors {
-  ResistanceLaws::Packed mean{20.0, 20.0, 0.0, 0.0, 0.0}, sigma{10.0, 10.0, 10.0, 1.0, 0.15};
+  ResistanceLaws::Packed mean{20.0, 20.0, 0.0, 0.0, 0.0, 0.0}, sigma{10.0, 10.0, 10.0, 1.0, 0.15, 1.0};
   bool fixed = false;  ///< the laws stay as they are given
 };
 /// The usual ones: energies 20 +- 10 kJ/mol, of the time constants 0 +- 10; a charge transfer of a third of R0; entropy
@@ -64,6 +69,11 @@ struct LawFactors {
   double ohmic = 1.0, polarization = 1.0, time_constant = 1.0;
 };
 [[nodiscard]] LawFactors law_factors(const ResistanceLaws& laws, double temperature_c);
+
+/// The hysteresis state after the SOC went from one value to another.
+[[nodiscard]] double hysteresis_after(const ResistanceLaws& laws, double before, double soc_from, double soc_to);
+/// The state at a SOC at which a recording begins: after a charge where it is full, else unknown, 0.
+[[nodiscard]] double hysteresis_at_begin(double soc);
 
 /// Volts of the charge transfer at a current of either sign; 0 without.
 [[nodiscard]] double charge_transfer_drop_v(const ResistanceLaws& laws, double current_a, double temperature_c);

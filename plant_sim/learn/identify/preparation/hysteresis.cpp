@@ -11,6 +11,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
+#include "learn/identify/circuit/fitted_circuit.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 
 namespace voltlap::plant {
@@ -49,20 +50,29 @@ std::map<int, Sides> slow_sides(const std::vector<MeasuredRun>& runs, double cap
   return bins;
 }
 
-/// Rows behind fast currents keep their weight, the others lose it. Returns seconds of fast current by bin of SOC.
-std::map<int, double> keep_fast_rows(std::vector<MeasuredRun>& runs, double capacity_ah) {
-  constexpr double kWindow = 120.0;  // s
+/// Seconds of fast current by bin of SOC.
+std::map<int, double> fast_seconds(const std::vector<MeasuredRun>& runs, double capacity_ah) {
   std::map<int, double> fast_s;
-  for (MeasuredRun& run : runs) {
-    double since_fast = 1e9;
+  for (const MeasuredRun& run : runs) {
     for (Index row = 0; row < run.rows(); ++row) {
       const bool fast = std::abs(run.current_a(row)) >= kSlow * capacity_ah;
-      since_fast = fast ? 0.0 : since_fast + run.dt_s(row);
-      if (since_fast > kWindow) run.weight_s(row) = 0.0;
       if (fast && run.weight_s(row) > 0.0) fast_s[bin_of(run.soc(row))] += run.dt_s(row);
     }
   }
   return fast_s;
+}
+
+/// How fast a change of direction turns the state, by the cost of quick fits.
+double best_per_soc(const std::vector<MeasuredRun>& runs, FitPriors priors) {
+  double best = 0.0, least = 1e300;
+  for (const double tried : {5.0, 10.0, 20.0, 40.0, 80.0, 160.0}) {
+    priors.laws.hysteresis_per_soc = tried;
+    const double cost = linear_fit(runs, first_taus(2), priors).solution.cost;
+    if (cost >= least) continue;
+    least = cost;
+    best = tried;
+  }
+  return best;
 }
 
 }  // namespace
@@ -84,29 +94,40 @@ std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs,
   return out;
 }
 
-double set_hysteresis_aside(std::vector<MeasuredRun>& runs, double capacity_ah, FitPriors& priors,
-                            std::vector<std::string>& notes) {
-  VOLTLAP_DEMAND(!runs.empty());
+double hysteresis_excess(const std::vector<MeasuredRun>& runs, double capacity_ah) {
   constexpr double kLeast = 5e-3, kMost = 0.1;  // V; beyond, a SOC that has drifted between the two, of no chemistry
   constexpr std::size_t kFewestPoints = 3;
-  constexpr int kFewestExcited = 5;
   const auto points = hysteresis_of(runs, capacity_ah);
   double excess = 0.0;
   for (const HysteresisPoint& point : points) excess += point.excess_v / static_cast<double>(points.size());
-  if (points.size() < kFewestPoints || excess < kLeast || excess > kMost) return 0.0;
-  notes.push_back(
-      fmt::format("Hysteresis: slow charge and slow discharge stand {:.1f} mV apart beyond what resistance "
-                  "explains. This circuit cannot represent it: the OCV is their middle, and the slow rows "
-                  "are kept out of the resistances and time constants.",
-                  2e3 * excess));
-  for (const HysteresisPoint& point : points) priors.ocv.push_back({point.soc, point.middle_v, point.half_gap_v});
-  const std::map<int, double> fast_s = keep_fast_rows(runs, capacity_ah);
+  return points.size() < kFewestPoints || excess < kLeast || excess > kMost ? 0.0 : excess;
+}
+
+double take_hysteresis(const std::vector<MeasuredRun>& runs, double capacity_ah, FitPriors& priors,
+                       std::vector<std::string>& notes) {
+  VOLTLAP_DEMAND(!runs.empty());
+  constexpr int kFewestExcited = 5;
+  constexpr double kMillivolts = 1e3, kUncertain = 0.5;  // of the excess
+  const double excess = hysteresis_excess(runs, capacity_ah);
+  if (excess == 0.0) return 0.0;
+  const std::string what = fmt::format(
+      "Hysteresis: slow charge and slow discharge stand {:.1f} mV apart beyond what resistance explains", 2e3 * excess);
+  const std::map<int, double> fast_s = fast_seconds(runs, capacity_ah);
   const auto excited =
       std::count_if(fast_s.begin(), fast_s.end(), [](const auto& bin) { return bin.second > kExcited; });
   if (excited < kFewestExcited) {
-    throw InputError(runs.front().name, notes.back(), "pulses or a drive beside the slow test",
+    throw InputError(runs.front().name, what, "pulses or a drive beside the slow test",
                      "Give another recording of this cell with currents above C/8, and this one beside it");
   }
+  for (const HysteresisPoint& point : hysteresis_of(runs, capacity_ah))
+    priors.ocv.push_back({point.soc, point.middle_v, point.half_gap_v});
+  priors.laws.hysteresis_mv = kMillivolts * excess;
+  priors.laws.hysteresis_per_soc = best_per_soc(runs, priors);
+  priors.law_priors.mean(ResistanceLaws::kHysteresis) = kMillivolts * excess;
+  priors.law_priors.sigma(ResistanceLaws::kHysteresis) = kUncertain * kMillivolts * excess;
+  notes.push_back(fmt::format("{}: a state of the model (Plett, 2004) that a change of direction turns within {:.1f} % "
+                              "of the charge.",
+                              what, 100.0 / priors.laws.hysteresis_per_soc));
   return excess;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An open-circuit voltage that depends on the direction of the current: found, and kept out of the circuit.
+// An open-circuit voltage that depends on the direction of the current: found, and made a state of the model.
 #pragma once
 #include <string>
 #include <vector>
@@ -15,10 +15,14 @@ struct HysteresisPoint {
 };
 [[nodiscard]] std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs, double capacity_ah);
 
-/// Slow charge and slow discharge that disagree: the rows say nothing about the circuit, their middle is the OCV. Takes
-/// the weight of those rows in `runs`, adds the middle to `priors` and says so in `notes`; returns the excess [V], 0
-/// without hysteresis. Throws InputError when too little is left.
-[[nodiscard]] double set_hysteresis_aside(std::vector<MeasuredRun>& runs, double capacity_ah, FitPriors& priors,
-                                          std::vector<std::string>& notes);
+/// Mean excess of slow charge and slow discharge [V] where it is that of a chemistry, 5 to 100 mV in three bins of SOC
+/// or more; else 0.
+[[nodiscard]] double hysteresis_excess(const std::vector<MeasuredRun>& runs, double capacity_ah);
+
+/// Slow charge and slow discharge that disagree: `priors` get a hysteresis of that size, how fast a change of direction
+/// turns it by what fits the runs best, and the middle of the two as knowledge of the OCV; `notes` say so. Returns the
+/// excess [V], 0 without hysteresis. Throws InputError when there are no fast currents that tell the circuit.
+[[nodiscard]] double take_hysteresis(const std::vector<MeasuredRun>& runs, double capacity_ah, FitPriors& priors,
+                                     std::vector<std::string>& notes);
 
 }  // namespace voltlap::plant

@@ -170,9 +170,15 @@ std::string cell_toml(const CellParameters& cell, const CellBody& body, const Ce
   out += section("r0", "ohm", cell.r0_ohm, ohmic) + section("r1", "ohm", cell.r1_ohm, polarization) +
          section("r2", "ohm", cell.r2_ohm, polarization);
   out += section("tau1", "s", cell.tau1_s, time_constant) + section("tau2", "s", cell.tau2_s, time_constant);
-  if (cell.effects.entropy_v_per_k != 0.0) {
-    out += fmt::format("\n[effects]\nentropy_v_per_k = {}  # V/K, dOCV/dT; {}\n", real(cell.effects.entropy_v_per_k),
+  const CellEffects& effects = cell.effects;
+  if (effects.entropy_v_per_k != 0.0 || effects.hysteresis_v != 0.0) out += "\n[effects]\n";
+  if (effects.entropy_v_per_k != 0.0) {
+    out += fmt::format("entropy_v_per_k = {}  # V/K, dOCV/dT; {}\n", real(effects.entropy_v_per_k),
                        law_origin(laws, "entropy"));
+  }
+  if (effects.hysteresis_v != 0.0) {
+    out += fmt::format("hysteresis_v = {}  # V, either way of the OCV; {}\nhysteresis_per_soc = {}  # 1, chosen\n",
+                       real(effects.hysteresis_v), law_origin(laws, "hysteresis"), real(effects.hysteresis_per_soc));
   }
   return out;
 }

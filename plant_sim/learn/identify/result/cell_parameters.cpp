@@ -157,6 +157,10 @@ void set_laws(const OperatingPoint& point, CellParameters& cell) {
     most = std::max(most, file.trace.current_a.cwiseAbs().maxCoeff());
   }
   const bool moves = laws.has_temperature();
+  if (laws.has_hysteresis()) {
+    cell.effects.hysteresis_v = kMillivolt * laws.hysteresis_mv;
+    cell.effects.hysteresis_per_soc = laws.hysteresis_per_soc;
+  }
   cell.effects.entropy_v_per_k = kMillivolt * laws.entropy_mv_per_k;
   cell.kinetic_law = moves || laws.has_charge_transfer();
   if (moves) cell.temperature_breakpoints_c = temperature_points(coldest, point.temperature_c, warmest);

@@ -22,7 +22,7 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
   constexpr double kJoules = 1e3;
   const ResistanceLaws& laws = result.model.laws;
   std::vector<LawFact> out;
-  if (!laws.has_temperature() && !laws.has_charge_transfer()) return out;
+  if (!laws.has_temperature() && !laws.has_charge_transfer() && !laws.has_hysteresis()) return out;
   const LawPriors priors;
   const bool has_intervals = result.packed.size() > 0 && result.uncertainty.sigma.size() == result.packed.size();
   const auto sigma_of = [&](Index place) {
@@ -42,6 +42,13 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
     out.push_back({energy.key, energy.label, "J/mol", kJoules * value, kJoules * (value - kInterval * sigma),
                    kJoules * (value + kInterval * sigma),
                    sigma < kTold * priors.sigma(energy.place) ? FactOrigin::kMeasured : FactOrigin::kAssumed});
+  }
+  if (laws.has_hysteresis()) {
+    constexpr double kMillivolt = 1e-3;
+    const double half = kInterval * sigma_of(ResistanceLaws::kHysteresis);
+    out.push_back({"hysteresis", "hysteresis", "V", kMillivolt * laws.hysteresis_mv,
+                   kMillivolt * (laws.hysteresis_mv - half), kMillivolt * (laws.hysteresis_mv + half),
+                   FactOrigin::kMeasured});
   }
   const double entropy_sigma = sigma_of(ResistanceLaws::kEntropy);
   if (entropy_sigma < kTold * priors.sigma(ResistanceLaws::kEntropy)) {

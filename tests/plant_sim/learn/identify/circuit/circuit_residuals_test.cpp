@@ -43,6 +43,9 @@ TEST_GROUP(CircuitResiduals) {
     priors.laws.time_constant_kj_per_mol = 5.0;
     priors.laws.exchange_a = 30.0;
     priors.laws.entropy_mv_per_k = 0.2;
+    priors.laws.hysteresis_mv = 10.0;
+    priors.laws.hysteresis_per_soc = 15.0;
+    priors.law_priors.mean = priors.laws.packed();
   }
 };
 
