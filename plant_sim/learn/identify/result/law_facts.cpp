@@ -75,8 +75,11 @@ std::string law_origin(const std::vector<LawFact>& facts, std::string_view key) 
 std::string laws_text(const IdentifyResult& result) {
   std::string out;
   for (const LawFact& fact : law_facts(result)) {
-    out += fmt::format("  {:<21} {:>9} {:<5} {:<9} {} to {}\n", fact.label, short_number(fact.value), fact.unit,
-                       name_of(fact.origin), short_number(fact.ci95_low), short_number(fact.ci95_high));
+    const bool volts = fact.unit == "V/K";  // a few tenths of a millivolt
+    const double scale = volts ? 1e3 : 1.0;
+    out += fmt::format("  {:<21} {:>9} {:<5} {:<9} {} to {}\n", fact.label, short_number(scale * fact.value),
+                       volts ? "mV/K" : fact.unit, name_of(fact.origin), short_number(scale * fact.ci95_low),
+                       short_number(scale * fact.ci95_high));
   }
   return out;
 }
