@@ -129,8 +129,15 @@ void take_errors_of_file(const CellParameters& file, const std::vector<CellIdent
     for (const CellIdentification& cell : each) {
       for (const CellLog& log : cell.points.at(g).logs) logs.push_back(&log);
     }
-    VOLTLAP_DEMAND(logs.size() == point.result.files.size());
-    for (std::size_t k = 0; k < logs.size(); ++k) take_errors(model, *logs[k], point, point.result.files[k]);
+    auto log = logs.begin();
+    for (RecordingResult& recording : point.result.files) {
+      // In the same order; one that contradicts the others was left out.
+      log = std::find_if(log, logs.end(), [&](const CellLog* one) {
+        return one->path == recording.path && static_cast<Index>(one->rows()) == recording.rows;
+      });
+      VOLTLAP_DEMAND(log != logs.end());
+      take_errors(model, **log++, point, recording);
+    }
     point.result.rms_v = rms_of_used(point.result.files);
   }
 }
