@@ -113,6 +113,17 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
                        "(linear); default: found in each file")
       ->type_name("previous|next|linear")
       ->transform(CLI::Transformer(holds));
+  add_instruments();
+  add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
+  add_output_file(*command_, "--json", json_, "Write everything found as JSON");
+  add_output_file(*command_, "--report", report_,
+                  "Write model against recordings, coverage and every parameter as one HTML file");
+  command_->footer(
+      "Examples: voltlap identify hppc.csv.gz --out cell.toml --json cell.json\n"
+      "          voltlap identify bench/30c_200a_cell*.csv --method all");
+}
+
+void IdentifyCommand::add_instruments() {
   const auto add_limit = [&](const char* flag, double& value, const char* what) {
     command_->add_option(flag, value, std::string("Intervals allow for ") + what)->check(number_from_zero());
   };
@@ -121,13 +132,6 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   add_limit("--current-error", instruments_.current_a, "an offset of the current under load up to this, A");
   add_limit("--current-gain-error", instruments_.current_gain, "a gain error of the current up to this, 1");
   add_limit("--rest-current-error", instruments_.rest_current_a, "an offset of the current at rest up to this, A");
-  add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
-  add_output_file(*command_, "--json", json_, "Write everything found as JSON");
-  add_output_file(*command_, "--report", report_,
-                  "Write model against recordings, coverage and every parameter as one HTML file");
-  command_->footer(
-      "Examples: voltlap identify hppc.csv.gz --out cell.toml --json cell.json\n"
-      "          voltlap identify bench/30c_200a_cell*.csv --method all");
 }
 
 std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {

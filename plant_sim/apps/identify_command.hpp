@@ -28,6 +28,7 @@ class IdentifyCommand {
     double temperature_c, window_begin_s, window_end_s;
     bool temperature_given;
   };
+  void add_instruments();
   [[nodiscard]] std::vector<Recording> recordings() const;
   /// The recordings of one cell.
   struct CellData {
