@@ -51,33 +51,34 @@ double missing_parallel(const CellModel& model, const CellLog& log, const Valida
   return recorded > 0.0 ? own / recorded : 1.0;
 }
 
-Count best_parallel(const CellModel& model, const CellLog& log, const ValidationOptions& options, int now) {
-  constexpr double kMost = 100.0, kSteps = 12.0;
-  const double about = missing_parallel(model, log, options) * now;
+/// The best number from `first` to `last`: in a dozen steps, then one by one around the best of them.
+template <class Rms>
+Count best_of(double first, double last, int now, const Rms& rms_with) {
+  constexpr double kSteps = 12.0;
   Count best;
-  const double first = std::max(1.0, std::floor(0.5 * about)), last = std::min(kMost, std::ceil(1.6 * about));
-  const double step = std::max(1.0, std::ceil((last - first) / kSteps));
-  for (double n = first; n <= last; n += step) {
-    if (n == now) continue;
-    const double rms = rms_scaled(model, log, options, now / n, 1.0);
+  const auto look_at = [&](double n) {
+    if (n < 1.0 || n == now) return;
+    const double rms = rms_with(n);
     if (rms < best.rms_v) best = {static_cast<int>(n), rms};
-  }
+  };
+  const double step = std::max(1.0, std::floor((last - first) / kSteps));
+  for (double n = first; n <= last; n += step) look_at(n);
+  const double around = best.number;
+  for (double n = around - step + 1.0; step > 1.0 && n < around + step; n += 1.0) look_at(n);
   return best;
 }
 
+Count best_parallel(const CellModel& model, const CellLog& log, const ValidationOptions& options, int now) {
+  constexpr double kMost = 100.0;
+  const double about = missing_parallel(model, log, options) * now;
+  return best_of(std::max(1.0, std::floor(0.5 * about)), std::min(kMost, std::ceil(1.6 * about)), now,
+                 [&](double n) { return rms_scaled(model, log, options, now / n, 1.0); });
+}
+
 Count best_series(const CellModel& model, const CellLog& log, const ValidationOptions& options, int now) {
-  constexpr double kReach = 0.25, kSteps = 12.0;
-  Count best;
-  const double first = std::max(1.0, std::floor((1.0 - kReach) * now)), last = std::ceil((1.0 + kReach) * now);
-  const double step = std::max(1.0, std::floor((last - first) / kSteps));
-  const auto look_at = [&](double n) {
-    if (n < 1.0 || n == now) return;
-    const double rms = rms_scaled(model, log, options, 1.0, now / n);
-    if (rms < best.rms_v) best = {static_cast<int>(n), rms};
-  };
-  for (double n = first; n <= last; n += step) look_at(n);
-  for (double n = best.number - step + 1.0, end = best.number + step; step > 1.0 && n < end; n += 1.0) look_at(n);
-  return best;
+  constexpr double kReach = 0.25;
+  return best_of(std::max(1.0, std::floor((1.0 - kReach) * now)), std::ceil((1.0 + kReach) * now), now,
+                 [&](double n) { return rms_scaled(model, log, options, 1.0, now / n); });
 }
 
 }  // namespace
