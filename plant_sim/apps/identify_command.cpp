@@ -17,12 +17,12 @@
 #include "apps/other_programs.hpp"
 #include "car/battery/cell_tables.hpp"
 #include "core/errors.hpp"
-#include "io/atomic_file.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/result/cell_file.hpp"
 #include "learn/identify/result/cell_parameters.hpp"
 #include "learn/identify/result/identification_report.hpp"
 #include "learn/identify/result/identify_text.hpp"
+#include "learn/validate/written_cell.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -92,6 +92,10 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_option("--window", windows_, "T0:T1, seconds: only these rows of the files after it")
       ->allow_extra_args(false);
   command_->add_option("--blocks", blocks_, "SECONDS:even|odd: fit every other block, print the RMS on the rest");
+  command_->add_option("--capacity", capacity_ah_,
+                       "Capacity of one cell, Ah; default: of a whole discharge in the recordings, else only what they "
+                       "drew")
+      ->check(number_between(0.01, 2000.0, "In Ah of one cell, not mAh and not of the pack: a 21700 has 4"));
   command_->add_option("--mass", mass_kg_, "Mass of one cell, kg (a 21700: 0.07); default: assumed of its form")
       ->check(number_between(0.001, 15.0, "In kg, not g: a cell of 70 g has 0.07"));
   command_->add_option("--size", size_,
@@ -109,6 +113,17 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
                        "(linear); default: found in each file")
       ->type_name("previous|next|linear")
       ->transform(CLI::Transformer(holds));
+  add_instruments();
+  add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
+  add_output_file(*command_, "--json", json_, "Write everything found as JSON");
+  add_output_file(*command_, "--report", report_,
+                  "Write model against recordings, coverage and every parameter as one HTML file");
+  command_->footer(
+      "Examples: voltlap identify hppc.csv.gz --out cell.toml --json cell.json\n"
+      "          voltlap identify bench/30c_200a_cell*.csv --method all");
+}
+
+void IdentifyCommand::add_instruments() {
   const auto add_limit = [&](const char* flag, double& value, const char* what) {
     command_->add_option(flag, value, std::string("Intervals allow for ") + what)->check(number_from_zero());
   };
@@ -117,13 +132,6 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   add_limit("--current-error", instruments_.current_a, "an offset of the current under load up to this, A");
   add_limit("--current-gain-error", instruments_.current_gain, "a gain error of the current up to this, 1");
   add_limit("--rest-current-error", instruments_.rest_current_a, "an offset of the current at rest up to this, A");
-  add_output_file(*command_, "--out", out_, "Write the cell file (TOML) that --set battery.cell=FILE takes");
-  add_output_file(*command_, "--json", json_, "Write everything found as JSON");
-  add_output_file(*command_, "--report", report_,
-                  "Write model against recordings, coverage and every parameter as one HTML file");
-  command_->footer(
-      "Examples: voltlap identify hppc.csv.gz --out cell.toml --json cell.json\n"
-      "          voltlap identify bench/30c_200a_cell*.csv --method all");
 }
 
 std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
@@ -270,27 +278,63 @@ std::string IdentifyCommand::cell_name() const {
   return file.substr(0, file.find('.'));
 }
 
+void IdentifyCommand::Outputs::commit() {
+  for (auto* file : {&out, &json, &report}) {
+    if (*file) (*file)->complete();
+  }
+  for (auto* file : {&out, &json, &report}) {
+    if (*file) (*file)->commit();
+  }
+}
+
+void IdentifyCommand::open(Outputs& files) const {
+  refuse_shared_files({{"--out", out_},
+                       {"--json", json_},
+                       {"--report", report_},
+                       {"--write-map", recordings_.finding.write_map}});
+  if (!out_.empty()) files.out.emplace(out_);
+  if (!json_.empty()) files.json.emplace(json_);
+  if (!report_.empty()) files.report.emplace(report_);
+  if (files.out && branches_ == 3) {
+    throw InputError("--out", "--rc 3", "one or two branches", "A cell file holds two; write three to --json");
+  }
+}
+
+void IdentifyCommand::check_file(const DataFolder& data, const std::string& toml,
+                                 const std::vector<CellIdentification>& each, CellIdentification& identified) const {
+  if (branches_ == 3) return;  // no cell file holds it
+  const CellParameters file = read_back(toml, data);
+  require_possible_cell(file, identified, recordings_.cells_in_series);
+  take_errors_of_file(file, each, identified);
+  if (each.size() == 1) require_file_follows(identified);  // a mean is none of its cells
+}
+
+std::string IdentifyCommand::json_text(const CellBody& body, const std::vector<CellIdentification>& each,
+                                       const std::vector<std::string>& names, const MeanCell* mean,
+                                       const std::string& own) {
+  if (mean == nullptr) return own;
+  std::vector<std::string> texts;
+  for (std::size_t c = 0; c < each.size(); ++c) {
+    std::vector<std::string> notes;
+    texts.push_back(
+        identification_json(cell_parameters(each[c], body, names[c], notes), body, each[c], VOLTLAP_VERSION));
+  }
+  return with_spread(own, *mean, texts);
+}
+
 int IdentifyCommand::run(const DataFolder& data) {
   IdentifyOptions options;
   options.branches = branches_;
   options.hold = hold_;
   options.instruments = instruments_;
   options.tables = tables_;
+  options.capacity_ah = capacity_ah_;
   take_method(options);
   take_blocks(options);
   take_ocv(data, options);
   const ToldBody told = told_body();
-  std::optional<AtomicFile> out, json, report;
-  refuse_shared_files({{"--out", out_},
-                       {"--json", json_},
-                       {"--report", report_},
-                       {"--write-map", recordings_.finding.write_map}});
-  if (!out_.empty()) out.emplace(out_);
-  if (!json_.empty()) json.emplace(json_);
-  if (!report_.empty()) report.emplace(report_);
-  if (out && branches_ == 3) {
-    throw InputError("--out", "--rc 3", "one or two branches", "A cell file holds two; write three to --json");
-  }
+  Outputs files;
+  open(files);
   const std::vector<CellData> cells = read(data);
   take_constant(cells, options);
 
@@ -300,37 +344,32 @@ int IdentifyCommand::run(const DataFolder& data) {
   for (const CellData& cell : cells) names.push_back(cell.name);
   if (cells.size() > 1) mean = mean_cell(each, names);
   CellIdentification identified = mean ? mean->identified : each.front();
+  IdentifyResult& reference = identified.reference_point().result;
+  reference.capacity.ah = reference.model.capacity_ah;
   const auto shipped = [&](const std::string& cell) { return load_cell(data, cell, "identify"); };
-  const CellBody body = cell_body(told, identified.reference_point().result.model.capacity_ah, shipped);
-  const CellParameters cell = cell_parameters(identified, body, cell_name(), identified.reference_point().result.notes);
+  const CellBody body = cell_body(told, reference.capacity, shipped);
+  const CellParameters cell = cell_parameters(identified, body, cell_name(), reference.notes);
   require_possible_size(cell, body);
+  const std::string toml = cell_toml(cell, body, identified) + (mean ? spread_comment(*mean) : "");
+  check_file(data, toml, each, identified);
+
   std::FILE* to = summary_stream({out_, json_, report_});
   fmt::print(to, "{}", identification_text(cell, body, identified, recordings_.cells_in_series));
   if (mean) fmt::print(to, "{}", spread_text(*mean));
   std::vector<MethodScore> scores;
   if (method_ == kAllMethods) scores = compare(cells, each, options);
   if (!scores.empty()) fmt::print(to, "\n{}", comparison_text(scores));
-  if (out) {
-    out->write(cell_toml(cell, body, identified) + (mean ? spread_comment(*mean) : ""));
-    out->commit();
-  }
   const std::string text = identification_json(cell, body, identified, VOLTLAP_VERSION);
-  if (report) {
-    report->write(identification_report({cell, body, identified, text, mean ? &*mean : nullptr, scores, flags()},
-                                        VOLTLAP_VERSION));
-    report->commit();
+  if (files.out) files.out->write(toml);
+  if (files.report) {
+    files.report->write(identification_report(
+        {cell, body, identified, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
   }
-  if (json) {
-    std::vector<std::string> texts;
-    for (std::size_t c = 0; mean && c < each.size(); ++c) {
-      std::vector<std::string> notes;
-      texts.push_back(
-          identification_json(cell_parameters(each[c], body, names[c], notes), body, each[c], VOLTLAP_VERSION));
-    }
-    const std::string all = mean ? with_spread(text, *mean, texts) : text;
-    json->write(scores.empty() ? all : with_methods(all, scores));
-    json->commit();
+  if (files.json) {
+    const std::string all = json_text(body, each, names, mean ? &*mean : nullptr, text);
+    files.json->write(scores.empty() ? all : with_methods(all, scores));
   }
+  files.commit();
   return kExitOk;
 }
 

@@ -8,6 +8,7 @@
 
 #include "apps/recording_options.hpp"
 #include "core/parameter_file.hpp"
+#include "io/atomic_file.hpp"
 #include "learn/identify/mean_cell.hpp"
 #include "learn/identify/result/cell_body.hpp"
 #include "learn/methods/method_comparison.hpp"
@@ -27,6 +28,7 @@ class IdentifyCommand {
     double temperature_c, window_begin_s, window_end_s;
     bool temperature_given;
   };
+  void add_instruments();
   [[nodiscard]] std::vector<Recording> recordings() const;
   /// The recordings of one cell.
   struct CellData {
@@ -42,6 +44,18 @@ class IdentifyCommand {
                                                  const std::vector<CellIdentification>& full,
                                                  IdentifyOptions options) const;
   [[nodiscard]] ToldBody told_body() const;
+  /// The result files that were asked for, each there whole or not at all.
+  struct Outputs {
+    std::optional<AtomicFile> out, json, report;
+    void commit();
+  };
+  void open(Outputs& files) const;
+  /// Reads the cell file's text back, refuses what is not to be trusted, and puts its errors in the place of the fit's.
+  void check_file(const DataFolder& data, const std::string& toml, const std::vector<CellIdentification>& each,
+                  CellIdentification& identified) const;
+  [[nodiscard]] static std::string json_text(const CellBody& body, const std::vector<CellIdentification>& each,
+                                             const std::vector<std::string>& names, const MeanCell* mean,
+                                             const std::string& own);
   /// Of the cell file, else of the first recording.
   [[nodiscard]] std::string cell_name() const;
   void take_constant(const std::vector<CellData>& cells, IdentifyOptions& options) const;
@@ -62,7 +76,7 @@ class IdentifyCommand {
   bool constant_ = false;
   std::optional<CurrentHold> hold_;
   InstrumentLimits instruments_;
-  std::optional<double> mass_kg_, heat_capacity_j_per_kg_k_;
+  std::optional<double> capacity_ah_, mass_kg_, heat_capacity_j_per_kg_k_;
   std::string size_;
 };
 

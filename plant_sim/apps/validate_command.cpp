@@ -5,12 +5,15 @@
 
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/other_programs.hpp"
+#include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/atomic_file.hpp"
+#include "learn/validate/count_hint.hpp"
 #include "learn/validate/validation_json.hpp"
 #include "learn/validate/validation_report.hpp"
 #include "learn/validate/validation_text.hpp"
@@ -75,6 +78,18 @@ StudyOptions ValidateCommand::options(const std::vector<CellLog>& logs, Progress
   return out;
 }
 
+void ValidateCommand::add_hints(const CellParameters& cell, const std::vector<CellLog>& logs,
+                                ValidationStudy& study) const {
+  VOLTLAP_DEMAND(study.files.size() == logs.size());
+  const CellModel model(cell);
+  const CellCounts counts{recordings_.cells_in_series, recordings_.cells_in_parallel};
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    FileValidation& file = study.files[k];
+    if (auto hint = count_hint(model, logs[k], study_.validation, counts, file.rms_v))
+      file.repairs.push_back(std::move(*hint));
+  }
+}
+
 std::string ValidateCommand::command_line() const {
   std::string out = "voltlap validate " + cell_;
   for (const std::string& file : recordings_.files) out += " " + file;
@@ -99,7 +114,8 @@ int ValidateCommand::run(const DataFolder& data) {
   if (!report_.empty()) report.emplace(report_);
   ProgressLine progress("validating");
   const std::vector<CellLog> logs = read(data, progress);
-  const ValidationStudy study = study_validation(cell, logs, options(logs, progress));
+  ValidationStudy study = study_validation(cell, logs, options(logs, progress));
+  add_hints(cell, logs, study);
   progress.end();
 
   std::FILE* to = summary_stream({json_, csv_, report_});

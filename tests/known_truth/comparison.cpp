@@ -96,14 +96,16 @@ Outcome run_case(const Case& one, std::uint64_t seed, std::size_t test, std::siz
     Eigen::Index em = 0;
     for (Eigen::Index k = 0; k < ocv.size(); ++k) em = std::abs(ocv.at(k) - soc) < std::abs(ocv.at(em) - soc) ? k : em;
     const double em_truth = truth_at(tables, record, cell, ocv.at(em))[0];
-    out.nodes.push_back({0, soc, found.model.em(em) - em_truth, kTwoSided * found.uncertainty.sigma(em),
-                         is_ocv_excited(found, em)});
+    const double em_half = kTwoSided * found.uncertainty.sigma(em);
+    out.nodes.push_back(
+        {0, soc, found.model.em(em) - em_truth, em_half, is_ocv_excited(found, em) && em_half < kPromised[0]});
     for (Eigen::Index table = 0; table < kTables - 1; ++table) {
       const double value = table < 3 ? found.model.r(node, table) : found.model.tau(node, table - 3);
       const Eigen::Index at = found.model.em.size() + table * grid.size() + node;
-      out.nodes.push_back({static_cast<int>(table) + 1, soc,
-                           std::log(value / truth[static_cast<std::size_t>(table) + 1]),
-                           kTwoSided * found.uncertainty.sigma(at), is_excited(found, table, node)});
+      const auto of_table = static_cast<std::size_t>(table) + 1;
+      const double half = kTwoSided * found.uncertainty.sigma(at);
+      out.nodes.push_back({static_cast<int>(table) + 1, soc, std::log(value / truth[of_table]), half,
+                           is_excited(found, table, node) && half < kPromised[of_table]});
     }
   }
   return out;

@@ -17,13 +17,13 @@ namespace voltlap::known_truth {
 
 inline constexpr int kTables = 6;
 inline constexpr std::array<const char*, kTables> kNames{"Em", "R0", "R1", "R2", "tau1", "tau2"};
-/// What the fit promises where the coverage map says excited: V; relative.
+/// The marks: what the fit promises where a node is passed and its interval is narrower than this: V; relative.
 inline constexpr std::array<double, kTables> kPromised{2e-3, 0.01, 0.05, 0.05, 0.10, 0.10};
 
 struct Node {
   int table = 0;
   double soc = 0.0, error = 0.0, half_width = 0.0;  ///< V for Em, else of the logarithm; 95 %
-  bool excited = false;
+  bool excited = false;  ///< its interval is narrower than the mark
 };
 
 struct Case {

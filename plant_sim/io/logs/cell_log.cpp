@@ -110,15 +110,52 @@ struct RowValues {
   }
 };
 
+/// Some battery units publish a voltage to which they add current times resistance. Where that does not fall with the
+/// discharge current while the bus falls clearly, the bus has the measured one.
+bool is_measured_by_bus(const Channel& current, const Channel& pack, const Channel& bus) {
+  constexpr double kClear = 0.2, kBusClear = 0.4;
+  return sign_evidence(current, pack) > -kClear && sign_evidence(current, bus) < -kBusClear;
+}
+
+constexpr const char* kBusIsTaken =
+    "pack_voltage does not fall with the discharge current while bus_voltage does: bus_voltage is taken as the "
+    "battery's";
+
+/// The role that the battery's voltage is read from. A bus only where the sign of the current is declared: else it
+/// would decide what it is to be judged by.
+std::string voltage_role(const MeasuredTable& table, const RoleMap& map, const std::vector<double>& time_s,
+                         CellLog& log) {
+  if (map.find("voltage") != nullptr) return "voltage";
+  const RoleSource *source = map.find("current"), *bus = map.find("bus_voltage");
+  if (bus == nullptr || source->discharge == DischargeSign::kAuto) return "pack_voltage";
+  const auto channel = [&](const char* role) {
+    std::vector<std::string> unsaid;
+    Channel out;
+    out.time_s = time_s;
+    out.value = role_column(table, map, role, unsaid).values;
+    for (std::size_t row = 0; row < time_s.size(); ++row) {
+      if (!std::isfinite(time_s[row])) out.value[row] = std::nan("");
+    }
+    return out;
+  };
+  Channel current = channel("current");
+  if (source->discharge == DischargeSign::kNegative) {
+    for (double& i : current.value) i = -i;
+  }
+  if (!is_measured_by_bus(current, channel("pack_voltage"), channel("bus_voltage"))) return "pack_voltage";
+  log.repairs.emplace_back(kBusIsTaken);
+  return "bus_voltage";
+}
+
 RowValues values_of(const MeasuredTable& table, const RoleMap& map, const LogOptions& options, CellLog& log) {
   RowValues out;
   static_cast<void>(needed_role(map, "time"));
   static_cast<void>(needed_role(map, "current"));
-  const std::string volts = map.find("voltage") == nullptr ? "pack_voltage" : "voltage";
-  static_cast<void>(needed_role(map, volts));
+  if (map.find("voltage") == nullptr) static_cast<void>(needed_role(map, "pack_voltage"));
   RoleColumn time = role_column(table, map, "time", log.repairs);
   settle_clock(time.values, time.source, log);
   out.time = std::move(time.values);
+  const std::string volts = voltage_role(table, map, out.time, log);
   out.voltage = role_column(table, map, volts, log.repairs).values;
   RoleColumn current = role_column(table, map, "current", log.repairs);
   settle_current_unit(current.values, out.voltage, current.source, options, log);
@@ -215,7 +252,9 @@ CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
   };
   const bool pack = drive.find("voltage") == nullptr;
   const Channel& current = needed("current");
-  const Channel& voltage = needed(pack ? "pack_voltage" : "voltage");
+  const Channel &own = needed(pack ? "pack_voltage" : "voltage"), *bus = drive.find("bus_voltage");
+  const bool by_bus = pack && bus != nullptr && is_measured_by_bus(current, own, *bus);
+  const Channel& voltage = by_bus ? *bus : own;
   MeasuredTable rows;
   rows.path = drive.path;
   std::vector<double> times;
@@ -244,6 +283,7 @@ CellLog cell_log_of(const DriveLog& drive, const LogOptions& options) {
   CellLog log = log_of_rows(rows, plain, options, drive.restarts_s);
   for (const LogDefect& defect : drive.defects) log.repairs.push_back(defect.text);
   for (const std::string& note : drive.notes) log.repairs.push_back(note);
+  if (by_bus) log.repairs.emplace_back(kBusIsTaken);
   return log;
 }
 

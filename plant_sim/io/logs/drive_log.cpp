@@ -78,22 +78,34 @@ void check_overlap(const DriveLog& log, const std::string& path, const std::map<
                    "Give shift_s, the seconds to be added to that file's clock, in the map");
 }
 
-/// A bus's own measurement before what a battery unit publishes: some add current times resistance to that.
-const Channel* voltage_of(const DriveLog& log) {
-  for (const char* role : {"voltage", "bus_voltage", "pack_voltage"}) {
+constexpr double kClearSign = 0.2;  // of sign_evidence
+
+/// The battery's own voltages by rank; a bus is behind contactors, and an inverter's is its own affair.
+const Channel* own_voltage_of(const DriveLog& log) {
+  for (const char* role : {"voltage", "pack_voltage"}) {
     if (const Channel* channel = log.find(role)) return channel;
   }
   const auto cells = log.numbered("cell_voltage_");
   return cells.empty() ? nullptr : cells.front().second;
 }
 
+/// Evidence for the sign by the battery's own voltage, where that is clear, else by the bus. Some battery units publish
+/// a voltage to which they add current times resistance: where the two contradict each other, the charge decides.
+double battery_sign_evidence(const DriveLog& log, const Channel& current) {
+  const Channel *own = own_voltage_of(log), *bus = log.find("bus_voltage");
+  const double by_own = own == nullptr ? 0.0 : sign_evidence(current, *own),
+               by_bus = bus == nullptr ? 0.0 : sign_evidence(current, *bus);
+  if (std::abs(by_own) < kClearSign) return std::abs(by_bus) < kClearSign && own != nullptr ? by_own : by_bus;
+  const bool contradicted = std::abs(by_bus) >= kClearSign && by_own * by_bus < 0.0;
+  return contradicted && charge_evidence(current, *own) * by_bus > 0.0 ? by_bus : by_own;
+}
+
 /// A published pack voltage that rises with the discharge current is no measurement of it.
 void note_opposite_voltages(DriveLog& log, const Channel& current) {
-  constexpr double kClear = 0.2;
   const Channel* bus = log.find("bus_voltage");
   const Channel* pack = log.find("pack_voltage");
   if (bus == nullptr || pack == nullptr) return;
-  if (sign_evidence(current, *bus) > -kClear || sign_evidence(current, *pack) < kClear) return;
+  if (sign_evidence(current, *bus) > -kClearSign || sign_evidence(current, *pack) < kClearSign) return;
   log.notes.emplace_back(
       "pack_voltage rises with the discharge current while bus_voltage falls: what is published "
       "is not what is measured");
@@ -103,19 +115,17 @@ void settle_sign(DriveLog& log, const RoleMap& map) {
   const auto found = log.channels.find("current");
   const RoleSource* source = map.find("current");
   if (found == log.channels.end() || source == nullptr) return;
-  constexpr double kClear = 0.2;
   log.declared = source->discharge;
   Channel& current = found->second;
-  const Channel* voltage = voltage_of(log);
-  double evidence = voltage == nullptr ? 0.0 : sign_evidence(current, *voltage);
+  double evidence = battery_sign_evidence(log, current);
   if (log.declared == DischargeSign::kNegative) evidence = -evidence;
-  log.sign_contradicted = log.declared != DischargeSign::kAuto && evidence > kClear;
+  log.sign_contradicted = log.declared != DischargeSign::kAuto && evidence > kClearSign;
   const bool turn =
       log.declared == DischargeSign::kNegative || (log.declared == DischargeSign::kAuto && evidence > 0.0);
   if (log.declared == DischargeSign::kAuto) {
     log.notes.push_back(
         fmt::format("current: discharge is {} in the recording{}", turn ? "negative" : "positive",
-                    std::abs(evidence) < kClear ? ", by weak evidence; declare it in the map" : ""));
+                    std::abs(evidence) < kClearSign ? ", by weak evidence; declare it in the map" : ""));
   }
   if (turn) {
     for (double& value : current.value) value = -value;
@@ -230,6 +240,33 @@ double sign_evidence(const Channel& current, const Channel& voltage) {
     size += std::abs(di[k] * du[k]);
   }
   return size > 0.0 ? with / size : 0.0;
+}
+
+double charge_evidence(const Channel& current, const Channel& voltage) {
+  constexpr double kBlock = 1.0, kQuiet = 0.05, kNet = 0.1, kMoved = 0.002;  // s; of the largest current; of all; of it
+  constexpr std::size_t kFewest = 3;
+  const auto i = block_means(current, kBlock), u = block_means(voltage, kBlock);
+  if (i.empty()) return 0.0;
+  double largest = 0.0, net = 0.0, all = 0.0;
+  for (const auto& [block, mean] : i) {
+    largest = std::max(largest, std::abs(mean));
+    net += mean;
+    all += std::abs(mean);
+  }
+  const long first = i.begin()->first, last = i.rbegin()->first, third = (last - first) / 3;
+  std::vector<double> early, late;
+  for (const auto& [block, mean] : i) {
+    const auto volts = u.find(block);
+    if (std::abs(mean) > kQuiet * largest || volts == u.end()) continue;
+    if (block <= first + third) early.push_back(volts->second);
+    if (block >= last - third) late.push_back(volts->second);
+  }
+  if (std::abs(net) < kNet * all) return 0.0;
+  const double of_a_drive = net > 0.0 ? -1.0 : 1.0;
+  if (early.size() < kFewest || late.size() < kFewest) return of_a_drive;
+  const double before = median(std::move(early)), moved = median(std::move(late)) - before;
+  if (std::abs(moved) < kMoved * std::abs(before)) return of_a_drive;
+  return net * moved > 0.0 ? 1.0 : -1.0;
 }
 
 }  // namespace voltlap::plant

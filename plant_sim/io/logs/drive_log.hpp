@@ -73,4 +73,9 @@ struct DriveLog {
 /// How clearly a voltage rises with a current, -1 to 1; negative when discharge is positive.
 [[nodiscard]] double sign_evidence(const Channel& current, const Channel& voltage);
 
+/// The same by the charge that has flowed: -1 where the voltage of an unloaded battery ends lower than it began while
+/// the current is positive on the whole, 1 where higher; where it stands still, a drive draws more than it feeds back.
+/// 0 where as much flows one way as the other.
+[[nodiscard]] double charge_evidence(const Channel& current, const Channel& voltage);
+
 }  // namespace voltlap::plant

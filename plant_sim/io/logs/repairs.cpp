@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -17,14 +18,23 @@ namespace {
 constexpr double kSecondsPerHour = 3600.0;
 constexpr double kCellVoltageMin = 0.5, kCellVoltageMax = 5.5;  // beyond any chemistry that a car carries
 
-/// Sum of dI dV over the steps of the current, each part of a step's own size: negative when discharge is positive.
+/// Sum of dI dV over the steps of the current, each part of a step's own size: negative when discharge is positive. A
+/// step is a change over at least half a second: between rows of 100 Hz stands noise, and on a bus current and voltage
+/// come in turn.
 double sign_evidence(const CellLog& log) {
+  constexpr double kStep_s = 0.5, kRounding = 1e-6;
   double with = 0.0, size = 0.0;
-  for (std::size_t row = 1; row < log.rows(); ++row) {
-    const double di = log.current_a[row] - log.current_a[row - 1], dv = log.voltage_v[row] - log.voltage_v[row - 1];
-    if (!std::isfinite(dv) || log.gap[row]) continue;
-    with += di * dv;
-    size += std::abs(di * dv);
+  std::optional<std::size_t> from;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    if (log.gap[row]) from.reset();
+    if (!std::isfinite(log.voltage_v[row])) continue;
+    if (from && log.time_s[row] - log.time_s[*from] < kStep_s - kRounding) continue;
+    if (from) {
+      const double di = log.current_a[row] - log.current_a[*from], dv = log.voltage_v[row] - log.voltage_v[*from];
+      with += di * dv;
+      size += std::abs(di * dv);
+    }
+    from = row;
   }
   return size > 0.0 ? with / size : 0.0;
 }
@@ -202,10 +212,15 @@ void bring_to_one_cell(CellLog& log, int series) {
     typical /= 1000.0;
   }
   if (!(typical > kCellVoltageMin && typical < kCellVoltageMax)) {
-    throw InputError(log.path,
-                     fmt::format("a median voltage of {:.4g} V for {} cells in series", typical * series, series),
+    constexpr double kUsualCell = 3.7;
+    const double whole = typical * series, count = std::round(whole / kUsualCell);
+    const std::string flag = count >= 1.0 && count <= 1000.0
+                                 ? fmt::format("give --cells-in-series {:.0f}, the count at {:g} V a cell", count,
+                                               kUsualCell)
+                                 : "give --cells-in-series";
+    throw InputError(log.path, fmt::format("a median voltage of {:.4g} V for {} cells in series", whole, series),
                      fmt::format("{} to {} V for each cell", kCellVoltageMin, kCellVoltageMax),
-                     "Correct the unit in the role map, or give --cells-in-series");
+                     "Correct the unit in the role map, or " + flag);
   }
   std::size_t impossible = 0;
   for (double& v : log.voltage_v) {

@@ -96,6 +96,7 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Meas
     floor += noise_floor(whole) * whole.weight_s.sum();
     weight += whole.weight_s.sum();
     const std::vector<bool> used = used_rows(whole, runs[k]);
+    result.files.back().used = used;
     for (Index row = 0; row < whole.rows(); ++row) {
       if (!used[static_cast<std::size_t>(row)]) continue;
       square += whole.weight_s(row) * error(row) * error(row);
@@ -151,8 +152,10 @@ bool forget_anchors_by_model(std::vector<PreparedLog>& prepared) {
 void IdentificationProblem::make_runs() {
   const bool every_row = options.block_s > 0.0;
   prepared = prepare(logs,
-                     {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold},
+                     {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold,
+                      options.ocv},
                      result.notes);
+  result.capacity = prepared.front().capacity;
   priors.ocv = options.ocv;
   priors.constant = options.constant;
   runs = runs_of(prepared, every_row);

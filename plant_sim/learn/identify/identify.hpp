@@ -44,6 +44,7 @@ struct IdentifyResult {
   BlockScore heldout;  ///< of pulses or minutes that the others predict
   std::string smoothness_from;         ///< evidence, held-out pulses; --constant where too few are left out
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
+  Capacity capacity;  ///< and where it is from
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
   double rms_v = 0.0;  ///< of all rows that were used
   std::vector<SectionScore> sections;  ///< of a pulse or layered method its sections, of a full fit its recordings

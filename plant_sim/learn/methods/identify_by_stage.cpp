@@ -84,8 +84,9 @@ IdentifyResult identify_by_stage(const std::vector<CellLog>& logs, const Identif
   IdentifyResult result;
   const std::vector<PreparedLog> prepared = prepare(
       logs,
-      {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold},
+      {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold, options.ocv},
       result.notes);
+  result.capacity = prepared.front().capacity;
   require_full_charges(prepared);
   if (options.progress) options.progress(name_of(*options.method));
   StageFit fit = mean_fit(prepared, *options.method);

@@ -15,8 +15,20 @@ using Eigen::Index;
 
 constexpr double kLongCharge = 60.0, kLongRest = 60.0;  // s
 
-/// A stroke begins and ends with current drawn: what is left of a rest or a charge at its ends does not count.
+double charge_as(const MeasuredRun& run, std::size_t first, std::size_t last) {
+  double out = 0.0;
+  for (std::size_t k = first; k < last; ++k) {
+    const auto row = static_cast<Index>(k);
+    out += 0.5 * (run.current_begin_a(row) + run.current_end_a(row)) * run.dt_s(row);
+  }
+  return out;
+}
+
+/// A stroke begins and ends with current drawn: what is left of a rest or a charge at its ends does not count, nor does
+/// one that draws next to nothing: noise of the sensor within a rest.
 void trim_strokes(const MeasuredRun& run, double quiet, std::vector<bool>& counts, int& strokes) {
+  constexpr double kTrifle = 1e-4;  // of the charge that is drawn in all of the recording
+  const double drawn_as = run.current_a.cwiseMax(0.0).dot(run.dt_s);
   strokes = 0;
   for (std::size_t row = 0; row < counts.size();) {
     std::size_t end = row;
@@ -25,14 +37,18 @@ void trim_strokes(const MeasuredRun& run, double quiet, std::vector<bool>& count
     std::size_t first = row, last = end;
     while (first < end && !drawn(first)) counts[first++] = false;
     while (last > first && !drawn(last - 1)) counts[--last] = false;
-    if (first < last) ++strokes;
+    if (first < last && charge_as(run, first, last) > kTrifle * drawn_as) {
+      ++strokes;
+    } else {
+      for (std::size_t k = first; k < last; ++k) counts[k] = false;
+    }
     row = end + 1;
   }
 }
 
 /// Rows that count: discharge strokes, without charges of more than a minute and rests of more than a minute.
 std::vector<bool> stroke_rows(const MeasuredRun& run, int& strokes) {
-  const double quiet = 0.01 * run.current_a.cwiseAbs().maxCoeff();
+  const double quiet = quiet_current(run);
   std::vector<bool> counts(static_cast<std::size_t>(run.rows()), true);
   const auto leave_out = [&](double longest, auto is_part) {
     for (Index row = 0; row < run.rows();) {

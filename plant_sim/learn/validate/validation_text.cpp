@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "core/number_text.hpp"
+
 namespace voltlap::plant {
 namespace {
 
@@ -51,7 +53,7 @@ std::string file_text(const FileValidation& v) {
   std::string out = fmt::format(
       "{}\n  {}\n  RMS {:.1f} mV ({:.1f} mV above 10 % SOC), bias {:+.1f} mV, largest {:.0f} mV, over {} "
       "discharge stroke{}, {:.3f} Ah\n",
-      v.file, kind_name(v), 1e3 * v.rms_v, 1e3 * v.rms_v_above_10_soc, 1e3 * v.bias_v, 1e3 * v.max_error_v,
+      v.file, kind_name(v), 1e3 * v.rms_v, 1e3 * v.rms_v_above_10_soc, shown(1e3 * v.bias_v, 1), 1e3 * v.max_error_v,
       v.strokes, v.strokes == 1 ? "" : "s", v.ah);
   std::vector<std::string> bands;
   for (const SocBand& band : v.bands) {
@@ -60,7 +62,7 @@ std::string file_text(const FileValidation& v) {
   out += fmt::format("  by SOC: {}\n", fmt::join(bands, ", "));
   out += fmt::format("  SOC {:.3f} at the start, from {}; current {} (found from {})\n", v.soc_start,
                      v.soc_start_from, name_of(v.hold), v.hold_from);
-  out += fmt::format("  with the capacity adjusted by {:+.2f} Ah: {}{}\n", v.capacity.by_ah,
+  out += fmt::format("  with the capacity adjusted by {:+.2f} Ah: {}{}\n", shown(v.capacity.by_ah, 2),
                      millivolts(v.capacity.rms_v),
                      v.capacity.at_end ? " (end of the search: this recording does not tell a capacity)" : "");
   if (v.temperature_rms_c) out += fmt::format("  temperature RMS {:.2f} K\n", *v.temperature_rms_c);

@@ -14,8 +14,22 @@ namespace voltlap::plant {
 
 using Eigen::Index;
 
+double quiet_current(const MeasuredRun& run) {
+  constexpr double kShare = 0.01, kMost = 0.05, kSigmas = 4.0;
+  constexpr double kTail = 0.9, kTailOfSigma = 1.645 * 1.4142;  // of the difference of two rows
+  const double most = run.current_a.cwiseAbs().maxCoeff();
+  std::vector<double> steps;
+  for (Index row = 1; row < run.rows(); ++row) {
+    const double before = run.current_a(row - 1), now = run.current_a(row);
+    if (!run.is_reset(row) && std::max(std::abs(before), std::abs(now)) <= kMost * most)
+      steps.push_back(std::abs(now - before));
+  }
+  const double sigma = steps.empty() ? 0.0 : quantile(std::move(steps), kTail) / kTailOfSigma;
+  return std::clamp(kSigmas * sigma, kShare * most, kMost * most);
+}
+
 std::vector<PulseSegment> segments(const MeasuredRun& run) {
-  const double quiet = 0.01 * run.current_a.cwiseAbs().maxCoeff();
+  const double quiet = quiet_current(run);
   const auto kind_of = [&](double i) {
     return std::abs(i) <= quiet ? PulseSegment::Kind::kRest
            : i > 0.0            ? PulseSegment::Kind::kDischarge
@@ -31,18 +45,57 @@ std::vector<PulseSegment> segments(const MeasuredRun& run) {
   return out;
 }
 
-std::vector<StepEstimate> resistance_steps(const MeasuredRun& run) {
-  constexpr double kLongest = 2.0, kJump = 0.1;
-  const double most = run.current_a.cwiseAbs().maxCoeff();
+namespace {
+
+constexpr double kLongestStep = 2.0, kJump = 0.1;  // s; of the largest current
+
+/// From one row to a later one; none where the voltage goes with the current.
+void add_step(const MeasuredRun& run, Index from, Index to, std::vector<StepEstimate>& out) {
+  const double r = -(run.voltage_v(to) - run.voltage_v(from)) / (run.current_a(to) - run.current_a(from));
+  if (r > 0.0) out.push_back({run.soc(to), r});
+}
+
+/// Where the current jumps between two rows.
+std::vector<StepEstimate> sharp_steps(const MeasuredRun& run, double least_a) {
   std::vector<StepEstimate> out;
   for (Index row = 1; row < run.rows(); ++row) {
     const double di = run.current_a(row) - run.current_a(row - 1);
     const bool usable = run.weight_s(row) > 0.0 && run.weight_s(row - 1) > 0.0 && !run.is_reset(row);
-    if (!usable || run.dt_s(row) > kLongest || std::abs(di) < kJump * most) continue;
-    const double r = -(run.voltage_v(row) - run.voltage_v(row - 1)) / di;
-    if (r > 0.0) out.push_back({run.soc(row), r});
+    if (usable && run.dt_s(row) <= kLongestStep && std::abs(di) >= least_a) add_step(run, row - 1, row, out);
   }
   return out;
+}
+
+/// Where the current goes as far within kLongestStep, over any number of rows, of which some may have no voltage: a
+/// pedal takes half a second, and on a bus current and voltage come in turn. Steps do not overlap.
+std::vector<StepEstimate> gradual_steps(const MeasuredRun& run, double least_a) {
+  std::vector<StepEstimate> out;
+  Index begin = 0;
+  for (Index row = 0; row < run.rows(); ++row) {
+    if (run.is_reset(row)) begin = row;
+    if (run.weight_s(row) <= 0.0) continue;
+    Index from = row;
+    double most = 0.0;
+    for (Index k = row - 1; k >= begin && run.time_s(row) - run.time_s(k) <= kLongestStep; --k) {
+      const double change = std::abs(run.current_a(row) - run.current_a(k));
+      if (run.weight_s(k) <= 0.0 || change <= most) continue;
+      most = change;
+      from = k;
+    }
+    if (from == row || most < least_a) continue;
+    add_step(run, from, row, out);
+    begin = row;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<StepEstimate> resistance_steps(const MeasuredRun& run) {
+  constexpr std::size_t kEnough = 5;
+  const double least_a = kJump * run.current_a.cwiseAbs().maxCoeff();
+  std::vector<StepEstimate> sharp = sharp_steps(run, least_a);
+  return sharp.size() >= kEnough || least_a <= 0.0 ? sharp : gradual_steps(run, least_a);
 }
 
 double resistance_step_median(const std::vector<MeasuredRun>& runs) {

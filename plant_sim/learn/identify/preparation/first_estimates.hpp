@@ -9,6 +9,10 @@
 
 namespace voltlap::plant {
 
+/// Current below which nothing flows [A]: a hundredth of the largest or, where the sensor is noisier than that, four
+/// sigmas of what it shows at rest, and at most a twentieth of the largest.
+[[nodiscard]] double quiet_current(const MeasuredRun& run);
+
 /// A stretch of rows in which the current rests, is drawn or is fed. Last is exclusive.
 struct PulseSegment {
   enum class Kind { kRest, kDischarge, kCharge } kind;
@@ -20,7 +24,8 @@ struct PulseSegment {
 struct StepEstimate {
   double soc, resistance_ohm;
 };
-/// dV/dI where the current jumps between two rows at most two seconds apart.
+/// dV/dI where the current changes by a tenth of its largest: between two rows at most two seconds apart or, where that
+/// is seldom, over as much time.
 [[nodiscard]] std::vector<StepEstimate> resistance_steps(const MeasuredRun& run);
 /// The middle one of all steps of the runs [ohm]; 0 without any.
 [[nodiscard]] double resistance_step_median(const std::vector<MeasuredRun>& runs);

@@ -88,25 +88,6 @@ void choose_hold(PreparedLog& one, const std::vector<PreparedLog>& before, const
   one.hold_from = one.hold_certain ? "its voltage" : "habit: its voltage does not tell";
 }
 
-constexpr const char* kByDischarge = "what the longest discharge draws after SOC 1; SOC 0 is its end";
-constexpr const char* kByCharge = "what the charge to SOC 1 puts back; SOC 0 is its beginning";
-
-double settled_capacity(double spanned, const char* by, const PriorKnowledge& known, std::vector<std::string>& notes) {
-  constexpr double kWhole = 0.9;
-  if (known.capacity_ah) {
-    notes.push_back(
-        fmt::format("Capacity {:.3f} Ah, as known; these recordings span {:.3f} Ah.", *known.capacity_ah, spanned));
-    return *known.capacity_ah;
-  }
-  if (known.capacity_fallback_ah && spanned < kWhole * *known.capacity_fallback_ah) {
-    notes.push_back(fmt::format("The recordings span {:.3f} Ah; the capacity of {:.3f} Ah is the given cell's.",
-                                spanned, *known.capacity_fallback_ah));
-    return *known.capacity_fallback_ah;
-  }
-  notes.push_back(fmt::format("Capacity {:.3f} Ah: {}.", spanned, by));
-  return spanned;
-}
-
 /// One pulse from rest to rest tells a resistance, but neither a capacity nor an OCV over SOC.
 void require_more_than_one_pulse(const std::vector<CellLog>& logs) {
   constexpr double kDrawn = 0.05, kOneCurrent = 0.35, kWholeDischarge = 0.3;  // of the largest; relative; V
@@ -133,7 +114,7 @@ void require_more_than_one_pulse(const std::vector<CellLog>& logs) {
 
 PreparedLog anchored_where_full(const CellLog& log, const PriorKnowledge& known) {
   PreparedLog one{&log, {}, {}};
-  one.run.full_rows = full_charges(log);
+  one.run.full_rows = possible_full_rows(log);
   one.anchored = !one.run.full_rows.empty();
   if (one.anchored) one.run.anchor = {one.run.full_rows.back(), 1.0, "full charge"};
   if (known.capacity_ah) one.run.capacity_ah = *known.capacity_ah;
@@ -162,13 +143,56 @@ double put_back_ah(const PreparedLog& one) {
 }
 
 /// Without any full charge. Returns what the recording spans [Ah].
-double assume_full_at_least_drawn(PreparedLog& first, std::vector<std::string>& notes) {
+double assume_full_at_least_drawn(PreparedLog& first) {
   first.anchored = true;
   const std::vector<double> drawn = charge_drawn_ah(*first.log, first.run.hold);
   const auto [low, high] = std::minmax_element(drawn.begin(), drawn.end());
   first.run.anchor = {static_cast<std::size_t>(low - drawn.begin()), 1.0, "assumed"};
-  notes.push_back("No full charge in the recordings: SOC 1 is assumed at the least charge drawn.");
   return *high - *low;
+}
+
+/// The charge after SOC 1, or that which was put back before it, and whether it is all that the cell holds.
+Capacity spanned_capacity(PreparedLog& one) {
+  constexpr double kTrifle = 0.1;
+  const double drawn = anchor_before_longest(one), back = put_back_ah(one);
+  const bool ends_full = drawn < kTrifle * back;
+  const RecordedEnds ends = recorded_ends(*one.log, one.run);
+  if (!ends.full) one.run.anchor.from = "assumed";
+  if (!ends.full || !ends.empty) return {ends_full ? back : drawn, CapacityFrom::kDrawnOnly};
+  return {ends_full ? back : drawn, ends_full ? CapacityFrom::kWholeCharge : CapacityFrom::kWholeDischarge};
+}
+
+/// What is known of the capacity before what a part of a discharge has drawn.
+Capacity settled_capacity(const Capacity& spanned, const std::vector<PreparedLog>& prepared,
+                          const PriorKnowledge& known) {
+  constexpr double kWhole = 0.9, kNarrow = 0.1;
+  if (known.capacity_ah) return {*known.capacity_ah, CapacityFrom::kTold};
+  const bool like_given = known.capacity_fallback_ah && spanned.ah >= kWhole * *known.capacity_fallback_ah;
+  if (like_given && spanned.is_lower_bound()) return {spanned.ah, CapacityFrom::kWholeDischarge};
+  if (like_given || !spanned.is_lower_bound()) {
+    if (like_given || !known.capacity_fallback_ah) return spanned;
+    return {*known.capacity_fallback_ah, CapacityFrom::kGivenCell};
+  }
+  std::optional<Capacity> best;
+  for (const PreparedLog& one : prepared) {
+    const auto found = capacity_of_rests(*one.log, one.run.hold, known.ocv);
+    if (found && (!best || *found->capacity.ci95_ah < *best->ci95_ah)) best = found->capacity;
+  }
+  if (best && (!known.capacity_fallback_ah || *best->ci95_ah < kNarrow * best->ah)) return *best;
+  if (known.capacity_fallback_ah) return {*known.capacity_fallback_ah, CapacityFrom::kGivenCell};
+  return spanned;
+}
+
+/// Where a recording begins at rest without being charged before, and the OCV is known, that says how full it is.
+void anchor_by_known_ocv(PreparedLog& one, const std::vector<OcvKnowledge>& ocv) {
+  constexpr double kFull = 0.97;
+  const bool charged = std::any_of(one.run.full_rows.begin(), one.run.full_rows.end(),
+                                   [](std::size_t row) { return row > 0; });
+  if (!one.anchored || charged || ocv.empty()) return;
+  const auto soc = soc_by_first_rest(*one.log, one.run, ocv);
+  if (!soc || *soc >= kFull) return;
+  one.run.full_rows.clear();
+  one.run.anchor = {0, *soc, "rest and OCV"};
 }
 
 double soc_of_ocv(const CircuitModel& model, double voltage_v) {
@@ -230,26 +254,30 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKn
   VOLTLAP_DEMAND(!logs.empty());
   if (!known.capacity_ah && !known.capacity_fallback_ah) require_more_than_one_pulse(logs);
   std::vector<PreparedLog> out;
-  constexpr double kTrifle = 0.1;
-  double capacity = 0.0;
-  const char* by = kByDischarge;
+  Capacity spanned;
+  double moved = 0.0;
   for (const CellLog& log : logs) {
     require_excitation(log);
     PreparedLog one = anchored_where_full(log, known);
     if (!known.temperatures_c.empty()) one.run.temperature_c = known.temperatures_c.at(out.size());
     choose_hold(one, out, known);
     if (one.anchored) {
-      const double drawn = anchor_before_longest(one), back = put_back_ah(one);
-      const bool ends_full = drawn < kTrifle * back;
-      if (ends_full && back > capacity) by = kByCharge;
-      if (!ends_full && drawn > capacity) by = kByDischarge;
-      capacity = std::max(capacity, ends_full ? back : drawn);
+      const Capacity found = spanned_capacity(one);
+      if (found.ah > spanned.ah) spanned = found;
     }
+    moved = std::max(moved, moved_ah(log, one.run.hold));
     out.push_back(std::move(one));
   }
-  if (capacity == 0.0) capacity = assume_full_at_least_drawn(out.front(), notes);
-  capacity = settled_capacity(capacity, by, known, notes);
-  for (PreparedLog& one : out) one.run.capacity_ah = capacity;
+  if (spanned.ah == 0.0) spanned = {assume_full_at_least_drawn(out.front()), CapacityFrom::kDrawnOnly};
+  const Capacity capacity = settled_capacity(spanned, out, known);
+  notes.push_back(capacity_note(capacity, moved));
+  for (PreparedLog& one : out) {
+    one.capacity = capacity;
+    one.run.capacity_ah = capacity.ah;
+    anchor_by_known_ocv(one, known.ocv);
+  }
+  if (std::any_of(out.begin(), out.end(), [](const PreparedLog& one) { return one.run.anchor.from == "assumed"; }))
+    notes.push_back("No full charge in the recordings: SOC 1 is assumed at the least charge drawn.");
   VOLTLAP_DEMAND(out.size() == logs.size());
   return out;
 }

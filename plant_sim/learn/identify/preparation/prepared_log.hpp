@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "learn/identify/circuit/circuit_fit.hpp"
+#include "learn/identify/preparation/capacity.hpp"
 #include "learn/identify/recording/measured_run.hpp"
 
 namespace voltlap::plant {
@@ -16,14 +17,17 @@ struct PreparedLog {
   std::string hold_from;     ///< counter, voltage, like the first file
   bool anchored = false;     ///< SOC is known without a model
   bool hold_certain = true;  ///< false: the recording cannot tell, and the first candidate was taken
+  Capacity capacity{};       ///< the same for all recordings of a cell
 };
 
 /// What is known of the cell before its recordings are read.
 struct PriorKnowledge {
   std::optional<double> capacity_ah;           ///< certain
-  std::optional<double> capacity_fallback_ah;  ///< used when the recordings span less than nine tenths of it
+  /// Of the cell that the OCV is of: used when the recordings span less than nine tenths of it and no two rests tell.
+  std::optional<double> capacity_fallback_ah;
   std::vector<double> temperatures_c;  ///< told, one a recording; empty: 25 degC
   std::optional<CurrentHold> hold;  ///< declared; else it is found
+  std::vector<OcvKnowledge> ocv{};  ///< from a slow test or another cell file; empty: unknown
 };
 
 /// Throws InputError for recordings that are too short to identify anything from, with their numbers.

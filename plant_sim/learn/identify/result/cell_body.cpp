@@ -8,6 +8,7 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/number_text.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -20,11 +21,12 @@ double density(const CellForm& form) { return form.is_cylinder() ? kCylinderDens
 double usual_mass_kg(const CellForm& form) { return density(form) * form.volume_m3(); }
 
 /// The named cylinder that a cell of this mass or, without one, of this capacity mostly is; null where it is none.
-const CellForm* usual_cylinder(std::optional<double> mass_kg, double capacity_ah) {
+const CellForm* usual_cylinder(std::optional<double> mass_kg, const Capacity& capacity) {
   constexpr double kLeast_ah = 1.0, k18650Most_ah = 3.6, kMost_ah = 6.0, kAlike = 1.15;
   const std::vector<CellForm>& cylinders = named_cylinders();
-  if (capacity_ah < kLeast_ah || capacity_ah > kMost_ah) return nullptr;
-  if (!mass_kg) return capacity_ah <= k18650Most_ah ? &cylinders[0] : &cylinders[1];
+  // A part of a discharge says that the cell is no larger kind, not that it is as small as that.
+  if (capacity.ah > kMost_ah || (capacity.ah < kLeast_ah && !capacity.is_lower_bound())) return nullptr;
+  if (!mass_kg) return capacity.ah <= k18650Most_ah ? &cylinders[0] : &cylinders[1];
   const auto fits = [&](const CellForm& form) {
     return std::abs(std::log(*mass_kg / usual_mass_kg(form))) < std::log(kAlike);
   };
@@ -39,19 +41,25 @@ const char* model_of(const std::optional<CellForm>& form, double capacity_ah) {
   return capacity_ah < kBetweenThePouches_ah ? "melasta_slpbb042126" : "aesc_e5_2p";
 }
 
-void settle_form(const ToldBody& told, double capacity_ah, CellBody& body) {
-  const std::string why = told.mass_kg ? fmt::format("{:.3g} Ah and {:g} kg", capacity_ah, *told.mass_kg)
-                                       : fmt::format("{:.3g} Ah", capacity_ah);
+void settle_form(const ToldBody& told, const Capacity& capacity, CellBody& body) {
+  const std::string ah = fmt::format("{}{:.3g} Ah", capacity.is_lower_bound() ? "at least " : "", capacity.ah);
+  const std::string why = told.mass_kg ? fmt::format("{} and {:g} kg", ah, *told.mass_kg) : ah;
   body.form = told.form;
   if (told.form) {
     body.form_origin = FactOrigin::kTold;
     body.form_source = "--size";
-  } else if (const CellForm* cylinder = usual_cylinder(told.mass_kg, capacity_ah)) {
+  } else if (const CellForm* cylinder = usual_cylinder(told.mass_kg, capacity)) {
     body.form = *cylinder;
     body.form_source = fmt::format("a cell of {} is mostly a {}", why, cylinder->name);
   } else {
     body.form_source = fmt::format("a cell of {} is mostly a pouch", why);
   }
+}
+
+FactOrigin origin_of(const Capacity& capacity) {
+  if (capacity.from == CapacityFrom::kTold) return FactOrigin::kTold;
+  const bool assumed = capacity.from == CapacityFrom::kGivenCell || capacity.is_lower_bound();
+  return assumed ? FactOrigin::kAssumed : FactOrigin::kMeasured;
 }
 
 void settle_mass(const ToldBody& told, double size, const CellParameters& like, CellBody& body) {
@@ -66,7 +74,8 @@ void settle_mass(const ToldBody& told, double size, const CellParameters& like, 
                                    body.form->is_cylinder() ? "round cell" : "pouch or can");
   } else {
     body.mass.value = like.mass_kg * size;
-    body.mass.source = fmt::format("{} scaled by capacity", like.name);
+    body.mass.source = fmt::format("{} scaled by {}", like.name,
+                                   body.capacity_is_lower_bound ? "what was drawn: the least" : "capacity");
   }
 }
 
@@ -99,14 +108,16 @@ void CellBody::write_into(CellParameters& cell) const {
   cell.surface_lag_s = surface_lag.value;
 }
 
-CellBody cell_body(const ToldBody& told, double capacity_ah,
+CellBody cell_body(const ToldBody& told, const Capacity& capacity,
                    const std::function<CellParameters(const std::string& name)>& shipped) {
-  VOLTLAP_DEMAND(capacity_ah > 0.0 && std::isfinite(capacity_ah));
+  VOLTLAP_DEMAND(capacity.ah > 0.0 && std::isfinite(capacity.ah));
   CellBody body;
-  settle_form(told, capacity_ah, body);
-  const CellParameters like = shipped(model_of(body.form, capacity_ah));
+  body.capacity = {"capacity_ah", "capacity", "Ah", capacity.ah, origin_of(capacity), capacity_source(capacity)};
+  body.capacity_is_lower_bound = capacity.is_lower_bound();
+  settle_form(told, capacity, body);
+  const CellParameters like = shipped(model_of(body.form, capacity.ah));
   VOLTLAP_DEMAND(like.capacity_ah > 0.0 && like.mass_kg > 0.0);
-  settle_mass(told, capacity_ah / like.capacity_ah, like, body);
+  settle_mass(told, capacity.ah / like.capacity_ah, like, body);
   settle_surface(like, body);
   const std::string as_like = "as " + like.name;
   body.heat_capacity = {.key = "heat_capacity_j_per_kg_k", .label = "heat capacity", .unit = "J/kg/K",
@@ -177,7 +188,7 @@ std::vector<std::string> implausible(const CellParameters& cell, const CellBody&
         energy_wh_per_litre(cell, *body.form), kBestWhPerLitre));
   }
   const double energy = specific_energy_wh_per_kg(cell);
-  if (energy < kEnergyLow || energy > kEnergyHigh) {
+  if ((energy < kEnergyLow && !body.capacity_is_lower_bound) || energy > kEnergyHigh) {
     out.push_back(fmt::format(
         "Implausible: {:.3g} Ah in {:.4g} kg ({}) are {:.0f} Wh/kg; cells have {:.0f} to {:.0f}. Check --mass, in kg, "
         "and --cells-in-parallel: the cell that is meant is the one that the capacity is of.",
@@ -188,7 +199,9 @@ std::vector<std::string> implausible(const CellParameters& cell, const CellBody&
 
 std::vector<CellFact> cell_facts(const CellParameters& cell, const CellBody& body, bool temperature_told) {
   constexpr FactOrigin kMeasured = FactOrigin::kMeasured;
-  return {{"capacity_ah", "capacity", "Ah", cell.capacity_ah, kMeasured, "identified"},
+  CellFact capacity = body.capacity;
+  capacity.value = cell.capacity_ah;  // of several cells the mean
+  return {capacity,
           {"voltage_min_v", "lowest voltage", "V", cell.voltage_min_v, kMeasured, "lowest in the recordings"},
           {"voltage_max_v", "highest voltage", "V", cell.voltage_max_v, kMeasured, "highest in the recordings"},
           body.mass,
@@ -207,8 +220,8 @@ std::string cell_facts_text(const CellParameters& cell, const CellBody& body, bo
   std::string out = fmt::format("  form                 {} ({}: {})\n", body.form_text(), name_of(body.form_origin),
                                 body.form_source);
   for (const CellFact& fact : cell_facts(cell, body, temperature_told)) {
-    out += fmt::format("  {:<18} {:>9.4g} {:<7} {:<9} {}\n", fact.label, fact.value, fact.unit, name_of(fact.origin),
-                       fact.source);
+    out += fmt::format("  {:<18} {:>9} {:<7} {:<9} {}\n", fact.label, short_number(fact.value), fact.unit,
+                       name_of(fact.origin), fact.source);
   }
   std::string flags;
   for (const auto& [origin, flag] : {std::pair{body.mass.origin, "--mass"}, {body.form_origin, "--size"},

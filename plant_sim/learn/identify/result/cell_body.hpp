@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/parameters.hpp"
+#include "learn/identify/preparation/capacity.hpp"
 #include "learn/identify/result/cell_form.hpp"
 
 namespace voltlap::plant {
@@ -35,16 +36,17 @@ struct CellBody {
   std::optional<CellForm> form;  ///< empty: a pouch of which only the surface is assumed
   FactOrigin form_origin = FactOrigin::kAssumed;
   std::string form_source;
-  CellFact mass, heat_capacity, surface, convection, surface_lag;
+  CellFact capacity, mass, heat_capacity, surface, convection, surface_lag;
+  bool capacity_is_lower_bound = false;  ///< only what was drawn
 
   /// "21700, a cylinder of 21.7 mm x 70.2 mm", "a pouch".
   [[nodiscard]] std::string form_text() const;
   void write_into(CellParameters& cell) const;
 };
 
-/// What was not told fits the form: that of the size, else of the mass, else of the capacity. `shipped` loads a cell of
-/// data/cells by its name.
-[[nodiscard]] CellBody cell_body(const ToldBody& told, double capacity_ah,
+/// What was not told fits the form: that of the size, else of the mass, else of the capacity; of one that is only what
+/// was drawn, as the smallest that the cell can have. `shipped` loads a cell of data/cells by its name.
+[[nodiscard]] CellBody cell_body(const ToldBody& told, const Capacity& capacity,
                                  const std::function<CellParameters(const std::string& name)>& shipped);
 
 /// Energy by the open-circuit voltage over mass.

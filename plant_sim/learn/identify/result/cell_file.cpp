@@ -111,19 +111,25 @@ Json parameters_json(const IdentifyResult& result) {
 }
 
 Json file_json(const RecordingResult& file) {
-  return {{"file", file.path},
-          {"map", file.map},
-          {"rows", file.rows},
-          {"duration_s", file.duration_s},
-          {"current_hold", name_of(file.hold)},
-          {"current_hold_from", file.hold_from},
-          {"soc_anchor", file.anchor.soc},
-          {"soc_anchor_from", file.anchor.from},
-          {"soc_low", file.soc_low},
-          {"soc_high", file.soc_high},
-          {"rms_v", file.rms_v},
-          {"rms_v_from_anchor", file.rms_pulses_v},
-          {"repairs", file.repairs}};
+  Json out = {{"file", file.path},
+              {"map", file.map},
+              {"rows", file.rows},
+              {"duration_s", file.duration_s},
+              {"current_hold", name_of(file.hold)},
+              {"current_hold_from", file.hold_from},
+              {"soc_anchor", file.anchor.soc},
+              {"soc_anchor_from", file.anchor.from},
+              {"soc_low", file.soc_low},
+              {"soc_high", file.soc_high},
+              {"rms_v", file.rms_v},
+              {"rms_v_from_anchor", file.rms_pulses_v},
+              {"repairs", file.repairs}};
+  if (file.read_back) {
+    out["fit_rms_v"] = file.read_back->fit_rms_v;
+    out["rms_v_used_rows"] = file.read_back->used_rms_v;
+    out["fit_rms_v_used_rows"] = file.read_back->fit_used_rms_v;
+  }
+  return out;
 }
 
 Json form_json(const CellParameters& cell, const CellBody& body) {
@@ -185,9 +191,12 @@ std::string cell_toml(const CellParameters& cell, const CellBody& body, const Ce
 
 std::string identification_json(const CellParameters& cell, const CellBody& body,
                                 const CellIdentification& identified, const std::string& version) {
+  const Capacity& capacity = identified.reference_point().result.capacity;
   Json out = {{"name", cell.name},
               {"version", version},
               {"capacity_ah", cell.capacity_ah},
+              {"capacity_from", name_of(capacity.from)},
+              {"capacity_ci95_ah", capacity.ci95_ah ? Json(*capacity.ci95_ah) : Json()},
               {"temperatures_c", identified.temperatures_c},
               {"currents_a", identified.currents_a}};
   const OcvPolynomial polynomial = ocv_polynomial(identified.reference_point().result.model);

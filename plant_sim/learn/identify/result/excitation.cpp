@@ -24,17 +24,16 @@ bool was_passed(const IdentifyResult& result, double soc) {
 }  // namespace
 
 bool is_excited(const IdentifyResult& result, Index table, Index node) {
-  constexpr double kSeries = 0.01, kBranch = 0.05, kTau = 0.10;
-  const double narrow = table == 0 ? kSeries : table <= result.model.branches() ? kBranch : kTau;
   const Index at = result.model.em.size() + table * result.model.grid.size() + node;
   VOLTLAP_DEMAND(at >= 0 && at < result.uncertainty.sigma.size());
-  return was_passed(result, result.model.grid.at(node)) && kTwoSided * result.uncertainty.sigma(at) < narrow;
+  return was_passed(result, result.model.grid.at(node)) &&
+         kTwoSided * result.uncertainty.sigma(at) < kSettledWithin;
 }
 
 bool is_ocv_excited(const IdentifyResult& result, Index node) {
-  constexpr double kNarrow = 2e-3;  // V
   VOLTLAP_DEMAND(node >= 0 && node < result.model.em.size() && node < result.uncertainty.sigma.size());
-  return was_passed(result, result.model.ocv.at(node)) && kTwoSided * result.uncertainty.sigma(node) < kNarrow;
+  return was_passed(result, result.model.ocv.at(node)) &&
+         kTwoSided * result.uncertainty.sigma(node) < kOcvSettledWithin_v;
 }
 
 }  // namespace voltlap::plant

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/number_text.hpp"
 #include "io/page/html_page.hpp"
 #include "io/page/html_parts.hpp"
 #include "learn/identify/result/identification_report.hpp"
@@ -59,7 +60,7 @@ std::string tiles(const ReportedCell& reported) {
                    reported.mean != nullptr
                        ? fmt::format("±{:.2f} Ah between {} cells", reported.mean->capacity_spread_ah,
                                      reported.mean->capacity_ah.size())
-                       : "");
+                       : std::string(name_of(reference.capacity.from)));
   out += html_tile("Error", fmt::format("{:.2f}", rms_mv(identified)), "mV RMS",
                    fmt::format("over {} recording{}", recordings(identified), recordings(identified) == 1 ? "" : "s"));
   out += html_tile("Noise of the voltage", fmt::format("{:.2f}", 1e3 * std::sqrt(reference.noise_floor_v2)), "mV RMS",
@@ -169,8 +170,8 @@ std::string surface_table(const CellIdentification& identified, const Surface& s
     out += fmt::format("<tr><th scope=\"row\">{}</th>", html_text(place_text(point)));
     for (Index node = 0; node < grid.size(); ++node) {
       const double value = value_of(point.result.model, s, node);
-      out += fmt::format("<td style=\"--heat:{:.0f}%\">{:.4g}<small>{}</small></td>",
-                         6.0 + 44.0 * (value - low) / std::max(1e-12, high - low), value,
+      out += fmt::format("<td style=\"--heat:{:.0f}%\">{}<small>{}</small></td>",
+                         6.0 + 44.0 * (value - low) / std::max(1e-12, high - low), short_number(value),
                          interval_of(point.result, s, node));
     }
     out += "</tr>\n";
@@ -187,9 +188,9 @@ std::string choice_rows(const CellIdentification& identified) {
       orders += fmt::format("{}{}: {:.2f} mV, {:.0f}", orders.empty() ? "" : "; ", order.branches,
                             1e3 * order.heldout_rms_v, order.information_criterion);
     for (const auto& [value, rms] : r.smoothness_scores)
-      smoothness += fmt::format("{}{:g}: {:.2f} mV", smoothness.empty() ? "" : "; ", value, 1e3 * rms);
+      smoothness += fmt::format("{}{}: {:.2f} mV", smoothness.empty() ? "" : "; ", short_number(value), 1e3 * rms);
     out += html_row({place_text(point), fmt::format("{}", r.model.branches()), orders.empty() ? "as asked" : orders,
-                     r.smoothness > 0.0 ? fmt::format("{:g}", r.smoothness) : "-",
+                     r.smoothness > 0.0 ? short_number(r.smoothness) : "-",
                      smoothness.empty() ? "-" : smoothness, fmt::format("{:.2f}", 1e3 * r.rms_v),
                      fmt::format("{:.2f}", r.seconds)});
   }
@@ -204,8 +205,8 @@ std::string file_rows(const CellIdentification& identified) {
       for (const std::string& repair : file.repairs) repairs += (repairs.empty() ? "" : "; ") + repair;
       out += html_row({std::filesystem::path(file.path).filename().string(), place_text(point),
                        fmt::format("{}", file.rows), fmt::format("{:.2f}", file.duration_s / 3600.0),
-                       fmt::format("{:.3f} to {:.3f}", file.soc_low, file.soc_high),
-                       fmt::format("{:.3f} by {}", file.anchor.soc, file.anchor.from),
+                       fmt::format("{:.3f} to {:.3f}", shown(file.soc_low, 3), shown(file.soc_high, 3)),
+                       fmt::format("{:.3f} by {}", shown(file.anchor.soc, 3), file.anchor.from),
                        fmt::format("{}, by {}", name_of(file.hold), file.hold_from),
                        fmt::format("{:.2f}", 1e3 * file.rms_v), repairs.empty() ? "none" : repairs});
     }
@@ -217,7 +218,7 @@ std::string fact_rows(const ReportedCell& reported) {
   const CellBody& body = reported.body;
   std::string out = html_row({"form", body.form_text(), "", std::string(name_of(body.form_origin)), body.form_source});
   for (const CellFact& fact : cell_facts(reported.cell, body, reported.identified.temperature_told)) {
-    out += html_row({std::string(fact.label), fmt::format("{:.4g}", fact.value), std::string(fact.unit),
+    out += html_row({std::string(fact.label), short_number(fact.value), std::string(fact.unit),
                      std::string(name_of(fact.origin)), fact.source});
   }
   return out;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/demand.hpp"
+#include "core/number_text.hpp"
 #include "learn/identify/result/excitation.hpp"
 #include "learn/identify/result/law_facts.hpp"
 
@@ -14,16 +15,20 @@ namespace voltlap::plant {
 namespace {
 
 std::string smoothness_text(const IdentifyResult& result) {
-  return result.smoothness > 0.0 ? fmt::format("{:.3g} by {}", result.smoothness, result.smoothness_from)
+  return result.smoothness > 0.0 ? fmt::format("{} by {}", short_number(result.smoothness), result.smoothness_from)
                                  : "by " + result.smoothness_from;
 }
 
 std::string file_text(const RecordingResult& file) {
   std::string out = fmt::format(
       "  {}\n    current {} (found from {}); SOC {:.3f} to {:.3f}, {:.3f} by {}; RMS {:.2f} mV over all "
-      "rows, {:.2f} mV from there on\n",
-      file.path, name_of(file.hold), file.hold_from, file.soc_low, file.soc_high, file.anchor.soc, file.anchor.from,
-      1e3 * file.rms_v, 1e3 * file.rms_pulses_v);
+      "rows, {:.2f} mV from there on{}\n",
+      file.path, name_of(file.hold), file.hold_from, shown(file.soc_low, 3), shown(file.soc_high, 3),
+      shown(file.anchor.soc, 3), file.anchor.from, 1e3 * file.rms_v, 1e3 * file.rms_pulses_v,
+      file.read_back ? fmt::format(", by the cell file read back; over the rows that were fitted {:.2f} mV ({:.2f} mV "
+                                   "in the fit)",
+                                   1e3 * file.read_back->used_rms_v, 1e3 * file.read_back->fit_used_rms_v)
+                     : "");
   for (const std::string& repair : file.repairs) out += fmt::format("    {}\n", repair);
   return out;
 }
@@ -39,7 +44,7 @@ std::string value_text(const IdentifyResult& r, Eigen::Index table, Eigen::Index
   const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
   const std::string interval =
       std::isnan(sigma) ? "    -  " : fmt::format("{:4.0f} %", std::min(999.0, 196.0 * sigma));
-  return fmt::format("  {:9.4g} {:6}{}", value, interval, is_excited(r, table, node) ? " " : "*");
+  return fmt::format("  {:>9} {:6}{}", short_number(value), interval, is_excited(r, table, node) ? " " : "*");
 }
 
 std::string table_text(const IdentifyResult& r) {
@@ -48,7 +53,7 @@ std::string table_text(const IdentifyResult& r) {
   std::string out = "    SOC    Em [V]     R0 [mOhm]  ";
   for (Eigen::Index k = 1; k <= branches; ++k) out += fmt::format("      R{} [mOhm]  ", k);
   for (Eigen::Index k = 1; k <= branches; ++k) out += fmt::format("       tau{} [s]  ", k);
-  out += "   (+- 95 %; * not excited)\n";
+  out += "   (+- 95 %; * not settled by the recordings)\n";
   for (Eigen::Index node = r.model.grid.size(); node-- > 0;) {
     const double soc = r.model.grid.at(node);
     out += fmt::format("  {:5.3f}  {:8.4f}", soc, r.model.ocv.value(r.model.em, soc));
@@ -58,11 +63,12 @@ std::string table_text(const IdentifyResult& r) {
   return out;
 }
 
-std::string point_text(const OperatingPoint& point, int cells_in_series) {
+std::string point_text(const OperatingPoint& point, int cells_in_series, bool temperature_told) {
   const IdentifyResult& r = point.result;
   std::string out = fmt::format(
-      "\nat {:.1f} degC{}: {} RC branches, RMS {:.2f} mV, smoothness {}, {} iterations, {:.2f} s\n",
-      point.temperature_c, point.current_a > 0.0 ? fmt::format(", {:.0f} A", point.current_a) : "",
+      "\nat {:.1f} degC{}{}: {} RC branches, RMS {:.2f} mV, smoothness {}, {} iterations, {:.2f} s\n",
+      shown(point.temperature_c, 1), temperature_told ? "" : " (assumed)",
+      point.current_a > 0.0 ? fmt::format(", {:.0f} A", point.current_a) : "",
       r.model.branches(), 1e3 * r.rms_v, smoothness_text(r), r.iterations, r.seconds);
   for (const RecordingResult& file : r.files) out += file_text(file);
   for (const OrderScore& order : r.orders) out += order_text(order);
@@ -81,7 +87,8 @@ std::string identification_text(const CellParameters& cell, const CellBody& body
   std::string out = fmt::format("{}: {:.3f} Ah, {:.3f} to {:.3f} V\n", cell.name, cell.capacity_ah, cell.voltage_min_v,
                                 cell.voltage_max_v);
   out += cell_facts_text(cell, body, identified.temperature_told);
-  for (const OperatingPoint& point : identified.points) out += point_text(point, cells_in_series);
+  for (const OperatingPoint& point : identified.points)
+    out += point_text(point, cells_in_series, identified.temperature_told);
   return out;
 }
 

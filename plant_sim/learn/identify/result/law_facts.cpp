@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/demand.hpp"
+#include "core/number_text.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -81,8 +82,11 @@ std::string law_origin(const std::vector<LawFact>& facts, std::string_view key) 
 std::string laws_text(const IdentifyResult& result) {
   std::string out;
   for (const LawFact& fact : law_facts(result)) {
-    out += fmt::format("  {:<21} {:>9.4g} {:<5} {:<9} {:.4g} to {:.4g}\n", fact.label, fact.value, fact.unit,
-                       name_of(fact.origin), fact.ci95_low, fact.ci95_high);
+    const bool volts = fact.unit == "V/K";  // a few tenths of a millivolt
+    const double scale = volts ? 1e3 : 1.0;
+    out += fmt::format("  {:<21} {:>9} {:<5} {:<9} {} to {}\n", fact.label, short_number(scale * fact.value),
+                       volts ? "mV/K" : fact.unit, name_of(fact.origin), short_number(scale * fact.ci95_low),
+                       short_number(scale * fact.ci95_high));
   }
   return out;
 }

@@ -71,6 +71,27 @@ TEST(CellLog, SignOfTheCurrentIsFoundAndSaid) {
   CHECK(has_repair(log, "sign of the current turned"));
 }
 
+TEST(CellLog, SignIsFoundWhereCurrentAndVoltageComeInTurn) {
+  // 100 Hz, a voltage in every other row; it begins under load and ends at rest, so that its drift tells nothing.
+  for (const double sign : {1.0, -1.0}) {
+    MeasuredTable table = Square{}.table();
+    for (auto& values : table.values) values.clear();
+    for (int k = 0; k < 3000; ++k) {
+      const double i = k / 250 % 2 == 0 ? 10.0 : 0.0;
+      table.values[0].push_back(0.01 * k);
+      table.values[1].push_back(sign * i);
+      table.values[2].push_back(k % 2 == 0 ? std::nan("") : 3.9 - 0.01 * i);
+    }
+    table.lines.resize(3000);
+    DOUBLES_EQUAL(10.0, log_of(table).current_a[100], 0.0);
+  }
+}
+
+TEST(CellLog, TheForgottenNumberInSeriesIsNamed) {
+  const MeasuredTable table = Square{1.0, 28.0}.table();
+  STRCMP_CONTAINS("--cells-in-series 30", complaint([&] { (void)log_of(table); }).c_str());
+}
+
 TEST(CellLog, ChargeWhereDischargeWasDeclaredIsRefused) {
   const MeasuredTable table = Square{-1.0}.table();
   const std::string message = complaint([&] { (void)cell_log_of(table, map_with(DischargeSign::kPositive), {}); });
@@ -184,4 +205,21 @@ TEST(CellLog, WindowKeepsItsRowsOnly) {
   CHECK(has_repair(log, "30 of 60 rows"));
   STRCMP_CONTAINS("usable rows",
                   complaint([&] { (void)cell_log_of(Square{}.table(), automatic, {1e6, 2e6, 1, 1}); }).c_str());
+}
+
+TEST(CellLog, WhereThePublishedVoltageDoesNotFallTheBusIsTaken) {
+  MeasuredTable table = Square{}.table();
+  table.columns.emplace_back("bus");
+  table.values.push_back(table.values[2]);
+  for (std::size_t row = 0; row < table.rows(); ++row) table.values[2][row] = 4.0;  // published, of the same battery
+  RoleMap map = map_with(DischargeSign::kPositive);
+  map.roles["pack_voltage"] = map.roles["voltage"];
+  map.roles["bus_voltage"] = {"bus"};
+  map.roles.erase("voltage");
+  const CellLog by_bus = cell_log_of(table, map, {});
+  CHECK(has_repair(by_bus, "bus_voltage is taken"));
+  DOUBLES_EQUAL(3.9, by_bus.voltage_v[15], 1e-9);
+  // A pack voltage that falls is the battery's, whatever the bus does.
+  std::swap(table.values[2], table.values[3]);
+  CHECK_FALSE(has_repair(cell_log_of(table, map, {}), "bus_voltage is taken"));
 }

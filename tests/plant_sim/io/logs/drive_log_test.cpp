@@ -226,6 +226,51 @@ TEST(DriveLog, PublishedVoltageThatRisesWithTheCurrentIsNamedAndDecidesNoSign) {
   STRCMP_CONTAINS("not what is measured", log.notes.at(1).c_str());
 }
 
+TEST(DriveLog, TheBatterysOwnVoltageDecidesTheSignAndABusOnlyWithoutIt) {
+  // A link that charges while the battery is drawn from rises with the current; the charge that flows empties the
+  // battery.
+  const auto text = [](int sign) {
+    std::string out;
+    for (int k = 0; k < 6000; ++k) {
+      const bool on = k / 500 % 2 == 1;
+      out += pack_frame(1.0 + 0.01 * k, sign * (on ? 200 : 0), (on ? 980 : 1000) - k / 300, k);
+      out += cell_frame(1.0 + 0.01 * k, 0, on ? 10000 : 9800);
+    }
+    return out;
+  };
+  RoleMap map = pack_map();
+  map.roles["bus_voltage"] =
+      map_of("bus_voltage = {frame = 0x101, signal = \"V\", dbc = \"a.dbc\"}\n").roles["bus_voltage"];
+  for (const int sign : {1, -1}) DOUBLES_EQUAL(20.0, read(text(sign), map).channels.at("current").value[600], 1e-9);
+  map.roles["current"].discharge = DischargeSign::kPositive;
+  CHECK_FALSE(read(text(1), map).sign_contradicted);
+  CHECK(read(text(-1), map).sign_contradicted);
+  // Of a bus alone: its own.
+  map.roles["current"].discharge = DischargeSign::kAuto;
+  map.roles.erase("pack_voltage");
+  DOUBLES_EQUAL(-20.0, read(text(1), map).channels.at("current").value[600], 1e-9);
+}
+
+TEST(DriveLog, WhereAPublishedVoltageRisesWithTheCurrentTheBusIsTheBatterys) {
+  std::string text;
+  for (int k = 0; k < 3000; ++k) {
+    const bool on = k / 500 % 2 == 1;
+    text += pack_frame(1.0 + 0.01 * k, on ? 200 : 0, on ? 1010 : 1000, k);
+    text += cell_frame(1.0 + 0.01 * k, 0, on ? 35280 : 36000);
+  }
+  RoleMap map = pack_map();
+  map.roles["bus_voltage"] =
+      map_of("bus_voltage = {frame = 0x101, signal = \"V\", dbc = \"a.dbc\", scale = 27.7777777778}\n")
+          .roles["bus_voltage"];
+  LogOptions options;
+  options.cells_in_series = 24;
+  const CellLog log = cell_log_of(read(text, map), options);
+  DOUBLES_EQUAL(20.0, log.current_a[700], 1e-9);
+  for (std::size_t row = 600; row < 900; ++row) {
+    if (std::isfinite(log.voltage_v[row])) DOUBLES_EQUAL(98.0 / 24.0, log.voltage_v[row], 1e-3);
+  }
+}
+
 TEST(DriveLog, AnotherRecordingIsJoinedOnTime) {
   const std::string table = scratch.write("tc.csv", "t,tc\n1000.0,20\n1000.5,21\n");
   const RoleMap map = map_of(

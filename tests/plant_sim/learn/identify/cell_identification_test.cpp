@@ -28,7 +28,7 @@ TEST_GROUP(CellIdentification) {
     options.branches = 2;
   }
   CellBody body_of(const CellIdentification& identified) {
-    return cell_body({}, identified.reference_point().result.model.capacity_ah,
+    return cell_body({}, identified.reference_point().result.capacity,
                      [&](const std::string& name) { return load_cell(data, name, "test"); });
   }
   CellParameters written_and_read(const CellIdentification& identified) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """voltlap identify as its users meet it, on tables of the virtual bench: methods, several cells, messages."""
 import json
+import math
 import os
 import pathlib
 import random
@@ -206,3 +207,92 @@ def test_a_temperature_column_that_is_blank_is_no_temperature(bench, tmp_path):
     assert "25 degC    assumed   neither recorded nor told (--temperature)" in said
     said = voltlap("identify", "--temperature", 31, tmp_path / "blank.csv", "--rc", 1).stdout
     assert "31 degC    measured" in said
+
+
+def drive(path, *, ah=9.0, start_soc=0.9, rest_s=900, scale=(1.0, 1.0), extra=lambda t: 0.0):
+    """A drive of a cell of 30 Ah with rests at both ends, written as a table; `scale` of current and voltage."""
+    def ocv(soc):
+        return 3.3 + 0.85 * soc - 0.2 * math.exp(-20 * soc)
+
+    rows, soc, slow, t = ["time_s,current_a,voltage_v"], start_soc, 0.0, 0
+    pulls = [75.0 if k // 20 % 2 == 0 else 15.0 for k in range(round(3600 * ah / 45))]
+    for current in [0.0] * rest_s + pulls + [0.0] * rest_s:
+        soc -= current / 3600 / 30
+        slow += (1e-3 * current - slow) / 40
+        volts = ocv(soc) - 1.5e-3 * current - slow + extra(t)
+        rows.append(f"{t},{current * scale[0]:.6g},{volts * scale[1]:.6f}")
+        t += 1
+    path.write_text("\n".join(rows) + "\n")
+    return path, [(k / 40, ocv(k / 40)) for k in range(41)]
+
+
+def test_what_a_drive_drew_is_called_so_and_the_true_capacity_can_be_told(tmp_path):
+    table, _ = drive(tmp_path / "drive.csv")
+    found = {}
+    for name, flags in (("drawn", []), ("told", ["--capacity", 30])):
+        said = voltlap("identify", table, "--rc", 1, *flags, "--out", tmp_path / f"{name}.toml").stdout
+        voltlap("identify", table, "--rc", 1, *flags, "--json", tmp_path / f"{name}.json")
+        found[name] = json.loads((tmp_path / f"{name}.json").read_text()), said
+    assert found["drawn"][0]["capacity_from"] == "drawn only" and found["told"][0]["capacity_from"] == "told"
+    assert found["drawn"][0]["capacity_ah"] == pytest.approx(9.0, rel=0.01)
+    assert found["told"][0]["capacity_ah"] == 30
+    assert "only what the recordings drew" in found["drawn"][1] and "--capacity AH" in found["drawn"][1]
+    assert re.search(r"capacity +30 Ah +told +--capacity", found["told"][1])
+    assert tomllib.loads((tmp_path / "told.toml").read_text())["capacity_ah"] == 30
+    assert found["drawn"][0]["capacity_ci95_ah"] is None
+
+
+def test_two_rests_and_an_ocv_tell_the_capacity_with_its_interval(tmp_path):
+    table, ocv = drive(tmp_path / "drive.csv", ah=12.0)
+    cell = tmp_path / "like.toml"
+    voltlap("identify", table, "--capacity", 30, "--rc", 1, "--out", cell)
+    text = re.sub(r"(?s)\[ocv\].*?\n\[r0\]", "[ocv]\nsoc = {}\nvoltage_v = {}\n\n[r0]".format(
+        [soc for soc, _ in ocv], [round(volts, 5) for _, volts in ocv]), cell.read_text())
+    cell.write_text(text.replace("capacity_ah = 30.0", "capacity_ah = 25.0"))
+    voltlap("identify", table, "--rc", 1, "--ocv", cell, "--json", tmp_path / "found.json")
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert found["capacity_from"] == "rests and OCV"
+    assert 0 < found["capacity_ci95_ah"] < 3 and abs(found["capacity_ah"] - 30) < found["capacity_ci95_ah"]
+    assert found["tests"][0]["files"][0]["soc_anchor"] == pytest.approx(0.9, abs=0.02)
+
+
+def test_the_rms_that_is_printed_is_that_of_the_file_that_was_written(tmp_path):
+    table, _ = drive(tmp_path / "drive.csv", rest_s=40)  # short rests: validate counts all of it
+    cell = tmp_path / "cell.toml"
+    said = voltlap("identify", table, "--capacity", 30, "--temperature", 25, "--out", cell).stdout
+    voltlap("identify", table, "--capacity", 30, "--temperature", 25, "--json", tmp_path / "cell.json")
+    voltlap("validate", cell, table, "--json", tmp_path / "validated.json")
+    file = json.loads((tmp_path / "cell.json").read_text())["tests"][0]["files"][0]
+    validated = json.loads((tmp_path / "validated.json").read_text())["files"][0]
+    assert f"RMS {1e3 * file['rms_v']:.2f} mV over all rows" in said and "by the cell file read back" in said
+    assert file["rms_v"] != file["fit_rms_v"]
+    assert file["rms_v"] == pytest.approx(validated["rms_v"], rel=0.1, abs=2e-4)
+
+
+def test_a_model_that_misses_its_recording_is_not_written(tmp_path):
+    # The voltage of another battery goes up and down by 0.8 V every two minutes.
+    table, _ = drive(tmp_path / "drive.csv", extra=lambda t: 0.4 if t // 120 % 2 else -0.4)
+    run = subprocess.run([BINARY, "identify", table, "--rc", "1", "--out", tmp_path / "cell.toml",
+                          "--json", tmp_path / "cell.json"], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 2, run.stdout
+    assert "drive.csv" in run.stderr and "Nothing was written" in run.stderr
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["drive.csv"]
+
+
+def test_the_count_that_was_forgotten_is_named(tmp_path):
+    table, _ = drive(tmp_path / "drive.csv")
+    cell = tmp_path / "cell.toml"
+    voltlap("identify", table, "--capacity", 30, "--out", cell)
+    parallel, _ = drive(tmp_path / "parallel.csv", scale=(8.0, 1.0))
+    said = voltlap("validate", cell, parallel).stdout
+    assert "hint" in said and "--cells-in-parallel 8 " in said
+    assert "hint" not in voltlap("validate", cell, parallel, "--cells-in-parallel", 8).stdout
+    series, _ = drive(tmp_path / "series.csv", scale=(1.0, 4.0))
+    assert "--cells-in-series 4" in voltlap("identify", series, code=2).stderr
+
+
+def test_no_number_is_shown_with_an_exponent_or_a_minus_before_a_zero(tmp_path):
+    table, _ = drive(tmp_path / "drive.csv")
+    said = voltlap("identify", table, "--rc", 2).stdout
+    assert not re.search(r"\d[eE][+-]\d", said) and not re.search(r"-0\.?0*(?![\d.])", said)
+    assert "(assumed)" in said and re.search(r"R[^\n]*assumed", said)

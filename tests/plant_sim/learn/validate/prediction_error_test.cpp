@@ -2,6 +2,7 @@
 #include "learn/validate/prediction_error.hpp"
 
 #include <cmath>
+#include <random>
 
 #include "plant_sim/core/scratch.hpp"
 #include "plant_sim/learn/identify/known_cell.hpp"
@@ -140,4 +141,23 @@ TEST(Validation, BandsOfSocShareOutTheWholeError) {
   ErrorSum sum;
   for (const SocBand& band : v.bands) sum += band.error;
   DOUBLES_EQUAL(v.rms_v, sum.rms_v(), 1e-12);
+}
+
+TEST(Validation, NoiseOfTheCurrentIsNoStroke) {
+  // One discharge, then four hours of rest in which the sensor shows more than a hundredth of it now and then.
+  std::vector<double> plan(120, 0.0);
+  plan.insert(plan.end(), 1200, 60.0);
+  plan.insert(plan.end(), 4 * 3600, 0.0);
+  CellLog log = truth.record(plan);
+  const double alone_v = validate(cell, log, {}).rms_v;
+  std::mt19937 generator(3);
+  std::normal_distribution<double> noise(0.0, 0.25);
+  for (double& i : log.current_a) i += noise(generator);
+  FileValidation v = validate(cell, log, {});
+  LONGS_EQUAL(1, v.strokes);
+  DOUBLES_EQUAL(alone_v, v.rms_v, 1e-3);
+  log = truth.record(plan);
+  for (std::size_t row = 2000; row < log.rows(); row += 200) log.current_a[row] = 0.9;
+  v = validate(cell, log, {});
+  LONGS_EQUAL(1, v.strokes);
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/identify/preparation/first_estimates.hpp"
 
+#include <cmath>
+#include <random>
+
 #include "plant_sim/core/scratch.hpp"
 #include "plant_sim/learn/identify/known_cell.hpp"
 
@@ -63,4 +66,52 @@ TEST(FirstEstimates, FastDischargeIsNoSlowTest) {
   plan.insert(plan.end(), 3500, 30.0);
   const CellLog log = cell.record(plan);
   STRCMP_CONTAINS("C/10", complaint([&] { (void)ocv_from_slow_test(log); }).c_str());
+}
+
+namespace {
+
+/// Pulls of a car at 100 Hz: the current takes most of a second to rise and to fall, to a height of its own.
+std::vector<double> pulls(int count) {
+  constexpr int kRamp = 80, kHold = 150;  // rows
+  std::vector<double> plan(200, 0.0);
+  for (int pull = 0; pull < count; ++pull) {
+    const double most = 150.0 + 25.0 * (pull % 4);
+    for (int k = 1; k <= kRamp; ++k) plan.push_back(most * k / kRamp);
+    plan.insert(plan.end(), kHold, most);
+    for (int k = kRamp; k-- > 0;) plan.push_back(most * k / kRamp);
+    plan.insert(plan.end(), kHold, 0.0);
+  }
+  return plan;
+}
+
+}  // namespace
+
+TEST(FirstEstimates, AStepIsAChangeOverATimeNotBetweenTwoRows) {
+  cell.row_s = 0.01;
+  const auto steps = resistance_steps(run_of(pulls(6)));
+  CHECK(steps.size() >= 12);
+  for (const StepEstimate& step : steps) {
+    CHECK(step.resistance_ohm > 0.95 * KnownCell::r0(step.soc));
+    CHECK(step.resistance_ohm < 1.3 * KnownCell::r0(step.soc));
+  }
+}
+
+TEST(FirstEstimates, CurrentAndVoltageInTurnOnABusHaveSteps) {
+  cell.row_s = 0.01;
+  CellLog log = cell.record(pulls(6));
+  for (std::size_t row = 1; row < log.rows(); row += 2) log.voltage_v[row] = std::nan("");
+  RunOptions options;
+  options.capacity_ah = cell.capacity_ah;
+  CHECK(resistance_steps(make_run(log, options)).size() >= 12);
+}
+
+TEST(FirstEstimates, NoiseOfTheCurrentEndsNoRest) {
+  CellLog log = cell.record(cell.pulse_plan(30.0, 900));
+  const std::size_t found = segments(run_of(cell.pulse_plan(30.0, 900))).size();
+  std::mt19937 generator(7);
+  std::normal_distribution<double> noise(0.0, 0.2);  // 0.7 % of the pulses: beyond a hundredth in a sixth of the rows
+  for (double& i : log.current_a) i += noise(generator);
+  RunOptions options;
+  options.capacity_ah = cell.capacity_ah;
+  CHECK(segments(make_run(log, options)).size() < found + 5);
 }

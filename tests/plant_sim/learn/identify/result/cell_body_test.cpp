@@ -60,7 +60,7 @@ TEST(CellBody, WhatWasToldIsWhatTheWrittenFileHas) {
     const std::string size = draw % 2 == 0 ? fmt::format("{:.4g}x{:.4g}x{:.4g}", a, b, std::min(c, 60.0))
                                            : fmt::format("{:.4g}x{:.4g}", std::min(a, b), std::max(a, b));
     const ToldBody told{mass(random), cell_form(size), heat(random)};
-    const CellParameters read = written_and_read(cell_body(told, 30.0, shipped));
+    const CellParameters read = written_and_read(cell_body(told, {30.0}, shipped));
     const std::string words = fmt::format("seed {}, draw {}: {}", seed, draw, size);
     const double exact = 1e-5;  // six digits in the file
     DOUBLES_EQUAL_TEXT(1.0, read.mass_kg / *told.mass_kg, exact, words.c_str());
@@ -75,7 +75,7 @@ TEST(CellBody, EachThatIsNotToldIsAssumedAndCanBeRead) {
     if (told_bits & 1) told.mass_kg = 0.61;
     if (told_bits & 2) told.form = cell_form("227x160x7.2");
     if (told_bits & 4) told.heat_capacity_j_per_kg_k = 950.0;
-    const CellBody body = cell_body(told, 30.0, shipped);
+    const CellBody body = cell_body(told, {30.0}, shipped);
     CHECK_EQUAL((told_bits & 1) != 0, body.mass.origin == FactOrigin::kTold);
     CHECK_EQUAL((told_bits & 2) != 0, body.surface.origin == FactOrigin::kTold);
     CHECK_EQUAL((told_bits & 4) != 0, body.heat_capacity.origin == FactOrigin::kTold);
@@ -98,7 +98,7 @@ TEST(CellBody, ACellThatIsNotToldHasTheFormOfItsCapacity) {
   for (const auto& [capacity_ah, form, like] : {Case{2.0, "18650", "molicel_p42a"}, {3.4, "18650", "molicel_p42a"},
                                                 {4.5, "21700", "molicel_p42a"}, {6.0, "21700", "molicel_p42a"},
                                                 {6.6, "a pouch", "melasta"}, {30.0, "a pouch", "aesc"}}) {
-    const CellBody body = cell_body({}, capacity_ah, shipped);
+    const CellBody body = cell_body({}, {capacity_ah}, shipped);
     STRCMP_CONTAINS(form, body.form_text().c_str());
     STRCMP_CONTAINS(like, body.heat_capacity.source.c_str());
     STRCMP_CONTAINS("mostly", body.form_source.c_str());
@@ -107,7 +107,7 @@ TEST(CellBody, ACellThatIsNotToldHasTheFormOfItsCapacity) {
   // The shipped cells of that form weigh that.
   for (const char* name : {"samsung_30q", "sony_vtc6", "molicel_p42a", "lg_m50lt", "melasta_slpbb042126"}) {
     const CellParameters cell = shipped(name);
-    const CellBody body = cell_body({}, cell.capacity_ah, shipped);
+    const CellBody body = cell_body({}, {cell.capacity_ah}, shipped);
     DOUBLES_EQUAL_TEXT(1.0, body.mass.value / cell.mass_kg, 0.05, name);
     DOUBLES_EQUAL_TEXT(1.0, body.surface.value / cell.surface_area_m2, 0.03, name);
   }
@@ -116,7 +116,7 @@ TEST(CellBody, ACellThatIsNotToldHasTheFormOfItsCapacity) {
 TEST(CellBody, AMassThatIsToldDecidesTheForm) {
   const auto form = [](double mass_kg, double capacity_ah) {
     const ToldBody told{.mass_kg = mass_kg, .form = {}, .heat_capacity_j_per_kg_k = {}};
-    return cell_body(told, capacity_ah, shipped).form_text();
+    return cell_body(told, {capacity_ah}, shipped).form_text();
   };
   STRCMP_CONTAINS("21700", form(0.07, 3.0).c_str());
   STRCMP_CONTAINS("26650", form(0.09, 5.0).c_str());
@@ -133,7 +133,7 @@ TEST(CellBody, HeavierAndLargerIsNeverLess) {
     const double ah = capacity(random), kg = mass(random), by = more(random);
     const std::string words = fmt::format("seed {}, draw {}: {} Ah, {} kg, times {}", seed, draw, ah, kg, by);
     const auto body = [&](std::optional<double> told, double of_ah) {
-      return cell_body({.mass_kg = told, .form = {}, .heat_capacity_j_per_kg_k = {}}, of_ah, shipped);
+      return cell_body({.mass_kg = told, .form = {}, .heat_capacity_j_per_kg_k = {}}, {of_ah}, shipped);
     };
     CHECK_TEXT(body(kg * by, ah).surface.value > body(kg, ah).surface.value, words.c_str());
     const bool same_model = (ah < 19.0) == (ah * by < 19.0);
@@ -144,7 +144,8 @@ TEST(CellBody, HeavierAndLargerIsNeverLess) {
 TEST(CellBody, WhatNoCellHasIsSaid) {
   const auto said = [&](double mass_kg, const char* size) {
     notes.clear();
-    (void)made(cell_body({.mass_kg = mass_kg, .form = cell_form(size), .heat_capacity_j_per_kg_k = {}}, 30.0, shipped));
+    const ToldBody told{.mass_kg = mass_kg, .form = cell_form(size), .heat_capacity_j_per_kg_k = {}};
+    (void)made(cell_body(told, {30.0}, shipped));
     return notes;
   };
   CHECK_FALSE(has(said(0.6, "227x160x7.2"), "Implausible"));  // 2290 kg/m3, 180 Wh/kg
@@ -155,7 +156,7 @@ TEST(CellBody, WhatNoCellHasIsSaid) {
 }
 
 TEST(CellBody, TheSummarySaysOfEachNumberWhetherItWasToldMeasuredOrAssumed) {
-  const CellBody body = cell_body({.mass_kg = 0.6, .form = {}, .heat_capacity_j_per_kg_k = {}}, 30.0, shipped);
+  const CellBody body = cell_body({.mass_kg = 0.6, .form = {}, .heat_capacity_j_per_kg_k = {}}, {30.0}, shipped);
   const std::string text = identification_text(made(body), body, identified(), 1);
   for (const char* words : {"0.6 kg      told      --mass", "Ah      measured  identified", "W/m2/K  assumed",
                             "tell it with --size, --heat-capacity", "battery.convection_w_per_m2_k"}) {
@@ -165,4 +166,26 @@ TEST(CellBody, TheSummarySaysOfEachNumberWhetherItWasToldMeasuredOrAssumed) {
   STRCMP_CONTAINS("degC    assumed   neither recorded nor told", untold.c_str());
   STRCMP_CONTAINS("mass_kg = 0.6  # kg; told: --mass", cell_toml(made(body), body, identified()).c_str());
   STRCMP_CONTAINS("\"origin\": \"told\"", identification_json(made(body), body, identified(), "0").c_str());
+}
+
+TEST(CellBody, APartOfADischargeMakesNoPouchOfA18650) {
+  const auto form = [&](double ah, CapacityFrom from) { return cell_body({}, {ah, from}, shipped).form_text(); };
+  for (const double drawn : {0.05, 0.8, 2.9}) STRCMP_CONTAINS("18650", form(drawn, CapacityFrom::kDrawnOnly).c_str());
+  STRCMP_CONTAINS("a pouch", form(0.8, CapacityFrom::kWholeDischarge).c_str());
+  STRCMP_CONTAINS("a pouch", form(9.0, CapacityFrom::kDrawnOnly).c_str());
+  const CellBody body = cell_body({}, {0.8, CapacityFrom::kDrawnOnly}, shipped);
+  STRCMP_CONTAINS("at least 0.8 Ah", body.form_source.c_str());
+  DOUBLES_EQUAL(0.0464, body.mass.value, 1e-4);
+  CellParameters cell = made(body);
+  cell.capacity_ah = 0.05;
+  CHECK(implausible(cell, body).empty());
+}
+
+TEST(CellBody, TheCapacitySaysWhereItIsFrom) {
+  const auto fact = [&](CapacityFrom from) { return cell_body({}, {30.0, from, 0.4}, shipped).capacity; };
+  CHECK(fact(CapacityFrom::kTold).origin == FactOrigin::kTold);
+  CHECK(fact(CapacityFrom::kWholeDischarge).origin == FactOrigin::kMeasured);
+  CHECK(fact(CapacityFrom::kDrawnOnly).origin == FactOrigin::kAssumed);
+  STRCMP_CONTAINS("--capacity AH", fact(CapacityFrom::kDrawnOnly).source.c_str());
+  STRCMP_CONTAINS("+- 0.4 Ah", fact(CapacityFrom::kRestsAndOcv).source.c_str());
 }

@@ -21,7 +21,7 @@ TEST_GROUP(CellParameters) {
 
 TEST(CellParameters, OcvThatFallsIsLevelledALittleAndRefusedBeyond) {
   CellIdentification found = identified();
-  const CellBody body = cell_body({}, 30.0, [](const std::string& name) {
+  const CellBody body = cell_body({}, {30.0}, [](const std::string& name) {
     return load_cell(DataFolder{VOLTLAP_DATA_FOLDER}, name, "test");
   });
   Eigen::VectorXd& em = found.points[0].result.model.em;
