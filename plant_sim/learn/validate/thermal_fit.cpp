@@ -51,7 +51,7 @@ double best_rate(const Recordings& recordings, double variance) {
     centre = log_rate;
   };
   for (int k = 0; k <= 40; ++k) look(std::log(kRateLow) + k / 40.0 * std::log(kRateHigh / kRateLow));
-  for (double step = 0.13; step > 1e-6; step *= 0.5) {
+  for (double step = 0.13; step > 1e-5; step *= 0.5) {
     const double from = centre;
     look(from - step);
     look(from + step);
@@ -59,29 +59,41 @@ double best_rate(const Recordings& recordings, double variance) {
   return std::exp(centre);
 }
 
+/// By the steps of Gauss and Newton of everything together, from a pace on; each at most doubles or halves the rate.
+ThermalPace descended(const Recordings& recordings, ThermalPace from, double variance) {
+  constexpr int kSteps = 40, kHalvings = 8;
+  constexpr double kSettled = 1e-10, kFactor = 2.0;
+  ThermalSolution at = solve_thermal(recordings, from, variance);
+  for (int step = 0; step < kSteps && at.found(); ++step) {
+    const ThermalNormal normal = thermal_normal(recordings, from, at, variance);
+    const Eigen::VectorXd move = solve_scaled(normal.matrix, normal.right);
+    const double rate = move(at.x.size()), lag = move(at.x.size() + 1), before = at.cost;
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      const double share = std::pow(0.5, halving);
+      const ThermalPace next{std::clamp(from.rate_per_s + share * rate, std::max(kRateLow, from.rate_per_s / kFactor),
+                                        std::min(kRateHigh, from.rate_per_s * kFactor)),
+                             std::clamp(from.lag_s + share * lag, 0.0, kLongestLag)};
+      const ThermalSolution there = solve_thermal(recordings, next, variance);
+      if (there.cost >= at.cost) continue;
+      at = there;
+      from = next;
+      break;
+    }
+    if (at.cost >= before * (1.0 - kSettled)) break;
+  }
+  return from;
+}
+
 /// Beginning at a rate without a lag.
 ThermalPace best_pace(const Recordings& recordings, double rate, double variance) {
   ThermalPace out{rate, 0.0};
   double best = solve_thermal(recordings, out, variance).cost;
-  const auto look = [&](const ThermalPace& pace) {
-    if (pace.lag_s < 0.0 || pace.lag_s > kLongestLag) return false;
-    if (pace.rate_per_s < kRateLow || pace.rate_per_s > kRateHigh) return false;
+  for (const double lag_s : {0.0, 30.0, 200.0}) {
+    const ThermalPace pace = descended(recordings, {rate, lag_s}, variance);
     const double cost = solve_thermal(recordings, pace, variance).cost;
-    if (cost >= best) return false;
+    if (cost >= best) continue;
     best = cost;
     out = pace;
-    return true;
-  };
-  double step_s = 64.0, step = 0.2;
-  while (step_s > 0.02) {
-    const ThermalPace from = out;
-    const double up = from.rate_per_s * std::exp(step), down = from.rate_per_s * std::exp(-step);
-    const bool better = look({from.rate_per_s, from.lag_s + step_s}) || look({from.rate_per_s, from.lag_s - step_s}) ||
-                        look({up, from.lag_s}) || look({down, from.lag_s}) || look({up, from.lag_s + step_s}) ||
-                        look({down, std::max(0.0, from.lag_s - step_s)});
-    if (better) continue;
-    step_s *= 0.5;
-    step *= 0.5;
   }
   return out;
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "car/battery/cell_thermal.hpp"
+#include "car/battery/first_order.hpp"
 #include "core/demand.hpp"
 
 namespace voltlap::plant {
@@ -16,9 +16,23 @@ using Eigen::Index;
 struct Lagging {
   double cell, surface;
   void set(double value) { cell = surface = value; }
-  void go(double value, double lag_s, double dt_s) {
-    surface = surface_after(surface, cell, value, lag_s, dt_s);
+  void go(double value, const FirstOrderStep& follow) {
+    surface = follow.after(surface, cell, value);
     cell = value;
+  }
+};
+
+/// An interval's share of everything: the exponentials are the same for all parts, and mostly for the next row too.
+struct Stride {
+  double dt_s = 0.0, stay = 1.0, leave = 0.0;
+  FirstOrderStep follow{0.0, 0.0, 1.0};
+
+  void set(double next_dt_s, const ThermalPace& pace) {
+    if (next_dt_s == dt_s) return;
+    dt_s = next_dt_s;
+    stay = std::exp(-pace.rate_per_s * dt_s);
+    leave = -std::expm1(-pace.rate_per_s * dt_s);
+    follow = pace.lag_s > 0.0 ? first_order_step(dt_s, pace.lag_s) : FirstOrderStep{0.0, 0.0, 1.0};
   }
 };
 
@@ -32,14 +46,13 @@ struct Parts {
     for (Lagging* one : {&per_heat, &per_entropy, &per_start, &per_air}) one->set(0.0);
     known.set(std::isfinite(reading_k) ? reading_k : known.surface);
   }
-  void go(const ThermalRecording& r, std::size_t row, const ThermalPace& pace) {
-    const double dt = r.dt_s[row], stay = std::exp(-pace.rate_per_s * dt), leave = -std::expm1(-pace.rate_per_s * dt);
-    const double mean = leave / pace.rate_per_s;
-    per_heat.go(stay * per_heat.cell + mean * r.heat_w[row], pace.lag_s, dt);
-    per_entropy.go(stay * per_entropy.cell + mean * r.heat_per_entropy(row), pace.lag_s, dt);
-    per_start.go(stay * per_start.cell, pace.lag_s, dt);
-    per_air.go(stay * per_air.cell + leave, pace.lag_s, dt);
-    known.go(stay * known.cell + leave * (r.ambient_c[row - 1] - first_c), pace.lag_s, dt);
+  void go(const ThermalRecording& r, std::size_t row, const Stride& s, double rate_per_s) {
+    const double mean = s.leave / rate_per_s;
+    per_heat.go(s.stay * per_heat.cell + mean * r.heat_w[row], s.follow);
+    per_entropy.go(s.stay * per_entropy.cell + mean * r.heat_per_entropy(row), s.follow);
+    per_start.go(s.stay * per_start.cell, s.follow);
+    per_air.go(s.stay * per_air.cell + s.leave, s.follow);
+    known.go(s.stay * known.cell + s.leave * (r.ambient_c[row - 1] - first_c), s.follow);
   }
 };
 
@@ -47,14 +60,44 @@ double weight_of(const ThermalRecording& r, std::size_t row) {
   return std::sqrt(std::max(0.0, 0.5 * (r.dt_s[row] + (row + 1 < r.rows() ? r.dt_s[row + 1] : 0.0))));
 }
 
-/// Symmetric positive definite; its columns may be of any size.
-Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& normal, const Eigen::VectorXd& right) {
+/// Slopes of the weighted temperature with every number: the linear ones, rate, lag.
+Eigen::MatrixXd slopes(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
+                       const Eigen::VectorXd& x) {
+  constexpr double kStep_s = 0.05;
+  const double step_per_s = 1e-4 * std::max(pace.rate_per_s, 1e-5);
+  const ThermalRows here = thermal_rows(recordings, pace);
+  const Eigen::VectorXd residual = here.residual(x);
+  Eigen::MatrixXd out(here.columns.rows(), x.size() + 2);
+  out.leftCols(x.size()) = here.columns;
+  out.col(x.size()) =
+      (residual - thermal_rows(recordings, {pace.rate_per_s + step_per_s, pace.lag_s}).residual(x)) / step_per_s;
+  out.col(x.size() + 1) =
+      (residual - thermal_rows(recordings, {pace.rate_per_s, pace.lag_s + kStep_s}).residual(x)) / kStep_s;
+  return out;
+}
+
+}  // namespace
+
+Eigen::MatrixXd solve_scaled(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right) {
   const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
   return scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * right).eval();
 }
 
-}  // namespace
+ThermalNormal thermal_normal(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
+                             const ThermalSolution& at, double variance) {
+  constexpr double kRate_per_s = 3e-2, kLag_s = 600.0;  // the search's ends: no wider
+  VOLTLAP_DEMAND(at.found() && variance > 0.0);
+  const Index n = at.x.size();
+  const Eigen::MatrixXd jacobian = slopes(recordings, pace, at.x);
+  ThermalNormal out{jacobian.transpose() * jacobian / variance, jacobian.transpose() * at.residual / variance};
+  const ThermalRows assumed = assumed_rows(recordings, at.x);
+  out.matrix.topLeftCorner(n, n) += assumed.columns.transpose() * assumed.columns;
+  out.right.head(n) += assumed.columns.transpose() * assumed.residual(at.x);
+  out.matrix(n, n) += 1.0 / (kRate_per_s * kRate_per_s);
+  out.matrix(n + 1, n + 1) += 1.0 / (kLag_s * kLag_s);
+  return out;
+}
 
 ThermalLayout::ThermalLayout(const std::vector<ThermalRecording>& recordings) {
   columns_ = 2 + static_cast<Index>(recordings.size());
@@ -73,13 +116,17 @@ ThermalRows thermal_rows(const std::vector<ThermalRecording>& recordings, const 
   const ThermalLayout layout(recordings);
   ThermalRows out{Eigen::MatrixXd::Zero(rows, layout.columns()), Eigen::VectorXd::Zero(rows)};
   Index at = 0;
+  Stride stride;
   for (std::size_t k = 0; k < recordings.size(); ++k) {
     const ThermalRecording& r = recordings[k];
     Parts parts{r.start_c()};
     for (std::size_t row = 0; row < r.rows(); ++row) {
       const double reading_k = r.temperature_c[row] - parts.first_c;
       if (row > 0 && r.dt_s[row] <= 0.0) parts.begin_again(reading_k);
-      if (row > 0 && r.dt_s[row] > 0.0) parts.go(r, row, pace);
+      if (row > 0 && r.dt_s[row] > 0.0) {
+        stride.set(r.dt_s[row], pace);
+        parts.go(r, row, stride, pace.rate_per_s);
+      }
       if (!std::isfinite(reading_k)) continue;
       const double weight = weight_of(r, row);
       out.columns(at, ThermalLayout::kPerCapacity) = weight * parts.per_heat.surface;

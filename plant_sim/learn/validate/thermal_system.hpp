@@ -61,4 +61,16 @@ struct ThermalSolution {
 [[nodiscard]] ThermalSolution solve_thermal(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
                                             double variance);
 
+/// Of a matrix that is symmetric and positive definite, whose columns may be of any size.
+[[nodiscard]] Eigen::MatrixXd solve_scaled(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right);
+
+/// Normal equations of everything together: the linear numbers, then rate and lag. The matrix's inverse is the
+/// covariance; its solution the step of Gauss and Newton.
+struct ThermalNormal {
+  Eigen::MatrixXd matrix;
+  Eigen::VectorXd right;
+};
+[[nodiscard]] ThermalNormal thermal_normal(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
+                                           const ThermalSolution& at, double variance);
+
 }  // namespace voltlap::plant

@@ -21,38 +21,6 @@ constexpr double kToldCapacity = 0.3, kToldConductance = 0.5, kToldEntropy = 0.5
 // Two numbers go together beyond this correlation: alone the interval is 2.3 times that with the other known.
 constexpr double kTogether = 0.9, kWorthSaying = 0.1;  // of the number itself
 
-/// Slopes of the weighted temperature with every number: the linear ones, rate, lag.
-Eigen::MatrixXd slopes(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
-                       const Eigen::VectorXd& x) {
-  constexpr double kStep_s = 0.05;
-  const double step_per_s = 1e-4 * std::max(pace.rate_per_s, 1e-5);
-  const ThermalRows here = thermal_rows(recordings, pace);
-  const Eigen::VectorXd residual = here.residual(x);
-  Eigen::MatrixXd out(here.columns.rows(), x.size() + 2);
-  out.leftCols(x.size()) = here.columns;
-  out.col(x.size()) =
-      (residual - thermal_rows(recordings, {pace.rate_per_s + step_per_s, pace.lag_s}).residual(x)) / step_per_s;
-  out.col(x.size() + 1) =
-      (residual - thermal_rows(recordings, {pace.rate_per_s, pace.lag_s + kStep_s}).residual(x)) / kStep_s;
-  return out;
-}
-
-/// Of the linear numbers, rate and lag.
-Eigen::MatrixXd covariance_of(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
-                              const Eigen::VectorXd& x, double variance) {
-  constexpr double kRate_per_s = 3e-2, kLag_s = 600.0;  // the search's ends: no wider
-  const Eigen::MatrixXd jacobian = slopes(recordings, pace, x);
-  Eigen::MatrixXd information = jacobian.transpose() * jacobian / variance;
-  const ThermalRows assumed = assumed_rows(recordings, x);
-  information.topLeftCorner(x.size(), x.size()) += assumed.columns.transpose() * assumed.columns;
-  information(x.size(), x.size()) += 1.0 / (kRate_per_s * kRate_per_s);
-  information(x.size() + 1, x.size() + 1) += 1.0 / (kLag_s * kLag_s);
-  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::MatrixXd inverse = scaled.ldlt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()));
-  return scale.asDiagonal() * inverse * scale.asDiagonal();
-}
-
 /// A number of the result: its value, and how it changes with what was fitted.
 struct Number {
   std::string name, unit;
@@ -89,8 +57,9 @@ class Numbers {
 
 constexpr std::size_t kCapacity = 0, kConductance = 1, kEntropy = 2, kLag = 3, kFirstAir = 4;
 
-Numbers numbers_of(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace, const Eigen::VectorXd& x,
-                   double variance) {
+Numbers numbers_of(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
+                   const ThermalSolution& solution, double variance) {
+  const Eigen::VectorXd& x = solution.x;
   const Index n = x.size() + 2;
   const auto none = [&] { return Eigen::VectorXd(Eigen::VectorXd::Zero(n)); };
   const double capacity = 1.0 / x(0), entropy = x(1) / x(0);
@@ -111,7 +80,8 @@ Numbers numbers_of(const std::vector<ThermalRecording>& recordings, const Therma
     air.slope(*layout.air(k)) = 1.0;
     all.push_back(air);
   }
-  return {covariance_of(recordings, pace, x, variance), std::move(all)};
+  const Eigen::MatrixXd information = thermal_normal(recordings, pace, solution, variance).matrix;
+  return {solve_scaled(information, Eigen::MatrixXd::Identity(n, n)), std::move(all)};
 }
 
 void add_classes(const Numbers& numbers, ThermalModel& model) {
@@ -142,7 +112,7 @@ double residual_variance(const Eigen::VectorXd& residual, Index parameters) {
 ThermalModel told_model(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
                         const ThermalSolution& solution, double variance) {
   VOLTLAP_DEMAND(solution.found());
-  const Numbers numbers = numbers_of(recordings, pace, solution.x, variance);
+  const Numbers numbers = numbers_of(recordings, pace, solution, variance);
   ThermalModel out;
   out.capacity_j_per_k = numbers.at(kCapacity).value;
   out.conductance_w_per_k = numbers.at(kConductance).value;
