@@ -109,6 +109,29 @@ double first_variance(const Recordings& recordings) {
   return kLeastNoise_k * kLeastNoise_k * std::max(seconds / rows, 1e-3);
 }
 
+/// The model without a lag, its intervals as wide as to hold those of the one with the lag: there may be one.
+ThermalModel covering(ThermalModel without, const ThermalModel& with) {
+  const auto widened = [](double value, double half_width, double other, double other_half_width) {
+    return std::max(half_width, std::abs(value - other) + other_half_width);
+  };
+  const double c = without.capacity_j_per_k, g = without.conductance_w_per_k;
+  without.capacity_ci95 = widened(c, c * without.capacity_ci95, with.capacity_j_per_k,
+                                  with.capacity_j_per_k * with.capacity_ci95) / c;
+  without.conductance_ci95 = widened(g, g * without.conductance_ci95, with.conductance_w_per_k,
+                                     with.conductance_w_per_k * with.conductance_ci95) / g;
+  without.entropy_ci95_v_per_k = widened(without.entropy_v_per_k, without.entropy_ci95_v_per_k, with.entropy_v_per_k,
+                                         with.entropy_ci95_v_per_k);
+  without.surface_lag_ci95_s = widened(0.0, without.surface_lag_ci95_s, with.surface_lag_s, with.surface_lag_ci95_s);
+  for (ThermalClass& one : without.classes) {
+    for (const ThermalClass& other : with.classes) {
+      if (one.number == other.number && one.other == other.other)
+        one.ci95 = widened(one.value, one.ci95, other.value, other.ci95);
+    }
+  }
+  judge_told(without);
+  return without;
+}
+
 }  // namespace
 
 ThermalModel fit_thermal(const Recordings& recordings) {
@@ -134,9 +157,7 @@ ThermalModel fit_thermal(const Recordings& recordings) {
   };
   const ThermalModel model = model_at(pace);
   if (model.surface_lag_s > model.surface_lag_ci95_s) return model;
-  ThermalModel without = model_at({rate, 0.0});
-  without.surface_lag_ci95_s = std::max(without.surface_lag_ci95_s, model.surface_lag_s + model.surface_lag_ci95_s);
-  return without;
+  return covering(model_at({rate, 0.0}), model);
 }
 
 }  // namespace voltlap::plant

@@ -109,6 +109,12 @@ double residual_variance(const Eigen::VectorXd& residual, Index parameters) {
   return cost / std::max(1.0, rows - static_cast<double>(parameters)) * (1.0 + r) / (1.0 - r);
 }
 
+void judge_told(ThermalModel& model) {
+  model.capacity_told = model.capacity_ci95 <= kToldCapacity;
+  model.conductance_told = model.conductance_ci95 <= kToldConductance;
+  model.entropy_told = model.entropy_ci95_v_per_k <= kToldEntropy * kWide * kEntropySd_v_per_k;
+}
+
 ThermalModel told_model(const std::vector<ThermalRecording>& recordings, const ThermalPace& pace,
                         const ThermalSolution& solution, double variance) {
   VOLTLAP_DEMAND(solution.found());
@@ -122,9 +128,7 @@ ThermalModel told_model(const std::vector<ThermalRecording>& recordings, const T
   out.conductance_ci95 = numbers.half_width(kConductance) / out.conductance_w_per_k;
   out.surface_lag_ci95_s = numbers.half_width(kLag);
   out.entropy_ci95_v_per_k = numbers.half_width(kEntropy);
-  out.capacity_told = out.capacity_ci95 <= kToldCapacity;
-  out.conductance_told = out.conductance_ci95 <= kToldConductance;
-  out.entropy_told = out.entropy_ci95_v_per_k <= kToldEntropy * kWide * kEntropySd_v_per_k;
+  judge_told(out);
   std::size_t air = kFirstAir;
   for (const ThermalRecording& r : recordings) {
     const bool fitted = r.air != AirFrom::kLog;
