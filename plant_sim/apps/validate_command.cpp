@@ -35,7 +35,8 @@ ValidateCommand::ValidateCommand(CLI::App& app)
   command_->add_flag("--reductions", study_.reductions, "What each table costs without its current or temperature");
   command_->add_flag("--sensitivity", study_.sensitivity,
                      "How far the tables move with current and temperature; RMS with each parameter 1 and 5 % off");
-  command_->add_flag("--thermal", study_.thermal, "Fit heat capacity, cooling, lag of the surface and entropy to recorded temperatures");
+  command_->add_flag("--thermal", study_.thermal,
+                     "Fit heat capacity, cooling, lag of the surface and entropy to recorded temperatures");
   command_
       ->add_option("--pack", study_.pack_cells,
                    "One cell that stands for N against N cells, with the first file's current")

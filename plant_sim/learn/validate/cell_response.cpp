@@ -65,7 +65,8 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
   const Index rows = run.rows();
   const Cell& cell = model.one_cell();
   const bool recorded_cell = !temperature.cell_c.empty();
-  CellResponse out{Eigen::VectorXd(rows), Eigen::VectorXd(rows), Eigen::VectorXd::Zero(rows), Eigen::VectorXd::Zero(rows)};
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(rows);
+  CellResponse out{none, none, none, none};
   CellState state;
   state.lookup_floor_a = kLookupShare * run.current_a.cwiseAbs().maxCoeff();
   state.temperature_c = state.surface_c = temperature.start_c;

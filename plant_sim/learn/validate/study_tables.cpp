@@ -124,8 +124,8 @@ std::string air_text(const ThermalValidation::File& file) {
       return fmt::format("air: {:.1f} +- {:.1f} degC, from its start after a rest", file.air_c, file.air_ci95_k);
     default:
       return fmt::format(
-          "air: {:.1f} +- {:.1f} degC, fitted: neither recorded nor told by a rest at the start (assumed within {:.0f} K "
-          "of the start)",
+          "air: {:.1f} +- {:.1f} degC, fitted: neither recorded nor told by a rest at the start (assumed within {:.0f} "
+          "K of the start)",
           file.air_c, file.air_ci95_k, 2.0 * kFreeAir_k);
   }
 }

@@ -6,8 +6,8 @@
 //                                                                                     reading
 // weighted by the root of the time that a row stands for. What is assumed beforehand comes as rows more:
 //
-//   e       0 +- 0.2 mV/K (1 sigma): full lithium-ion cells lie within +-0.4 mV/K over most of their charge; Viswanathan
-//           et al., J. Power Sources 195, 2010; LFP: Forgez et al., J. Power Sources 195, 2010
+//   e       0 +- 0.2 mV/K (1 sigma): full lithium-ion cells lie within +-0.4 mV/K over most of their charge;
+//           Viswanathan et al., J. Power Sources 195, 2010; LFP: Forgez et al., J. Power Sources 195, 2010
 //   air     the start +- ThermalRecording::air_sd_k
 #pragma once
 #include <Eigen/Dense>

@@ -13,8 +13,8 @@ namespace voltlap::plant {
 /// s^2 of weighted residuals.
 [[nodiscard]] double residual_variance(const Eigen::VectorXd& residual, Eigen::Index parameters);
 
-/// Which numbers are told, by their intervals: capacity within 30 %, conductance within 50 %, and of the entropy half of
-/// what was assumed. Lithium-ion cells have 700 to 1300 J/kg/K, a cell in still to moving air 5 to 15 W/m2/K.
+/// Which numbers are told, by their intervals: capacity within 30 %, conductance within 50 %, and of the entropy half
+/// of what was assumed. Lithium-ion cells have 700 to 1300 J/kg/K, a cell in still to moving air 5 to 15 W/m2/K.
 void judge_told(ThermalModel& model);
 
 /// The model at a solution, with intervals and classes.

@@ -276,7 +276,8 @@ TEST(ThermalFit, AirIsThatOfTheStartAfterARestWithoutADrift) {
   CHECK(AirFrom::kStartAfterRest == steady.air);
   CHECK(steady.air_sd_k < 0.5);
   // Still cooling from a drive: 3 K in half an hour.
-  const ThermalRecording cooling = air([&](double at) { return 31.0 - 3.0 * std::min(at, 1800.0) / 1800.0 + warming(at); });
+  const auto cooler = [](double at) { return 31.0 - 3.0 * std::min(at, 1800.0) / 1800.0; };
+  const ThermalRecording cooling = air([&](double at) { return cooler(at) + warming(at); });
   CHECK(AirFrom::kFitted == cooling.air);
   DOUBLES_EQUAL(kFreeAir_k, cooling.air_sd_k, 0.0);
 }
