@@ -121,7 +121,8 @@ ThermalModel covering(ThermalModel without, const ThermalModel& with) {
                                      with.conductance_w_per_k * with.conductance_ci95) / g;
   without.entropy_ci95_v_per_k = widened(without.entropy_v_per_k, without.entropy_ci95_v_per_k, with.entropy_v_per_k,
                                          with.entropy_ci95_v_per_k);
-  without.surface_lag_ci95_s = widened(0.0, without.surface_lag_ci95_s, with.surface_lag_s, with.surface_lag_ci95_s);
+  without.surface_lag_ci95_s = std::min(
+      kLongestLag, widened(0.0, without.surface_lag_ci95_s, with.surface_lag_s, with.surface_lag_ci95_s));
   for (ThermalClass& one : without.classes) {
     for (const ThermalClass& other : with.classes) {
       if (one.number == other.number && one.other == other.other)
