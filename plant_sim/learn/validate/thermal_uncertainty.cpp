@@ -90,7 +90,8 @@ void add_classes(const Numbers& numbers, ThermalModel& model) {
   };
   add(kCapacity, kEntropy, 0.0);
   add(kConductance, kEntropy, 0.0);
-  add(kCapacity, kConductance, numbers.at(kConductance).value);
+  // Where both go with the entropy they go with each other, and that is said already.
+  if (model.classes.empty()) add(kCapacity, kConductance, numbers.at(kConductance).value);
   for (std::size_t k = kFirstAir; k < numbers.size(); ++k) {
     add(kCapacity, k, numbers.at(k).value);
     add(kConductance, k, numbers.at(k).value);
