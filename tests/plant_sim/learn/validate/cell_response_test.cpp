@@ -14,7 +14,7 @@ TEST_GROUP(CellResponse) {
   CellResponse response(OcvOf ocv = OcvOf::kSoc) {
     RunOptions options;
     options.capacity_ah = cell.capacity_ah;
-    return respond(CellModel(cell, ocv), make_run(log, options), RecordedTemperature(log, 25.0));
+    return respond(CellModel(cell, ocv), make_run(log, options), RecordedTemperature(log, 25.0, true));
   }
 };
 
