@@ -38,7 +38,8 @@ ValidateCommand::ValidateCommand(CLI::App& app)
   command_->add_flag("--reductions", study_.reductions, "What each table costs without its current or temperature");
   command_->add_flag("--sensitivity", study_.sensitivity,
                      "How far the tables move with current and temperature; RMS with each parameter 1 and 5 % off");
-  command_->add_flag("--thermal", study_.thermal, "Fit heat capacity and cooling to the recorded temperatures");
+  command_->add_flag("--thermal", study_.thermal,
+                     "Fit heat capacity, cooling, lag of the surface and entropy to recorded temperatures");
   command_
       ->add_option("--pack", study_.pack_cells,
                    "One cell that stands for N against N cells, with the first file's current")
@@ -69,6 +70,7 @@ std::vector<CellLog> ValidateCommand::read(const DataFolder& data, ProgressLine&
 
 StudyOptions ValidateCommand::options(const std::vector<CellLog>& logs, ProgressLine& progress) const {
   StudyOptions out = study_;
+  out.validation.temperature_told = command_->get_option("--temperature")->count() > 0;
   if (full_) {
     out.reductions = out.sensitivity = true;
     if (out.pack_cells == 0) out.pack_cells = kStudyCells;

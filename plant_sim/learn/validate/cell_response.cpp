@@ -47,13 +47,18 @@ double CellModel::ocv(double soc, double temperature_c, double current_a) const 
   return curve + ocv_by_test_->circuit(soc, temperature_c, current_a).r0_ohm - straight;
 }
 
-RecordedTemperature::RecordedTemperature(const CellLog& log, double otherwise_c)
+RecordedTemperature::RecordedTemperature(const CellLog& log, double otherwise_c, bool told)
     : cell_c(log.temperature_c), ambient_c(log.ambient_c), start_c(otherwise_c) {
-  const auto first = std::find_if(cell_c.begin(), cell_c.end(), [](double t) { return std::isfinite(t); });
-  if (first == cell_c.end()) {
-    cell_c.clear();
-  } else {
-    start_c = *first;
+  const auto first_of = [](const std::vector<double>& readings) {
+    const auto first = std::find_if(readings.begin(), readings.end(), [](double t) { return std::isfinite(t); });
+    return first == readings.end() ? std::optional<double>() : *first;
+  };
+  const std::optional<double> cell = first_of(cell_c), ambient = first_of(ambient_c);
+  if (!cell) cell_c.clear();
+  if (told) start_from = "--temperature";
+  if (cell || (ambient && !told)) {
+    start_c = cell ? *cell : *ambient;
+    start_from = cell ? "recorded" : "its ambient";
   }
 }
 
@@ -61,7 +66,8 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
   const Index rows = run.rows();
   const Cell& cell = model.one_cell();
   const bool recorded_cell = !temperature.cell_c.empty();
-  CellResponse out{Eigen::VectorXd(rows), Eigen::VectorXd(rows), Eigen::VectorXd::Zero(rows)};
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(rows);
+  CellResponse out{none, none, none, none};
   CellState state;
   state.lookup_floor_a = kLookupShare * run.current_a.cwiseAbs().maxCoeff();
   state.temperature_c = state.surface_c = temperature.start_c;
@@ -79,7 +85,8 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
       state.surface_c = state.temperature_c;
     } else {
       const CellInterval interval{run.dt_s(row), run.current_begin_a(row), run.current_end_a(row)};
-      out.heat_w(row) = cell.advance(state, interval, end) + cell.reversible_w(interval.mean_a(), at_c);
+      out.reversible_w(row) = cell.reversible_w(interval.mean_a(), at_c);
+      out.heat_w(row) = cell.advance(state, interval, end) + out.reversible_w(row);
       warm(state, cell.thermal(), out.heat_w(row), air, interval.dt_s);
     }
     air = at_row(temperature.ambient_c, row, air);

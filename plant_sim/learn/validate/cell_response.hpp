@@ -8,6 +8,7 @@
 #pragma once
 #include <Eigen/Dense>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "car/battery/cell.hpp"
@@ -38,17 +39,21 @@ struct RecordedTemperature {
   std::vector<double> cell_c;     ///< empty: not recorded, the model's own is used
   std::vector<double> ambient_c;  ///< empty: constant at `start_c`
   double start_c = 25.0;
+  std::string start_from = "assumed";  ///< recorded, --temperature, its ambient, assumed
 
-  /// Of a recording; `otherwise_c` where it has no temperature.
-  RecordedTemperature(const CellLog& log, double otherwise_c);
+  /// Of a recording. One without the cell's temperature starts at `otherwise_c` when that was `told`, else at its
+  /// ambient, as a cell that has rested there, else at `otherwise_c`.
+  RecordedTemperature(const CellLog& log, double otherwise_c, bool told = false);
 };
 
 struct CellResponse {
   Eigen::VectorXd voltage, temperature;
-  Eigen::VectorXd heat_w;  ///< of the interval that ends at the row
+  Eigen::VectorXd heat_w;        ///< of the interval that ends at the row
+  Eigen::VectorXd reversible_w;  ///< of it by the entropy
 };
 
-/// Lookup by SOC, recorded temperature and the last current above 0.5 % of the recording's largest.
+/// Lookup by SOC, temperature and the last current above 0.5 % of the recording's largest. The temperature is the
+/// recorded one, else the one that the cell's own heat makes from the start on.
 [[nodiscard]] CellResponse respond(const CellModel& model, const MeasuredRun& run,
                                    const RecordedTemperature& temperature);
 

@@ -169,11 +169,12 @@ std::optional<double> temperature_rms(const PlacedRecording& placed, const CellR
   if (placed.temperature.cell_c.empty()) return std::nullopt;
   ErrorSum sum;
   for (Index row = 0; row < placed.run.rows(); ++row) {
+    // By its own time: a row whose voltage is none has no weight but may have a temperature.
     const double e = placed.temperature.cell_c[static_cast<std::size_t>(row)] - response.temperature(row),
-                 w = placed.run.weight_s(row);
+                 w = placed.run.is_reset(row) ? 0.0 : std::min(placed.run.dt_s(row), placed.options.weight_cap_s);
     if (std::isfinite(e)) sum += {w * e * e, w};
   }
-  return sum.rms_v();
+  return sum.weight_s > 0.0 ? std::optional(sum.rms_v()) : std::nullopt;
 }
 
 /// One current: all but a tenth of the drawn rows within a third of each other, as a resistor's is.
@@ -219,7 +220,7 @@ PlacedRecording place_recording(const CellModel& model, const CellLog& log, cons
   std::optional<PlacedRecording> best;
   double least = 1e300;
   for (const CurrentHold hold : candidates) {
-    PlacedRecording trial{&log, {}, hold_from, {log, options.temperature_c}, {}, {}, 0};
+    PlacedRecording trial{&log, {}, hold_from, {log, options.temperature_c, options.temperature_told}, {}, {}, 0};
     trial.options.hold = hold;
     trial.options.capacity_ah = model.cell().capacity_ah;
     trial.options.anchor = anchor_of(model, trial);
@@ -287,6 +288,7 @@ FileValidation validate(const CellModel& model, const PlacedRecording& placed, c
   fill_errors(placed, response, out);
   find_lag(placed, response, out);
   out.temperature_rms_c = temperature_rms(placed, response);
+  out.simulated = {placed.temperature.start_c, response.temperature.maxCoeff(), placed.temperature.start_from};
   out.capacity = adjust_capacity(model, placed);
   return out;
 }

@@ -14,7 +14,8 @@
 namespace voltlap::plant {
 
 struct ValidationOptions {
-  double temperature_c = 25.0;  ///< where a recording has none
+  double temperature_c = 25.0;    ///< where a recording has none
+  bool temperature_told = false;  ///< by whoever has the cell, not assumed
 };
 
 /// Squared error, weighted by time, so that sums over files and bands stay right.
@@ -61,6 +62,12 @@ struct CapacityAdjustment {
 
 enum class TemperatureKind { kHeld, kFree, kNotRecorded };
 
+/// The temperature that the cell file's thermal model makes of a recording; its lookups use it where none was recorded.
+struct SimulatedTemperature {
+  double start_c = 25.0, highest_c = 25.0;
+  std::string start_from;  ///< recorded, --temperature, its ambient, assumed
+};
+
 struct SocBand {
   double low, high;
   ErrorSum error;
@@ -79,7 +86,8 @@ struct FileValidation {
   double max_error_v = 0.0;
   ErrorSum error;
   std::array<SocBand, 5> bands{{{0.8, 9.0, {}}, {0.5, 0.8, {}}, {0.2, 0.5, {}}, {0.1, 0.2, {}}, {-9.0, 0.1, {}}}};
-  std::optional<double> temperature_rms_c;  ///< empty without a temperature column
+  std::optional<double> temperature_rms_c;  ///< empty where no temperature was recorded
+  SimulatedTemperature simulated;           ///< what the model made of it
   double ah = 0.0;                          ///< drawn in the strokes
   double soc_start = 1.0;                   ///< of the first stroke
   std::string soc_start_from;               ///< full charge, rest, fitted

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "learn/validate/reference_study.hpp"
+#include "learn/validate/thermal_system.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -115,38 +116,89 @@ StudyTable errors_table(const ValidationStudy& study) {
   return out;
 }
 
-StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& thermal) {
-  const ThermalModel& fitted = thermal.fitted;
-  const auto width = [](double share) { return std::min(999.0, 100.0 * share); };
-  StudyTable out{"Thermal model, section 7.5, fitted to the recorded temperatures",
-                 {"", "here", "cell file", "study"},
-                 {},
-                 {}};
-  out.rows = {
-      {"heat_capacity_j_per_kg_k", fmt::format("{:.0f}", fitted.capacity_j_per_k / cell.mass_kg),
-       fmt::format("{:.0f}", cell.heat_capacity_j_per_kg_k),
-       fmt::format("{:.0f}", study::kHeatCapacity_j_per_kg_k)},
-      {"convection_w_per_m2_k", fmt::format("{:.2f}", fitted.conductance_w_per_k / cell.surface_area_m2),
-       fmt::format("{:.2f}", cell.convection_w_per_m2_k), fmt::format("{:.2f}", study::kConvection_w_per_m2_k)},
-      {"surface_lag_s", fmt::format("{:.1f}", fitted.surface_lag_s), fmt::format("{:.1f}", cell.surface_lag_s), "-"}};
-  const std::string lag = fitted.surface_lag_s > 0.0 ? fmt::format("surface {:.3g} +- {:.2g} s behind",
-                                                                   fitted.surface_lag_s, fitted.surface_lag_ci95_s)
-                                                     : "no lag of the surface";
-  out.notes.push_back(
-      fmt::format("of the cell: heat capacity {:.1f} J/K +- {:.2g} %, cooling {:.3f} W/K +- {:.2g} %, {} (95 %); per "
-                  "kg and m2 with the "
-                  "file's {:.3g} kg and {:.3g} m2",
-                  fitted.capacity_j_per_k, width(fitted.capacity_ci95), fitted.conductance_w_per_k,
-                  width(fitted.conductance_ci95), lag, cell.mass_kg, cell.surface_area_m2));
+std::string air_text(const ThermalValidation::File& file) {
+  switch (file.air) {
+    case AirFrom::kLog:
+      return "air as recorded";
+    case AirFrom::kStartAfterRest:
+      return fmt::format("air: {:.1f} +- {:.1f} degC, from its start after a rest", file.air_c, file.air_ci95_k);
+    default:
+      return fmt::format(
+          "air: {:.1f} +- {:.1f} degC, fitted: neither recorded nor told by a rest at the start (assumed within {:.0f} "
+          "K of the start)",
+          file.air_c, file.air_ci95_k, 2.0 * kFreeAir_k);
+  }
+}
+
+std::string kelvin_or_none(const std::optional<double>& rms) {
+  return rms ? fmt::format("{:.2f} K", *rms) : std::string(kNone);
+}
+
+/// Of one number: what is told of it.
+std::string interval_text(double value, double half_width, bool told, const char* unit) {
+  return fmt::format("{:.4g} +- {:.2g} {}{}", value, half_width, unit, told ? "" : " (not told)");
+}
+
+/// The heat capacity and what goes with it: one line for each two numbers that the data do not tell apart.
+std::string class_text(const ThermalClass& one) {
+  const bool entropy = one.other_unit == "V/K";  // in steps of a size that cells have
+  const double step = entropy ? 1e-4 : 1.0;
+  const std::string at = entropy ? std::string("without reversible heat")
+                                 : fmt::format("with {} {:.3g} {}", one.other, one.at, one.other_unit);
+  return fmt::format("not told apart: {} and {}. Together: {} {:.4g} +- {:.2g} {} {}, and {:+.3g} {} for each {}",
+                     one.number, one.other, one.number, one.value, one.ci95, one.unit, at, step * one.slope, one.unit,
+                     entropy ? "+0.1 mV/K" : fmt::format("{} more", one.other_unit));
+}
+
+std::vector<std::string> thermal_notes(const CellParameters& cell, const ThermalValidation& thermal) {
+  const ThermalModel& m = thermal.fitted;
+  std::vector<std::string> out{fmt::format(
+      "of the cell (95 %): heat capacity {}, cooling {}, dOCV/dT {}, {}",
+      interval_text(m.capacity_j_per_k, m.capacity_j_per_k * m.capacity_ci95, m.capacity_told, "J/K"),
+      interval_text(m.conductance_w_per_k, m.conductance_w_per_k * m.conductance_ci95, m.conductance_told, "W/K"),
+      interval_text(1e3 * m.entropy_v_per_k, 1e3 * m.entropy_ci95_v_per_k, m.entropy_told, "mV/K"),
+      m.surface_lag_s > 0.0
+          ? fmt::format("surface {:.3g} +- {:.2g} s behind", m.surface_lag_s, m.surface_lag_ci95_s)
+          : fmt::format("no lag of the surface shows (at most {:.2g} s)", m.surface_lag_ci95_s))};
+  for (const ThermalClass& one : m.classes) out.push_back(class_text(one));
+  out.push_back(fmt::format(
+      "assumed: dOCV/dT 0 +- {:.1f} mV/K (1 sigma) beforehand, one number for every SOC; per kg and m2 with the file's "
+      "{:.3g} kg and {:.3g} m2",
+      1e3 * kEntropySd_v_per_k, cell.mass_kg, cell.surface_area_m2));
   const char* how =
       thermal.files.size() > 1 ? "by a fit of the other files" : "in its second half by a fit of its first";
   for (const ThermalValidation::File& file : thermal.files) {
-    out.notes.push_back(fmt::format("{}: RMS {:.2f} K as the cell file says, {:.2f} K fitted, {}{}", file.file,
-                                    file.rms_as_given_c, file.rms_fitted_c,
-                                    file.rms_held_out_c ? fmt::format("{:.2f} K {}", *file.rms_held_out_c, how)
-                                                        : "not held out: the rest tells too little",
-                                    file.ambient_assumed ? "; ambient not recorded: that of the start" : ""));
+    out.push_back(fmt::format("{}: RMS {} as the cell file says, {} fitted, {}; {}", file.file,
+                              kelvin_or_none(file.rms_as_given_c), kelvin_or_none(file.rms_fitted_c),
+                              file.rms_held_out_c ? fmt::format("{:.2f} K {}", *file.rms_held_out_c, how)
+                                                  : "not held out: the rest tells too little",
+                              air_text(file)));
   }
+  out.emplace_back("for the cell file:");
+  for (const std::string& line : cell_file_lines(cell, m)) out.push_back("  " + line);
+  return out;
+}
+
+StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& thermal) {
+  const ThermalModel& m = thermal.fitted;
+  StudyTable out{"Thermal model, section 7.5, fitted to the recorded temperatures",
+                 {"", "here", "95 %", "cell file", "study"},
+                 {},
+                 thermal_notes(cell, thermal)};
+  const double per_kg = m.capacity_j_per_k / cell.mass_kg, per_m2 = m.conductance_w_per_k / cell.surface_area_m2;
+  const auto row = [&](const char* name, double value, double half_width, bool told, double given,
+                       const std::string& study, int digits) {
+    out.rows.push_back({name, fmt::format("{:.{}f}", value, digits),
+                        fmt::format("+- {:.{}f}{}", half_width, digits, told ? "" : ", not told"),
+                        fmt::format("{:.{}f}", given, digits), study});
+  };
+  row("heat_capacity_j_per_kg_k", per_kg, per_kg * m.capacity_ci95, m.capacity_told, cell.heat_capacity_j_per_kg_k,
+      fmt::format("{:.0f}", study::kHeatCapacity_j_per_kg_k), 0);
+  row("convection_w_per_m2_k", per_m2, per_m2 * m.conductance_ci95, m.conductance_told, cell.convection_w_per_m2_k,
+      fmt::format("{:.2f}", study::kConvection_w_per_m2_k), 2);
+  row("surface_lag_s", m.surface_lag_s, m.surface_lag_ci95_s, true, cell.surface_lag_s, kNone, 1);
+  row("effects.entropy_v_per_k", m.entropy_v_per_k, m.entropy_ci95_v_per_k, m.entropy_told,
+      cell.effects.entropy_v_per_k, kNone, 6);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "learn/validate/study_tables.hpp"
+#include "learn/validate/thermal_system.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -30,6 +31,9 @@ Json file_json(const FileValidation& v) {
               {"bias_v", v.bias_v},
               {"max_error_v", v.max_error_v},
               {"temperature_rms_c", number_or_null(v.temperature_rms_c)},
+              {"temperature_start_c", v.simulated.start_c},
+              {"temperature_start_from", v.simulated.start_from},
+              {"temperature_model_highest_c", v.simulated.highest_c},
               {"ah", v.ah},
               {"soc_start", v.soc_start},
               {"soc_start_from", v.soc_start_from},
@@ -83,21 +87,39 @@ Json sensitivity_json(const ValidationStudy& study) {
   return out;
 }
 
+Json class_json(const ThermalClass& one) {
+  return {{"number", one.number},       {"unit", one.unit},   {"value", one.value},
+          {"ci95", one.ci95},           {"other", one.other}, {"other_unit", one.other_unit},
+          {"other_value", one.at},      {"slope", one.slope}};
+}
+
 Json thermal_json(const CellParameters& cell, const ThermalValidation& thermal) {
   const ThermalModel& fitted = thermal.fitted;
   Json out = {{"capacity_j_per_k", fitted.capacity_j_per_k},
               {"capacity_ci95_share", fitted.capacity_ci95},
+              {"capacity_told", fitted.capacity_told},
               {"conductance_w_per_k", fitted.conductance_w_per_k},
               {"conductance_ci95_share", fitted.conductance_ci95},
+              {"conductance_told", fitted.conductance_told},
               {"heat_capacity_j_per_kg_k", fitted.capacity_j_per_k / cell.mass_kg},
               {"convection_w_per_m2_k", fitted.conductance_w_per_k / cell.surface_area_m2},
               {"surface_lag_s", fitted.surface_lag_s},
-              {"surface_lag_ci95_s", fitted.surface_lag_ci95_s}};
+              {"surface_lag_ci95_s", fitted.surface_lag_ci95_s},
+              {"entropy_v_per_k", fitted.entropy_v_per_k},
+              {"entropy_ci95_v_per_k", fitted.entropy_ci95_v_per_k},
+              {"entropy_told", fitted.entropy_told},
+              {"entropy_assumed_sd_v_per_k", kEntropySd_v_per_k},
+              {"not_told_apart", Json::array()},
+              {"cell_file_lines", cell_file_lines(cell, fitted)}};
+  for (const ThermalClass& one : fitted.classes) out["not_told_apart"].push_back(class_json(one));
   for (const ThermalValidation::File& file : thermal.files) {
     out["files"].push_back({{"file", file.file},
-                            {"rms_as_given_c", file.rms_as_given_c},
-                            {"rms_fitted_c", file.rms_fitted_c},
-                            {"ambient_recorded", !file.ambient_assumed},
+                            {"rms_as_given_c", number_or_null(file.rms_as_given_c)},
+                            {"rms_fitted_c", number_or_null(file.rms_fitted_c)},
+                            {"ambient_recorded", file.air == AirFrom::kLog},
+                            {"air_c", file.air_c},
+                            {"air_ci95_k", file.air_ci95_k},
+                            {"air_from", std::string(name_of(file.air))},
                             {"rms_held_out_c", number_or_null(file.rms_held_out_c)}});
   }
   return out;

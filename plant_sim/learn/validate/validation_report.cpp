@@ -143,6 +143,7 @@ std::string remarks(const ValidationStudy& study) {
       add(v, fmt::format("its voltage trails its current by {:.2f} s: with that lag in the model {}",
                          v.voltage_lag_s, millivolts(v.rms_v_with_lag)));
     }
+    if (const std::string simulated = simulated_text(v); !simulated.empty()) add(v, simulated);
     for (const std::string& repair : v.repairs) add(v, repair);
   }
   return out;

@@ -10,7 +10,7 @@
 #include "learn/validate/pack_comparison.hpp"
 #include "learn/validate/reductions.hpp"
 #include "learn/validate/table_sensitivity.hpp"
-#include "learn/validate/thermal_fit.hpp"
+#include "learn/validate/thermal_validation.hpp"
 
 namespace voltlap::plant {
 

@@ -43,6 +43,13 @@ std::string kind_name(const FileValidation& file) {
   }
 }
 
+std::string simulated_text(const FileValidation& v) {
+  if (v.temperature != TemperatureKind::kNotRecorded) return {};
+  return fmt::format("temperature simulated by the cell file's thermal model: {:.1f} degC at the start ({}), up to "
+                     "{:.1f} degC",
+                     v.simulated.start_c, v.simulated.start_from, v.simulated.highest_c);
+}
+
 std::string band_name(const SocBand& band) {
   if (band.high > 1.0) return fmt::format("above {:.0f} %", 100.0 * band.low);
   if (band.low < 0.0) return fmt::format("below {:.0f} %", 100.0 * band.high);
@@ -66,6 +73,7 @@ std::string file_text(const FileValidation& v) {
                      millivolts(v.capacity.rms_v),
                      v.capacity.at_end ? " (end of the search: this recording does not tell a capacity)" : "");
   if (v.temperature_rms_c) out += fmt::format("  temperature RMS {:.2f} K\n", *v.temperature_rms_c);
+  if (const std::string simulated = simulated_text(v); !simulated.empty()) out += fmt::format("  {}\n", simulated);
   if (v.voltage_lag_s > 0.0) {
     out += fmt::format(
         "  defect of the recording: its voltage trails its current by {:.2f} s (first order); with that lag in the "

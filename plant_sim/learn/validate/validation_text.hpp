@@ -12,6 +12,8 @@ namespace voltlap::plant {
 
 /// "variable current, temperature held"
 [[nodiscard]] std::string kind_name(const FileValidation& file);
+/// How warm the model got where no temperature was recorded; empty where one was.
+[[nodiscard]] std::string simulated_text(const FileValidation& file);
 /// "above 80 %", "50 to 80 %"
 [[nodiscard]] std::string band_name(const SocBand& band);
 

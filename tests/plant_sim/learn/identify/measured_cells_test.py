@@ -64,7 +64,9 @@ def test_leaf_thermal_model_predicts_the_discharge_it_was_not_fitted_to(leaf, tm
     voltlap("validate", leaf[0], "--map", "leaf_discharge_1c", recording("leaf_cell_ornl/discharge_1C"),
             "--map", "leaf_discharge_2c", recording("leaf_cell_ornl/discharge_2C"), "--thermal", "--json", path)
     thermal = json.loads(path.read_text())["thermal"]
-    assert thermal["capacity_ci95_share"] < 0.15 and thermal["conductance_ci95_share"] < 0.10
+    # Reversible heat is in the interval of the heat capacity; the two rates together tell both.
+    assert thermal["capacity_ci95_share"] < 0.20 and thermal["conductance_ci95_share"] < 0.10
+    assert thermal["capacity_told"] and thermal["entropy_told"] and abs(thermal["entropy_v_per_k"]) < 2e-4
     for file in thermal["files"]:
         assert file["ambient_recorded"]
         assert file["rms_held_out_c"] <= 0.5 < 1.0 < file["rms_as_given_c"]

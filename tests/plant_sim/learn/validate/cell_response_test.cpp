@@ -14,7 +14,7 @@ TEST_GROUP(CellResponse) {
   CellResponse response(OcvOf ocv = OcvOf::kSoc) {
     RunOptions options;
     options.capacity_ah = cell.capacity_ah;
-    return respond(CellModel(cell, ocv), make_run(log, options), RecordedTemperature(log, 25.0));
+    return respond(CellModel(cell, ocv), make_run(log, options), RecordedTemperature(log, 25.0, true));
   }
 };
 
@@ -77,4 +77,34 @@ TEST(CellResponse, EntropyMovesTheOcvAndTakesHeat) {
   const Eigen::Index row = 500;
   DOUBLES_EQUAL(-20.0 * (warm.temperature(row) + 273.15) * 3e-4, warm.heat_w(row) - plain.heat_w(row), 0.02);
   DOUBLES_EQUAL(3e-4 * (warm.temperature(row) - 25.0), warm.voltage(row) - plain.voltage(row), 1e-5);
+}
+
+TEST(CellResponse, LookupsFollowTheSimulatedTemperatureWhereNoneWasRecorded) {
+  // 10 mOhm less 1 % a kelvin; 4 W at first, 25 degC.
+  cell.r0_ohm.per_kelvin = -0.01;
+  const CellResponse r = response();
+  const Eigen::Index row = 1000;
+  CHECK(r.temperature(row) > 28.0);
+  const double soc = log.voltage_v[static_cast<std::size_t>(row)] - 3.0 + 0.2;
+  DOUBLES_EQUAL(3.0 + soc - 20.0 * 0.010 * (1.0 - 0.01 * (r.temperature(row) - 25.0)), r.voltage(row), 1e-4);
+}
+
+TEST(CellResponse, RecordingWithoutACellTemperatureStartsAtItsAmbientUnlessTold) {
+  log.ambient_c.assign(log.rows(), 5.0);
+  DOUBLES_EQUAL(5.0, RecordedTemperature(log, 25.0).start_c, 0.0);
+  STRCMP_EQUAL("its ambient", RecordedTemperature(log, 25.0).start_from.c_str());
+  DOUBLES_EQUAL(30.0, RecordedTemperature(log, 30.0, true).start_c, 0.0);
+  STRCMP_EQUAL("--temperature", RecordedTemperature(log, 30.0, true).start_from.c_str());
+  log.ambient_c.clear();
+  STRCMP_EQUAL("assumed", RecordedTemperature(log, 25.0).start_from.c_str());
+  log.temperature_c.assign(log.rows(), 12.0);
+  STRCMP_EQUAL("recorded", RecordedTemperature(log, 30.0, true).start_from.c_str());
+  DOUBLES_EQUAL(12.0, RecordedTemperature(log, 30.0, true).start_c, 0.0);
+}
+
+TEST(CellResponse, ReversibleHeatIsKeptApart) {
+  cell.effects.entropy_v_per_k = 3e-4;
+  const CellResponse r = response();
+  DOUBLES_EQUAL(4.0, r.heat_w(500) - r.reversible_w(500), 1e-3);
+  DOUBLES_EQUAL(-20.0 * (r.temperature(500) + 273.15) * 3e-4, r.reversible_w(500), 0.01);
 }

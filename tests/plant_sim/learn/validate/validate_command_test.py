@@ -5,6 +5,7 @@ import gzip
 import json
 import os
 import pathlib
+import re
 import subprocess
 
 import pytest
@@ -68,6 +69,29 @@ def test_thermal_model_of_the_bench_comes_back(bench, tmp_path):
     thermal = found["thermal"]
     assert thermal["capacity_j_per_k"] == pytest.approx(1.9 * 747, rel=0.10)
     assert thermal["files"][0]["rms_fitted_c"] < 0.6  # thermistors in whole degrees
+    assert {"capacity_told", "conductance_told", "entropy_told", "entropy_ci95_v_per_k",
+            "not_told_apart"} <= set(thermal)
+    assert thermal["files"][0]["air_from"] in ("recorded", "start after a rest", "fitted")
+
+
+def test_printed_lines_in_the_cell_file_reproduce_what_was_printed(bench, tmp_path):
+    recording = table(bench / "random_resistors_free")
+    text, found = validated(tmp_path, recording, "--thermal")
+    lines = found["thermal"]["cell_file_lines"]
+    assert all(f"    {line}\n" in text for line in lines)
+    source = pathlib.Path(__file__).resolve().parents[4] / "plant_sim/data/cells/aesc_e5_2p.toml"
+    cell = source.read_text()
+    assert "[effects]" not in cell and lines[3] == "[effects]" and lines[4].startswith("entropy_v_per_k = ")
+    for line in lines[:3]:
+        key = line.split(" = ")[0]
+        cell, count = re.subn(rf"^{key} = .*$", line, cell, flags=re.MULTILINE)
+        if count == 0:  # a number that the file leaves at its default stands above its tables
+            cell = line + "\n" + cell
+    (tmp_path / "pasted.toml").write_text(cell + "\n" + "\n".join(lines[3:]) + "\n")
+    voltlap("validate", tmp_path / "pasted.toml", recording, "--thermal", "--json", tmp_path / "again.json")
+    (again,) = json.loads((tmp_path / "again.json").read_text())["thermal"]["files"]
+    assert again["rms_as_given_c"] == pytest.approx(found["thermal"]["files"][0]["rms_fitted_c"], abs=5e-3)
+    assert again["rms_fitted_c"] == pytest.approx(again["rms_as_given_c"], abs=5e-3)
 
 
 def test_reductions_cost_what_the_tables_hold(bench, tmp_path):
