@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/identify/recording/measured_run.hpp"
 
+#include <algorithm>
+
 #include "learn/identify/circuit/circuit_model.hpp"
 #include "plant_sim/learn/identify/known_cell.hpp"
 
@@ -109,4 +111,45 @@ TEST(MeasuredRun, RowWithoutVoltageHasNoWeight) {
   const MeasuredRun run = make_run(log, {});
   DOUBLES_EQUAL(0.0, run.weight_s(50), 0.0);
   CHECK(run.voltage_v.allFinite());
+}
+
+TEST(MeasuredRun, ACycleThatNearlyClosesHasItsRestDividedOverTheCharge) {
+  // 30 Ah drawn, 29.7 Ah put back, full again.
+  std::vector<double> plan(3600, 30.0);
+  plan.insert(plan.end(), 3600, -29.7);
+  const CellLog log = cell.record(plan);
+  RunOptions options;
+  options.capacity_ah = 30.0;
+  options.full_rows = {log.rows() - 1};
+  const MeasuredRun run = make_run(log, options);
+  DOUBLES_EQUAL(1.0, run.soc(run.rows() - 1), 1e-12);
+  for (Eigen::Index row = 3601; row < run.rows(); ++row) CHECK(run.soc(row) - run.soc(row - 1) < 5e-4);  // no jump
+  CHECK(run.weight_s.tail(3000).minCoeff() > 0.0);
+}
+
+TEST(MeasuredRun, ChargeThatNobodyRecordedLeavesTheRowsFromTheLowestPointUnused) {
+  // 30 Ah drawn, 25 Ah put back, full all the same.
+  std::vector<double> plan(3600, 30.0);
+  plan.insert(plan.end(), 3600, -25.0);
+  const CellLog log = cell.record(plan);
+  RunOptions options;
+  options.capacity_ah = 30.0;
+  options.full_rows = {log.rows() - 1};
+  const MeasuredRun run = make_run(log, options);
+  DOUBLES_EQUAL(0.0, run.weight_s.segment(3600, 3500).maxCoeff(), 0.0);
+  CHECK(run.weight_s.head(3599).minCoeff() > 0.0);
+  DOUBLES_EQUAL(1.0, run.soc(run.rows() - 1), 1e-12);
+}
+
+TEST(MeasuredRun, MeansOfASecondKeepWeightChargeAndGaps) {
+  cell.row_s = 0.1;
+  CellLog log = cell.record(cell.pulse_plan(30.0, 60, 0.9));
+  log.gap[500] = true;
+  RunOptions options;
+  options.capacity_ah = cell.capacity_ah;
+  const MeasuredRun whole = make_run(log, options), few = coarsened(whole, 1.0);
+  CHECK(few.rows() < whole.rows() / 8);
+  DOUBLES_EQUAL(whole.weight_s.sum(), few.weight_s.sum(), 1e-6);
+  DOUBLES_EQUAL(whole.current_a.dot(whole.weight_s), few.current_a.dot(few.weight_s), 1e-6);
+  LONGS_EQUAL(std::count(whole.reset.begin(), whole.reset.end(), true), std::count(few.reset.begin(), few.reset.end(), true));
 }

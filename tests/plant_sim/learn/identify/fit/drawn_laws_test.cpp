@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Laws over temperature and current of drawn cells: found within their intervals, and good beyond what was tested.
+#include <cstdlib>
+
+#include "learn/identify/cell_identification.hpp"
+#include "learn/identify/circuit/fitted_circuit.hpp"
+#include "plant_sim/learn/identify/laws_cell.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+using namespace voltlap::plant;
+
+TEST_GROUP(DrawnLaws) {
+  std::mt19937 draw;
+  unsigned seed = 1;
+  void setup() override {
+    if (const char* given = std::getenv("VOLTLAP_TEST_SEED")) seed = static_cast<unsigned>(std::atoi(given));
+    draw.seed(seed);
+  }
+  SimpleString about(int k, const char* what) { return StringFromFormat("VOLTLAP_TEST_SEED=%u, draw %d: %s", seed, k, what); }
+
+  static CellIdentification identified(const std::vector<CellLog>& logs) {
+    IdentifyOptions options;
+    options.branches = 2;
+    options.tables = IdentifyOptions::Tables::kByLaws;
+    std::vector<double> temperatures_c;
+    for (const CellLog& log : logs) temperatures_c.push_back(log.temperature_c.front());
+    return identify_cell(logs, temperatures_c, options);
+  }
+  /// RMS of a model on a recording that begins full, and of the recording's overvoltage [V].
+  struct Prediction {
+    double rms_v, overvoltage_v;
+  };
+  static Prediction predict(const CircuitModel& model, const LawsCell& cell, const CellLog& log) {
+    RunOptions options;
+    options.capacity_ah = model.capacity_ah;
+    const MeasuredRun run = make_run(log, options);
+    const Eigen::VectorXd error = simulate(model, run) - run.voltage_v;
+    double square = 0.0, over = 0.0, count = 0.0;
+    for (Eigen::Index row = 0; row < run.rows(); ++row) {
+      const double drop = LawsCell::em(1.0 - (1.0 - run.soc(row)) * model.capacity_ah / cell.capacity_ah) - run.voltage_v(row);
+      square += error(row) * error(row);
+      over += drop * drop;
+      count += 1.0;
+    }
+    return {std::sqrt(square / count), std::sqrt(over / count)};
+  }
+};
+
+TEST(DrawnLaws, AreWithinTheirIntervalsAndPredictAColderFasterTest) {
+  constexpr int kDraws = 10;
+  int inside = 0, all = 0;
+  for (int k = 0; k < kDraws; ++k) {
+    const LawsCell cell = LawsCell::draw(draw);
+    const auto plan = cell.pulses({1.0, 3.0});
+    const CellIdentification found =
+        identified({cell.record(plan, 25.0), cell.record(plan, 8.0), cell.record(plan, 42.0)});
+    const IdentifyResult& result = found.points[0].result;
+    const ResistanceLaws& laws = result.model.laws;
+    CHECK_TRUE_TEXT(laws.has_charge_transfer(), about(k, "a charge transfer was there").asCharString());
+    const Eigen::VectorXd sigma = result.uncertainty.sigma.tail(ResistanceLaws::kCount);
+    const std::pair<double, double> pairs[] = {
+        {laws.ohmic_kj_per_mol - cell.ohmic_kj, sigma(ResistanceLaws::kOhmic)},
+        {laws.polarization_kj_per_mol - cell.polarization_kj, sigma(ResistanceLaws::kPolarization)},
+        {laws.time_constant_kj_per_mol - cell.tau_kj, sigma(ResistanceLaws::kTimeConstant)},
+        {laws.entropy_mv_per_k - cell.entropy_mv_per_k, sigma(ResistanceLaws::kEntropy)}};
+    for (const auto& [off, one_sigma] : pairs) {
+      ++all;
+      inside += std::abs(off) <= 1.96 * one_sigma ? 1 : 0;
+      CHECK_TRUE_TEXT(std::abs(off) <= 5.0 * one_sigma, about(k, "a law five sigma off").asCharString());
+    }
+    const Prediction unseen = predict(result.model, cell, cell.record(cell.pulses({2.0, 4.0}), -2.0));
+    CHECK_TRUE_TEXT(unseen.rms_v < 0.02 * unseen.overvoltage_v + 2.0 * cell.noise_v,
+                    about(k, StringFromFormat("unseen cold test missed by %.2f mV of %.1f", 1e3 * unseen.rms_v,
+                                              1e3 * unseen.overvoltage_v).asCharString()).asCharString());
+  }
+  CHECK_TRUE_TEXT(inside >= 0.85 * all, about(kDraws, StringFromFormat("%d of %d laws inside", inside, all).asCharString()).asCharString());
+}
+
+TEST(DrawnLaws, TwoRecordingsTogetherPredictAThirdAsWellAsTheBetterOne) {
+  constexpr int kDraws = 6;
+  for (int k = 0; k < kDraws; ++k) {
+    const LawsCell cell = LawsCell::draw(draw);
+    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(draw); };
+    const CellLog a = cell.record(cell.pulses({uniform(0.8, 1.5)}), uniform(15.0, 40.0)),
+                  b = cell.record(cell.pulses({uniform(2.0, 4.0)}), uniform(0.0, 30.0)),
+                  c = cell.record(cell.pulses({uniform(0.8, 4.0)}), uniform(0.0, 40.0));
+    const auto error = [&](const std::vector<CellLog>& logs) {
+      return predict(identified(logs).points[0].result.model, cell, c).rms_v;
+    };
+    const double alone = std::min(error({a}), error({b})), together = error({a, b});
+    CHECK_TRUE_TEXT(together <= 1.05 * alone + 1e-4,
+                    about(k, StringFromFormat("%.2f mV together, %.2f mV alone", 1e3 * together, 1e3 * alone).asCharString())
+                        .asCharString());
+  }
+}
+
+TEST(DrawnLaws, OfOneTemperatureAreAssumedAndSaySo) {
+  const LawsCell cell;
+  const CellIdentification found = identified({cell.record(cell.pulses({1.0}), 25.0)});
+  const IdentifyResult& result = found.points[0].result;
+  DOUBLES_EQUAL(20.0, result.model.laws.ohmic_kj_per_mol, 0.1);
+  DOUBLES_EQUAL(10.0, result.uncertainty.sigma.tail(ResistanceLaws::kCount)(ResistanceLaws::kOhmic), 2.0);
+  CHECK(!result.model.laws.has_charge_transfer());
+}
