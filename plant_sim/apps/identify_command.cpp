@@ -60,8 +60,8 @@ std::optional<double> mean_of_finite(const std::vector<double>& values) {
 IdentifyCommand::IdentifyCommand(CLI::App& app)
     : command_(app.add_subcommand("identify", what_it_does("identify"))) {
   recordings_.add(*command_);
-  command_->add_option("--rc", branches_, "RC branches, 1 to 3; default: chosen by held-out pulses, at most 2")
-      ->check(whole_number(1, 3));
+  command_->add_option("--rc", branches_, "RC branches, 1 to 4; default: chosen by held-out pulses")
+      ->check(whole_number(1, 4));
   command_
       ->add_option("--method", method_,
                    "Estimation method of the reference study (ipo, fpo, ilo, flo, ffo), or all: each, the full fit and "
