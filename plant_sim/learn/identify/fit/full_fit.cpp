@@ -213,7 +213,10 @@ class FullFitter {
     priors_.smoothness = choose_smoothness(coarse_, taus_, priors_, out_.smoothness_scores);
     if (choose_order(static_cast<Index>(kMostCellBranches)) && branches_ > 2 && !priors_.constant) {
       std::swap(priors_, own);  // a branch more may leave noise alone
-      if (by_evidence()) return;
+      if (by_evidence()) {
+        out_.smoothness_scores.clear();
+        return;
+      }
       std::swap(priors_, own);
     }
     search(taus_);
