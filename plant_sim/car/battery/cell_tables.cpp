@@ -8,94 +8,13 @@
 #include <fmt/format.h>
 
 #include "car/battery/cell_effects.hpp"
+#include "car/battery/parameter_map.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 constexpr double kLeastResistance = 1e-9;  // ohm; effects may take away, never turn a resistance round
-
-std::string place(const CellParameters& cell, const std::string& field) {
-  return fmt::format("cell {}, {}", cell.name, field);
-}
-
-void require_increasing(const CellParameters& cell, const char* key, const std::vector<double>& values) {
-  if (values.empty()) {
-    throw InputError(place(cell, key), "an empty list", "at least one breakpoint",
-                     "Add the value at which the tables hold");
-  }
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    if (!(values[i] > values[i - 1])) {
-      throw InputError(place(cell, key), fmt::format("{} after {}", values[i], values[i - 1]),
-                       "each breakpoint greater than the one before", "Put the points in order");
-    }
-  }
-}
-
-double arrhenius(double j_per_mol, double temperature_c, double reference_c) {
-  return std::exp(j_per_mol / kGasConstant *
-                  (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_c + kZeroCelsius)));
-}
-
-/// Of a charge transfer that is given by its law [A].
-double exchange_current_of(const CellParameters& cell, double temperature_c) {
-  return cell.r0_ohm.exchange_current_a *
-         arrhenius(-cell.r0_ohm.exchange_activation_energy_j_per_mol, temperature_c, cell.reference_temperature_c);
-}
-
-/// What the charge transfer adds to a parameter [ohm] at a temperature and current.
-double charge_transfer_ohm(const CellParameters& cell, const CellParameterMap& map, double temperature_c,
-                           double current_a) {
-  constexpr double kSmall = 1e-3;  // of the exchange current: below it v_ct / I does not change
-  if (map.exchange_current_a == 0.0) return 0.0;
-  const double exchange = exchange_current_of(cell, temperature_c);
-  const double current = std::max(std::abs(current_a), kSmall * exchange);
-  return charge_transfer_v(exchange, current, temperature_c) / current;
-}
-
-/// One parameter as a full table [soc][temperature][current].
-std::vector<double> expand(const CellParameters& cell, const std::string& key, const CellParameterMap& map) {
-  const auto& soc = cell.soc_breakpoints;
-  const auto& temperature = cell.temperature_breakpoints_c;
-  const auto& current = cell.current_breakpoints_a;
-  const std::size_t nodes = soc.size() * temperature.size() * current.size();
-  std::vector<double> table = map.table;
-  if (table.empty()) {
-    if (map.value.size() != soc.size()) {
-      throw InputError(place(cell, fmt::format("{}.value", key)), fmt::format("{} values", map.value.size()),
-                       fmt::format("{}, one for each point of breakpoints.soc", soc.size()),
-                       "Give one value for every point");
-    }
-    table.reserve(nodes);
-    for (const double value : map.value) {
-      for (const double t : temperature) {
-        const double by_temperature = (1.0 + map.per_kelvin * (t - cell.reference_temperature_c)) *
-                                      arrhenius(map.activation_energy_j_per_mol, t, cell.reference_temperature_c);
-        for (const double i : current) {
-          table.push_back(value * by_temperature * (1.0 + map.per_ampere * (i - cell.reference_current_a)) +
-                          charge_transfer_ohm(cell, map, t, i));
-        }
-      }
-    }
-  }
-  if (table.size() != nodes) {
-    throw InputError(place(cell, fmt::format("{}.table", key)), fmt::format("{} values", table.size()),
-                     fmt::format("{}: {} SOC points times {} temperatures times {} currents", nodes, soc.size(),
-                                 temperature.size(), current.size()),
-                     "Give one value for every point");
-  }
-  for (std::size_t n = 0; n < nodes; ++n) {
-    if (!(table[n] > 0.0) || !std::isfinite(table[n])) {
-      const std::size_t per_soc = temperature.size() * current.size();
-      throw InputError(place(cell, key),
-                       fmt::format("{:g} at SOC {:g}, {:g} degC and {:g} A", table[n], soc[n / per_soc],
-                                   temperature[n / current.size() % temperature.size()], current[n % current.size()]),
-                       "more than 0 at every point of the table",
-                       "Check the values, per_kelvin, per_ampere and the breakpoints");
-    }
-  }
-  return table;
-}
 
 double polynomial(const std::vector<double>& coefficients, double x) {
   double sum = 0.0;
@@ -153,12 +72,12 @@ CellTables::CellTables(const CellParameters& cell)
   const bool tabulated = !cell.ocv_soc.empty();
   if (tabulated) require_increasing(cell, "ocv.soc", cell.ocv_soc);
   if (tabulated && (cell.ocv_soc.size() < 2 || cell.ocv_v.size() != cell.ocv_soc.size())) {
-    throw InputError(place(cell, "ocv"),
+    throw InputError(place_in(cell, "ocv"),
                      fmt::format("{} values of soc and {} of voltage_v", cell.ocv_soc.size(), cell.ocv_v.size()),
                      "two or more of each, as many", "Complete the curve");
   }
   if (!tabulated && cell.ocv_polynomial_v.empty()) {
-    throw InputError(place(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
+    throw InputError(place_in(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
                      "Add one of the two");
   }
   const std::vector<double>& change = cell.effects.ocv_change_v;
@@ -167,7 +86,7 @@ CellTables::CellTables(const CellParameters& cell)
     change_soc.push_back(static_cast<double>(i) / static_cast<double>(change.size() - 1));
   }
   if (change.size() == 1) {
-    throw InputError(place(cell, "effects.ocv_change_v"), "one value", "two or more, from SOC 0 to 1",
+    throw InputError(place_in(cell, "effects.ocv_change_v"), "one value", "two or more, from SOC 0 to 1",
                      "Add values, or leave the key out");
   }
   ocv_.resize(kOcvIntervals + 1);
@@ -181,7 +100,7 @@ CellTables::CellTables(const CellParameters& cell)
     }
     if (i > 0 && ocv_[i] < ocv_[i - 1] - kRounding) {
       throw InputError(
-          place(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
+          place_in(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
           fmt::format("a voltage that falls from {:.4f} to {:.4f} V at SOC {:.3f}", ocv_[i - 1], ocv_[i], soc),
           "one that does not fall as SOC rises", "Correct the curve");
     }
