@@ -205,6 +205,21 @@ class FullFitter {
     return true;
   }
 
+  /// Of the branches that were chosen as many as leave noise alone, by evidence. False when all do not.
+  bool fewest_that_leave_noise(FitPriors own) {
+    const Index chosen = branches_;
+    std::swap(priors_, own);
+    for (branches_ = 3; branches_ <= chosen; ++branches_) {
+      search(first_taus(branches_));
+      if (!by_evidence()) continue;
+      out_.smoothness_scores.clear();
+      return true;
+    }
+    branches_ = chosen;
+    std::swap(priors_, own);
+    return false;
+  }
+
   void by_prediction() {
     FitPriors own = priors_;
     priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
@@ -212,12 +227,7 @@ class FullFitter {
     if (!priors_.constant) priors_.em_roughness_v = choose_ocv_roughness(coarse_, taus_, priors_);
     priors_.smoothness = choose_smoothness(coarse_, taus_, priors_, out_.smoothness_scores);
     if (choose_order(static_cast<Index>(kMostCellBranches)) && branches_ > 2 && !priors_.constant) {
-      std::swap(priors_, own);  // a branch more may leave noise alone
-      if (by_evidence()) {
-        out_.smoothness_scores.clear();
-        return;
-      }
-      std::swap(priors_, own);
+      if (fewest_that_leave_noise(std::move(own))) return;
     }
     search(taus_);
     say("full fit");
