@@ -35,7 +35,7 @@ double group_resistance(const VehicleParameters& car, const CellTables& tables, 
     return car.bms.resistance_ohm * (1.0 + change);
   }
   const CircuitParameters p = tables.circuit(soc, temperature_c, car.cell.reference_current_a);
-  const double all = p.r0_ohm + p.r1_ohm + p.r2_ohm + car.cell.effects.polarization_ohm;
+  const double all = total_ohm(p) + car.cell.effects.polarization_ohm;
   return std::max(kLeastResistance, all) / car.battery.cells_in_parallel;
 }
 

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 namespace voltlap::plant {
@@ -87,10 +90,7 @@ std::vector<Line> lines_of(const bms::Config& c) {
   };
 }
 
-template <class Quantity>
-std::string array(const char* name, const char* unit, const Quantity* values, int count) {
-  std::vector<std::int32_t> raw;
-  for (int i = 0; i < count; ++i) raw.push_back(values[i].raw());
+std::string array(const char* name, const char* unit, const std::vector<std::int32_t>& raw) {
   std::string out = fmt::format("inline constexpr std::int32_t {}[] = {{  // {}\n", name, unit);
   constexpr std::size_t kPerLine = 8;
   for (std::size_t i = 0; i < raw.size(); i += kPerLine) {
@@ -98,6 +98,29 @@ std::string array(const char* name, const char* unit, const Quantity* values, in
     out += fmt::format("    {},\n", fmt::join(raw.begin() + static_cast<std::ptrdiff_t>(i), end, ", "));
   }
   return out + "};\n";
+}
+
+template <class Quantity>
+std::string array(const char* name, const char* unit, const Quantity* values, int count) {
+  std::vector<std::int32_t> raw;
+  for (int i = 0; i < count; ++i) raw.push_back(values[i].raw());
+  return array(name, unit, raw);
+}
+
+/// At the SOC of the resistances, for one parallel group.
+std::string branch_arrays(const VehicleParameters& car, const BranchReduction& reduction) {
+  const auto list = [&](const char* name, const char* unit, double per_si, const auto& value_of) {
+    std::vector<std::int32_t> raw;
+    for (const CircuitOf<2>& circuit : reduction.circuits)
+      raw.push_back(static_cast<std::int32_t>(std::lround(per_si * value_of(circuit))));
+    return array(name, unit, raw);
+  };
+  const double micro = 1e6 / car.battery.cells_in_parallel;
+  std::string out = list("kSeriesResistance", "uOhm, at once", micro, [](const auto& c) { return c.r0_ohm; });
+  out += list("kBranch1Resistance", "uOhm", micro, [](const auto& c) { return c.r_ohm[0]; });
+  out += list("kBranch1Time", "ms", 1e3, [](const auto& c) { return c.tau_s[0]; });
+  out += list("kBranch2Resistance", "uOhm", micro, [](const auto& c) { return c.r_ohm[1]; });
+  return out + list("kBranch2Time", "ms", 1e3, [](const auto& c) { return c.tau_s[1]; });
 }
 
 std::string commented(const std::string& text) {
@@ -130,13 +153,29 @@ std::string rounding_text(const bms::Config& config, const TableRounding& roundi
   return out;
 }
 
+BranchReduction two_branch_tables(const VehicleParameters& car, const bms::Config& config) {
+  std::vector<double> soc;
+  for (int i = 0; i < config.resistance.count; ++i) soc.push_back(1e-6 * config.resistance.soc[i].raw());
+  return reduce_branches(car.cell, soc);
+}
+
+std::string branches_text(const VehicleParameters& car, const BranchReduction& reduction) {
+  if (reduction.branches == 1) return "RC branches for a filter: the cell file's one; the second is 0 ohm.\n";
+  if (reduction.branches == 2) return "RC branches for a filter: the cell file's two.\n";
+  return fmt::format(
+      "RC branches for a filter: 2 in the place of {}. After a step of 1C, {:g} A, their voltage is off by at most "
+      "{:.2f} mV, at SOC {:.2f}, RMS {:.2f} mV, from 1 to 600 s.\n",
+      reduction.branches, car.cell.capacity_ah, 1e3 * reduction.largest_v, reduction.largest_at_soc,
+      1e3 * reduction.rms_v);
+}
+
 std::string firmware_header(const VehicleParameters& car, const bms::Config& config, const TableRounding& rounding,
-                            const HeaderSource& source) {
+                            const BranchReduction& reduction, const HeaderSource& source) {
   std::string out = fmt::format(
       "// The BMS's configuration for the pack of {}, {} x cell {}. Made by voltlap {}; make it again with\n//   "
       "{}\n//\n",
       car.name, config.cells_in_series, car.cell.name, source.version, source.command);
-  out += commented(rounding_text(config, rounding));
+  out += commented(rounding_text(config, rounding) + branches_text(car, reduction));
   out +=
       "#pragma once\n#include <cstdint>\n\n#include \"bms/config.hpp\"\n\nnamespace voltlap::bms {\nnamespace "
       "pack_tables {\n\n";
@@ -145,6 +184,10 @@ std::string firmware_header(const VehicleParameters& car, const bms::Config& con
   out += array("kResistanceSoc", "ppm of full charge", config.resistance.soc, config.resistance.count);
   out += array("kResistance", "uOhm of a parallel group, at the reference temperature",
                config.resistance.resistance, config.resistance.count);
+  out +=
+      "\n// For a filter: the circuit of a parallel group at kResistanceSoc, at the reference temperature. kPackConfig "
+      "holds\n// its whole resistance alone, kResistance.\n";
+  out += branch_arrays(car, reduction);
   out += "\n}  // namespace pack_tables\n\ninline constexpr Config kPackConfig = [] {\n  Config c{};\n";
   for (const Line& line : lines_of(config)) {
     out += line.meaning.empty() ? fmt::format("  {}\n", line.assignment)

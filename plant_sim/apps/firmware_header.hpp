@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/firmware_config.hpp"
+#include "car/battery/branch_reduction.hpp"
 
 namespace voltlap::plant {
 
@@ -13,9 +14,17 @@ struct HeaderSource {
   std::string version, command;  ///< the command line that makes it again
 };
 
-/// The whole header; the same configuration gives the same bytes. It defines voltlap::bms::kPackConfig.
+/// The whole header; the same configuration gives the same bytes. It defines voltlap::bms::kPackConfig, and beside it
+/// the circuit of two branches for a filter: the configuration holds its whole resistance alone.
 [[nodiscard]] std::string firmware_header(const VehicleParameters& car, const bms::Config& config,
-                                          const TableRounding& rounding, const HeaderSource& source);
+                                          const TableRounding& rounding, const BranchReduction& reduction,
+                                          const HeaderSource& source);
+
+/// The cell with the two branches that a filter keeps, at the SOC of the configuration's resistances.
+[[nodiscard]] BranchReduction two_branch_tables(const VehicleParameters& car, const bms::Config& config);
+
+/// How many branches the cell has, and what two of them cost, in a sentence of a line.
+[[nodiscard]] std::string branches_text(const VehicleParameters& car, const BranchReduction& reduction);
 
 /// How far the tables are from the cell file, in sentences of a line each.
 [[nodiscard]] std::string rounding_text(const bms::Config& config, const TableRounding& rounding);

@@ -38,13 +38,14 @@ int FirmwareTablesCommand::run(const DataFolder& data) {
   const VehicleParameters& car = loaded.parameters;
   const bms::Config config = bms_config(car, loaded.origin);
   const TableRounding rounding = table_rounding(car, config);
+  const BranchReduction reduction = two_branch_tables(car, config);
   std::optional<AtomicFile> file;
   if (!out_.empty()) file.emplace(out_);
-  fmt::print(summary_stream({out_}), "{}: {} in series, {:.3f} Ah, {:g} to {:g} V a cell\n{}", car.cell.name,
+  fmt::print(summary_stream({out_}), "{}: {} in series, {:.3f} Ah, {:g} to {:g} V a cell\n{}{}", car.cell.name,
              config.cells_in_series, 1e-3 * config.capacity_mah, 1e-4 * config.cell_voltage_min.raw(),
-             1e-4 * config.cell_voltage_max.raw(), rounding_text(config, rounding));
+             1e-4 * config.cell_voltage_max.raw(), rounding_text(config, rounding), branches_text(car, reduction));
   if (file) {
-    file->write(firmware_header(car, config, rounding, {VOLTLAP_VERSION, command + " --out FILE"}));
+    file->write(firmware_header(car, config, rounding, reduction, {VOLTLAP_VERSION, command + " --out FILE"}));
     file->commit();
   } else {
     fmt::print("nothing was written; give --out FILE.hpp for the header\n");

@@ -60,8 +60,8 @@ std::optional<double> mean_of_finite(const std::vector<double>& values) {
 IdentifyCommand::IdentifyCommand(CLI::App& app)
     : command_(app.add_subcommand("identify", what_it_does("identify"))) {
   recordings_.add(*command_);
-  command_->add_option("--rc", branches_, "RC branches, 1 to 3; default: chosen by held-out pulses, at most 2")
-      ->check(whole_number(1, 3));
+  command_->add_option("--rc", branches_, "RC branches, 1 to 4; default: chosen by held-out pulses")
+      ->check(whole_number(1, 4));
   command_
       ->add_option("--method", method_,
                    "Estimation method of the reference study (ipo, fpo, ilo, flo, ffo), or all: each, the full fit and "
@@ -295,14 +295,10 @@ void IdentifyCommand::open(Outputs& files) const {
   if (!out_.empty()) files.out.emplace(out_);
   if (!json_.empty()) files.json.emplace(json_);
   if (!report_.empty()) files.report.emplace(report_);
-  if (files.out && branches_ == 3) {
-    throw InputError("--out", "--rc 3", "one or two branches", "A cell file holds two; write three to --json");
-  }
 }
 
 void IdentifyCommand::check_file(const DataFolder& data, const std::string& toml,
                                  const std::vector<CellIdentification>& each, CellIdentification& identified) const {
-  if (branches_ == 3) return;  // no cell file holds it
   const CellParameters file = read_back(toml, data);
   require_possible_cell(file, identified, recordings_.cells_in_series);
   take_errors_of_file(file, each, identified);

@@ -78,26 +78,55 @@ void check_ocv(const Check& check, const CellParameters& cell) {
   }
 }
 
-void check_maps(const Check& check, const CellParameters& cell) {
-  const std::size_t points = cell.soc_breakpoints.size();
-  const std::vector<std::size_t> shape = {points, cell.temperature_breakpoints_c.size(),
+bool is_given(const CellParameterMap& map) {
+  return !map.value.empty() || !map.table.empty() || map.per_kelvin != 0.0 || map.per_ampere != 0.0 ||
+         map.activation_energy_j_per_mol != 0.0;
+}
+
+/// `name`: the section, such as r1.
+void check_map(const Check& check, const CellParameters& cell, const std::string& name, const CellParameterMap& map) {
+  const std::string section = "cell." + name;
+  check.that(map.value.empty() != map.table.empty(), section + (map.value.empty() ? ".table" : ".value"),
+             map.table.empty() ? "no values" : "both value and table",
+             fmt::format("either {}.value or {}.table", name, name), "Keep one of the two");
+  const std::vector<std::size_t> shape = {cell.soc_breakpoints.size(), cell.temperature_breakpoints_c.size(),
                                           cell.current_breakpoints_a.size()};
-  const std::pair<const char*, const CellParameterMap*> maps[] = {
-      {"r0", &cell.r0_ohm}, {"r1", &cell.r1_ohm}, {"r2", &cell.r2_ohm}, {"tau1", &cell.tau1_s}, {"tau2", &cell.tau2_s}};
-  for (const auto& [name, map] : maps) {
-    const std::string section = std::string("cell.") + name;
-    check.that(map->value.empty() != map->table.empty(), section + (map->value.empty() ? ".table" : ".value"),
-               map->table.empty() ? "no values" : "both value and table",
-               fmt::format("either {}.value or {}.table", name, name), "Keep one of the two");
-    if (map->table.empty()) {
-      check.length(section + ".value", map->value, points, "one for each point of breakpoints.soc");
-    } else {
-      check.length(section + ".table", map->table, shape[0] * shape[1] * shape[2],
-                   "SOC points times temperatures times currents");
-      check.shape(section + ".table", shape, "SOC points x temperatures x currents");
-    }
+  if (map.table.empty()) {
+    check.length(section + ".value", map.value, shape[0], "one for each point of breakpoints.soc");
+  } else {
+    check.length(section + ".table", map.table, shape[0] * shape[1] * shape[2],
+                 "SOC points times temperatures times currents");
+    check.shape(section + ".table", shape, "SOC points x temperatures x currents");
   }
+}
+
+/// One branch or more, numbered without a gap, each of a resistance and a time constant.
+void check_branches(const Check& check, const CellParameters& cell) {
+  std::size_t missing = 0;
+  for (std::size_t k = 1; k <= cell.branches.size(); ++k) {
+    const CellBranch& branch = cell.branches[k - 1];
+    const bool has_r = is_given(branch.r_ohm), has_tau = is_given(branch.tau_s);
+    if (k > 1 && !has_r && !has_tau) {
+      if (missing == 0) missing = k;
+      continue;
+    }
+    const std::string section = fmt::format("{}{}", has_r ? "r" : "tau", k);
+    const CellParameterMap& first = has_r ? branch.r_ohm : branch.tau_s;
+    check.that(missing == 0, fmt::format("cell.{}.{}", section, first.table.empty() ? "value" : "table"),
+               fmt::format("RC branch {} without branch {}", k, missing),
+               "branches that are numbered from 1 on without a gap",
+               fmt::format("Add [r{0}] and [tau{0}], or rename the sections", missing));
+    check_map(check, cell, fmt::format("r{}", k), branch.r_ohm);
+    check_map(check, cell, fmt::format("tau{}", k), branch.tau_s);
+  }
+}
+
+void check_maps(const Check& check, const CellParameters& cell) {
+  check_map(check, cell, "r0", cell.r0_ohm);
+  check_branches(check, cell);
   if (!cell.ocv_table_v.empty()) {
+    const std::vector<std::size_t> shape = {cell.soc_breakpoints.size(), cell.temperature_breakpoints_c.size(),
+                                            cell.current_breakpoints_a.size()};
     check.length("cell.ocv.table", cell.ocv_table_v, shape[0] * shape[1] * shape[2],
                  "SOC points times temperatures times currents");
     check.shape("cell.ocv.table", shape, "SOC points x temperatures x currents");

@@ -11,6 +11,8 @@ template <auto Section, auto Field>
 constexpr auto at = +[](VehicleParameters& car) -> auto& { return car.*Section.*Field; };
 template <auto Map, auto Field>
 constexpr auto map = +[](VehicleParameters& car) -> auto& { return car.cell.*Map.*Field; };
+template <std::size_t Branch, auto Map, auto Field>
+constexpr auto branch = +[](VehicleParameters& car) -> auto& { return car.cell.branches[Branch].*Map.*Field; };
 
 [[nodiscard]] std::span<const ParameterRow> car_parameter_rows();       ///< parameter_definitions.cpp
 [[nodiscard]] std::span<const ParameterRow> cell_parameter_rows();      ///< cell_parameter_definitions.cpp

@@ -2,6 +2,7 @@
 // Every number of a car, as plain data in SI units. The comment behind a field is its range and its key in the TOML
 // files and in `--set`; the section is the struct's member name in VehicleParameters.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -24,11 +25,23 @@ struct CellParameterMap {
   double exchange_activation_energy_j_per_mol = 0.0;  ///< [J/mol] by which it grows with temperature
 };
 
-/// What a cell does beyond two branches and its tables (equations: car/battery/cell_effects.hpp). Each is off at 0.
+inline constexpr std::size_t kMostCellBranches = 4;
+
+/// One RC branch of a cell.
+struct CellBranch {
+  CellParameterMap r_ohm;  ///< [ohm] > 0
+  CellParameterMap tau_s;  ///< [s] > 0
+
+  [[nodiscard]] bool is_there() const {
+    return !(r_ohm.value.empty() && r_ohm.table.empty() && tau_s.value.empty() && tau_s.table.empty());
+  }
+};
+
+/// What a cell does beyond its branches and tables (equations: car/battery/cell_effects.hpp). Each is off at 0.
 struct CellEffects {
   double series_ohm = 0.0;               ///< [ohm] -1..1 effects.series_ohm, added to R0
-  double activation_energy_j_per_mol = 0.0;  ///< [J/mol] -60000..60000, of R0, R1 and R2, beyond what the tables say
-  double low_end_change = 0.0;           ///< [1] -0.9..20, of R0, R1 and R2 at SOC 0, fading to none at SOC 0.3
+  double activation_energy_j_per_mol = 0.0;  ///< [J/mol] -60000..60000, of all resistances, beyond what the tables say
+  double low_end_change = 0.0;           ///< [1] -0.9..20, of all resistances at SOC 0, fading to none at SOC 0.3
   double exchange_current_change = 0.0;  ///< [1] -0.9..20, of the charge transfer that bends R0
   std::vector<double> ocv_change_v;      ///< [V] -1..1, added to the OCV at equal steps of SOC from 0 to 1
   double polarization_ohm = 0.0;         ///< [ohm] -1..1, of a branch more
@@ -61,15 +74,22 @@ struct CellParameters {
   std::vector<double> ocv_soc;               ///< [1] increasing, ocv.soc, with
   std::vector<double> ocv_v;                 ///< [V] not decreasing, ocv.voltage_v
   std::vector<double> ocv_table_v;           ///< [V] [soc][temperature][current] ocv.table, by test; not for the plant
-  CellParameterMap r0_ohm, r1_ohm, r2_ohm;   ///< [ohm] > 0, sections [r0] [r1] [r2]
-  CellParameterMap tau1_s, tau2_s;           ///< [s] > 0, sections [tau1] [tau2]
+  CellParameterMap r0_ohm;                   ///< [ohm] > 0, section [r0]
+  /// Sections [r1] [tau1] to [r4] [tau4]; the first that is not there ends them.
+  std::array<CellBranch, kMostCellBranches> branches;
   CellEffects effects;                       ///< section [effects]
+
+  [[nodiscard]] std::size_t branch_count() const {
+    std::size_t count = 0;
+    while (count < branches.size() && branches[count].is_there()) ++count;
+    return count;
+  }
 };
 
 /// How one cell differs from its neighbours: battery.cells.<n>.*, n from 1.
 struct CellVariation {
   double capacity_scale = 1.0;      ///< [1] 0.1..2
-  double resistance_scale = 1.0;    ///< [1] 0.1..10, on R0, R1 and R2
+  double resistance_scale = 1.0;    ///< [1] 0.1..10, on all resistances
   double initial_soc_offset = 0.0;  ///< [1] -1..1
   double leak_a = 0.0;              ///< [A] -10..10, drawn inside the cell: self-discharge, a soft short
 };

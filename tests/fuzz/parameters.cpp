@@ -18,7 +18,7 @@ void check(const CellParameters& cell) {
   const CellTables tables(cell);
   for (const double soc : {0.0, 0.37, 1.0}) {
     const CircuitParameters circuit = tables.circuit(soc, 31.0, 12.0);
-    VOLTLAP_DEMAND(std::isfinite(circuit.r0_ohm) && std::isfinite(circuit.tau2_s));
+    VOLTLAP_DEMAND(std::isfinite(circuit.r0_ohm) && std::isfinite(circuit.tau_s[0]));
     VOLTLAP_DEMAND(std::isfinite(tables.ocv(soc).voltage_v) && std::isfinite(tables.ocv(soc).slope_v));
   }
 }

@@ -43,7 +43,7 @@ std::array<double, kTables> truth_at(const CellTables& tables, const BenchRecord
   const CircuitParameters p =
       tables.circuit(own, record.test.temperature_c, load_current_at(record, cell, own));
   const double scale = truth.variation.resistance_scale;
-  return {tables.ocv(own).voltage_v, scale * p.r0_ohm, scale * p.r1_ohm, scale * p.r2_ohm, p.tau1_s, p.tau2_s};
+  return {tables.ocv(own).voltage_v, scale * p.r0_ohm, scale * p.r_ohm[0], scale * p.r_ohm[1], p.tau_s[0], p.tau_s[1]};
 }
 
 InstrumentLimits limits_of(const InstrumentSection& section, double current_a) {

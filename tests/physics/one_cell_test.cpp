@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pack, identify, validate and explain make the same of one cell's current: voltage, SOC, heat and temperatures, to
-// rounding error, for drawn cells and drawn currents.
+// rounding error, for drawn cells of 1 to 4 branches and drawn currents.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -52,10 +52,14 @@ CellParameters drawn_cell(std::mt19937_64& random, bool with_effects) {
   out.ocv_v.clear();
   const auto everywhere = [](CellParameterMap& map, double value) { map = {{value, value}, 0.0, 0.0, {}}; };
   everywhere(out.r0_ohm, between(0.5e-3, 2e-2));
-  everywhere(out.r1_ohm, between(0.2e-3, 1e-2));
-  everywhere(out.r2_ohm, between(0.2e-3, 1e-2));
-  everywhere(out.tau1_s, between(0.3, 20.0));
-  everywhere(out.tau2_s, between(20.0, 400.0));
+  out.branches = {};
+  const auto count = std::uniform_int_distribution<std::size_t>(1, kMostCellBranches)(random);
+  double slowest = between(0.3, 20.0);
+  for (std::size_t k = 0; k < count; ++k) {
+    everywhere(out.branches[k].r_ohm, between(0.2e-3, 1e-2));
+    everywhere(out.branches[k].tau_s, slowest);
+    slowest *= between(2.0, 8.0);
+  }
   out.effects = {};
   if (!with_effects) return out;
   out.effects.series_ohm = between(0.0, 2e-3);
@@ -130,10 +134,14 @@ Trace by_identify(const CellParameters& cell, const std::vector<double>& current
     model.em(k) = cell.ocv_polynomial_v[0] + cell.ocv_polynomial_v[1] * model.ocv.at(k);
   }
   const Eigen::VectorXd everywhere = Eigen::VectorXd::Ones(model.grid.size());
-  model.r.resize(model.grid.size(), 3);
-  model.r << everywhere * cell.r0_ohm.value[0], everywhere * cell.r1_ohm.value[0], everywhere * cell.r2_ohm.value[0];
-  model.tau.resize(model.grid.size(), 2);
-  model.tau << everywhere * cell.tau1_s.value[0], everywhere * cell.tau2_s.value[0];
+  const std::size_t branches = cell.branch_count();
+  model.r.resize(model.grid.size(), static_cast<Index>(branches) + 1);
+  model.tau.resize(model.grid.size(), static_cast<Index>(branches));
+  model.r.col(0) = everywhere * cell.r0_ohm.value[0];
+  for (std::size_t k = 0; k < branches; ++k) {
+    model.r.col(static_cast<Index>(k) + 1) = everywhere * cell.branches[k].r_ohm.value[0];
+    model.tau.col(static_cast<Index>(k)) = everywhere * cell.branches[k].tau_s.value[0];
+  }
   return {"identify", list_of(simulate(model, run)), list_of(run.soc), {}, {}};
 }
 
@@ -227,7 +235,7 @@ TEST(OneCell, APlantedDifferenceInEachCallerIsSeen) {
   const CellParameters cell = drawn_cell(random, false);
   const std::vector<double> current_a = drawn_current(random, cell.capacity_ah);
   CellParameters other = cell;
-  other.r1_ohm.value = {cell.r1_ohm.value[0] * 1.00001, cell.r1_ohm.value[0] * 1.00001};
+  for (double& r : other.branches[0].r_ohm.value) r *= 1.00001;
   const std::vector<Trace> right = traces_of(cell, current_a, false), wrong = traces_of(other, current_a, false);
   STRCMP_EQUAL("", disagreements(right).c_str());
   for (std::size_t caller = 0; caller < right.size(); ++caller) {

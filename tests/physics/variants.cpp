@@ -13,7 +13,7 @@ constexpr double kPeriod_s = 0.01;
 VehicleParameters with_tabulated_cell() {
   VehicleParameters car = vtm16e();
   CellParameters& c = car.cell;
-  for (CellParameterMap* map : {&c.r0_ohm, &c.r1_ohm, &c.r2_ohm, &c.tau1_s, &c.tau2_s}) {
+  for (CellParameterMap* map : maps_of(c)) {
     for (const double value : map->value) {
       for (const double t : c.temperature_breakpoints_c) {
         for (const double i : c.current_breakpoints_a) {
@@ -33,6 +33,19 @@ VehicleParameters with_tabulated_ocv() {
   for (int i = 0; i <= 20; ++i) {
     car.cell.ocv_soc.push_back(i / 20.0);
     car.cell.ocv_v.push_back(tables.ocv(i / 20.0).voltage_v);
+  }
+  return car;
+}
+
+/// Twice the first branch's resistance, divided among `count` of different speed.
+VehicleParameters with_branches(std::size_t count) {
+  VehicleParameters car = vtm16e();
+  const CellBranch first = car.cell.branches[0];
+  car.cell.branches = {};
+  for (std::size_t k = 0; k < count; ++k) {
+    car.cell.branches[k] = first;
+    for (double& r : car.cell.branches[k].r_ohm.value) r *= 2.0 / static_cast<double>(count);
+    for (double& tau : car.cell.branches[k].tau_s.value) tau *= std::pow(6.0, static_cast<double>(k)) / 30.0;
   }
   return car;
 }
@@ -58,6 +71,9 @@ std::vector<Variant> all_variants() {
        }), false},
       {"table-form cell", with_tabulated_cell(), true},
       {"tabulated OCV", with_tabulated_ocv(), true},
+      {"one RC branch", with_branches(1), false},
+      {"three RC branches", with_branches(3), true},
+      {"four RC branches", with_branches(4), false},
       {"cold cell", changed([](auto& c) { c.battery.initial_temperature_c = 5.0; }), true},
       {"motor of efficiency 0.9", changed([](auto& c) { c.motor.efficiency = 0.9; }), true},
       {"motor with winding loss", changed([](auto& c) { c.motor.winding_loss = true; }), true},

@@ -32,11 +32,23 @@ CellParameters constant_cell() {
   c.current_breakpoints_a = {100.0};
   c.ocv_polynomial_v = {3.7};
   c.r0_ohm = {{0.0012}, 0.0, 0.0, {}};
-  c.r1_ohm = {{0.0004}, 0.0, 0.0, {}};
-  c.r2_ohm = {{0.0008}, 0.0, 0.0, {}};
-  c.tau1_s = {{33.0}, 0.0, 0.0, {}};
-  c.tau2_s = {{161.0}, 0.0, 0.0, {}};
+  c.branches[0].r_ohm = {{0.0004}, 0.0, 0.0, {}};
+  c.branches[1].r_ohm = {{0.0008}, 0.0, 0.0, {}};
+  c.branches[0].tau_s = {{33.0}, 0.0, 0.0, {}};
+  c.branches[1].tau_s = {{161.0}, 0.0, 0.0, {}};
   return c;
+}
+
+std::vector<CellParameterMap*> resistances_of(CellParameters& cell) {
+  std::vector<CellParameterMap*> out{&cell.r0_ohm};
+  for (std::size_t k = 0; k < cell.branch_count(); ++k) out.push_back(&cell.branches[k].r_ohm);
+  return out;
+}
+
+std::vector<CellParameterMap*> maps_of(CellParameters& cell) {
+  std::vector<CellParameterMap*> out = resistances_of(cell);
+  for (std::size_t k = 0; k < cell.branch_count(); ++k) out.push_back(&cell.branches[k].tau_s);
+  return out;
 }
 
 Track michigan(int year) {

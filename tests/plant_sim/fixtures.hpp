@@ -2,6 +2,7 @@
 // What the plant's suites share: a car, the courses, files that vanish with their test, and the text of an error.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "core/errors.hpp"
 #include "core/parameters.hpp"
@@ -17,6 +18,11 @@ namespace voltlap::plant::test {
 
 /// A cell whose parameters do not depend on anything, with a flat OCV: closed forms exist for it.
 [[nodiscard]] CellParameters constant_cell();
+
+/// R0, and R of each branch that the cell has.
+[[nodiscard]] std::vector<CellParameterMap*> resistances_of(CellParameters& cell);
+/// Those and the time constants.
+[[nodiscard]] std::vector<CellParameterMap*> maps_of(CellParameters& cell);
 
 /// Course of a year, from the project's data.
 [[nodiscard]] Track michigan(int year);

@@ -12,24 +12,31 @@ void Cell::look_up(CellState& state, const CellPoint& at) const {
   state.circuit = tables_.circuit(at.soc, at.at_c, state.lookup_a);
 }
 
-double Cell::advance(CellState& state, const CellInterval& interval, const CellPoint& end) const {
-  VOLTLAP_DEMAND(interval.dt_s > 0.0);
-  const CircuitParameters before = state.circuit;
-  look_up(state, end);
-  const CircuitParameters& now = state.circuit;
-  const auto branch = [&](double& v, double r_begin, double r_end, double tau_s) {
-    const double u_begin = r_begin * interval.begin_a, u_end = r_end * interval.end_a, from = v;
-    v = first_order_step(interval.dt_s, tau_s).after(from, u_begin, u_end);
-    return first_order_mean(from, v, 0.5 * (u_begin + u_end), interval.dt_s, tau_s);
-  };
-  const double mean1 = branch(state.v1, before.r1_ohm, now.r1_ohm, 0.5 * (before.tau1_s + now.tau1_s));
-  const double mean2 = branch(state.v2, before.r2_ohm, now.r2_ohm, 0.5 * (before.tau2_s + now.tau2_s));
-  double heat = interval.mean_square_a2() * now.r0_ohm + mean1 * mean1 / now.r1_ohm + mean2 * mean2 / now.r2_ohm;
+template <std::size_t N>
+double Cell::advance_of(CellState& state, const CellInterval& interval, const CellPoint& end) const {
+  if (std::abs(end.current_a) > state.lookup_floor_a) state.lookup_a = std::abs(end.current_a);
+  const CircuitOf<N> now = tables_.circuit_of<N>(end.soc, end.at_c, state.lookup_a);
+  double heat = interval.mean_square_a2() * now.r0_ohm;
+  state.circuit.r0_ohm = now.r0_ohm;
+  for_each_branch<N>([&](auto k) {
+    const double u_begin = state.circuit.r_ohm[k] * interval.begin_a, u_end = now.r_ohm[k] * interval.end_a;
+    const double from = state.v[k], tau_s = 0.5 * (state.circuit.tau_s[k] + now.tau_s[k]);
+    state.v[k] = first_order_step(interval.dt_s, tau_s).after(from, u_begin, u_end);
+    const double mean = first_order_mean(from, state.v[k], 0.5 * (u_begin + u_end), interval.dt_s, tau_s);
+    heat += mean * mean / now.r_ohm[k];
+    state.circuit.r_ohm[k] = now.r_ohm[k];
+    state.circuit.tau_s[k] = now.tau_s[k];
+  });
   if (has_dynamics(cell_.effects)) {
     heat += drop_of(cell_.effects, state.effects) * interval.mean_a();
     plant::advance(cell_.effects, state.effects, interval.begin_a, interval.end_a, cell_.capacity_ah, interval.dt_s);
   }
   return heat;
+}
+
+double Cell::advance(CellState& state, const CellInterval& interval, const CellPoint& end) const {
+  VOLTLAP_DEMAND(interval.dt_s > 0.0);
+  return with_branches(tables_.branches(), [&](auto n) { return advance_of<n>(state, interval, end); });
 }
 
 void warm(CellState& state, const CellThermal& thermal, double heat_w, double air_c, double dt_s) {

@@ -3,12 +3,14 @@
 // recorded currents of validation and explanation go through here; a pack whose load is still to be solved does the
 // same with constant currents (pack.hpp), and a test holds the two together.
 //
-//   V = OCV(s, T) - R0 I - v1 - v2 - v_e         discharge current I positive; v_e: cell_effects.hpp
+//   V = OCV(s, T) - R0 I - sum(v) - v_e          discharge current I positive; v_e: cell_effects.hpp
 //   dv/dt = (R I - v) / tau                      exact for R I straight over the interval, tau the mean of its ends
 //   ds = -mean(I) dt / (3600 Ah)
-//   P = R0 mean(I^2) + mean(v1)^2 / R1 + mean(v2)^2 / R2 + v_e mean(I) - I T dOCV/dT
+//   P = R0 mean(I^2) + sum(mean(v)^2 / R) + v_e mean(I) - I T dOCV/dT
 // Sources: reference study, 2016, Eq. 4.18-4.24, 7.6; signs after Thevenin.
 #pragma once
+#include <array>
+
 #include "car/battery/cell_effects.hpp"
 #include "car/battery/cell_tables.hpp"
 #include "car/battery/cell_thermal.hpp"
@@ -34,7 +36,7 @@ struct CellInterval {
 /// What goes on from one interval to the next.
 struct CellState {
   double soc = 1.0;
-  double v1 = 0.0, v2 = 0.0;       ///< of the branches [V]
+  std::array<double, kMostCellBranches> v{};  ///< of the branches [V]; 0 of those that the cell does not have
   CellEffectState effects;
   double temperature_c = 25.0;     ///< by the cell's own heat
   double surface_c = 25.0;         ///< where a thermistor sits
@@ -44,7 +46,7 @@ struct CellState {
 
   /// At rest for long: no branch is charged.
   void relax() {
-    v1 = v2 = 0.0;
+    v = {};
     effects = {};
   }
 };
@@ -73,10 +75,15 @@ class Cell {
   }
   /// OCV less voltage [V] at a current.
   [[nodiscard]] double drop_v(const CellState& state, double current_a) const {
-    return state.circuit.r0_ohm * current_a + state.v1 + state.v2 + drop_of(cell_.effects, state.effects);
+    double drop = state.circuit.r0_ohm * current_a;
+    for (const double v : state.v) drop += v;
+    return drop + drop_of(cell_.effects, state.effects);
   }
 
  private:
+  template <std::size_t N>
+  double advance_of(CellState& state, const CellInterval& interval, const CellPoint& end) const;
+
   CellParameters cell_;
   CellTables tables_;
   CellThermal thermal_;

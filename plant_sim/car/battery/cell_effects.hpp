@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a cell does beyond two branches and its tables; every effect is off (0) unless a cell file or an explanation of
+// What a cell does beyond its branches and tables; every effect is off (0) unless a cell file or an explanation of
 // a log switches it on.
 //
-//   R0, R1, R2   times exp(Ea/Rg (1/T - 1/T_ref)) (1 + l max(0, 1 - SOC/0.3))      Arrhenius; low end
+//   R0, R1 ..    times exp(Ea/Rg (1/T - 1/T_ref)) (1 + l max(0, 1 - SOC/0.3))      Arrhenius; low end
 //   R0           plus R_s, plus dv_ct(|I|)/|I| with v_ct(I) = 4 Rg T/F asinh(I / 2 i0)
 //                dv_ct: change when i0 becomes i0 (1 + x)                 Butler-Volmer, two electrodes alike
 //                i0: the one that bends R0 over the currents of the tables; of one current only, 2 Rg T / (F R1)

@@ -3,98 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
 #include "car/battery/cell_effects.hpp"
+#include "car/battery/parameter_map.hpp"
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 constexpr double kLeastResistance = 1e-9;  // ohm; effects may take away, never turn a resistance round
-
-std::string place(const CellParameters& cell, const std::string& field) {
-  return fmt::format("cell {}, {}", cell.name, field);
-}
-
-void require_increasing(const CellParameters& cell, const char* key, const std::vector<double>& values) {
-  if (values.empty()) {
-    throw InputError(place(cell, key), "an empty list", "at least one breakpoint",
-                     "Add the value at which the tables hold");
-  }
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    if (!(values[i] > values[i - 1])) {
-      throw InputError(place(cell, key), fmt::format("{} after {}", values[i], values[i - 1]),
-                       "each breakpoint greater than the one before", "Put the points in order");
-    }
-  }
-}
-
-double arrhenius(double j_per_mol, double temperature_c, double reference_c) {
-  return std::exp(j_per_mol / kGasConstant *
-                  (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_c + kZeroCelsius)));
-}
-
-/// Of a charge transfer that is given by its law [A].
-double exchange_current_of(const CellParameters& cell, double temperature_c) {
-  return cell.r0_ohm.exchange_current_a *
-         arrhenius(-cell.r0_ohm.exchange_activation_energy_j_per_mol, temperature_c, cell.reference_temperature_c);
-}
-
-/// What the charge transfer adds to a parameter [ohm] at a temperature and current.
-double charge_transfer_ohm(const CellParameters& cell, const CellParameterMap& map, double temperature_c,
-                           double current_a) {
-  constexpr double kSmall = 1e-3;  // of the exchange current: below it v_ct / I does not change
-  if (map.exchange_current_a == 0.0) return 0.0;
-  const double exchange = exchange_current_of(cell, temperature_c);
-  const double current = std::max(std::abs(current_a), kSmall * exchange);
-  return charge_transfer_v(exchange, current, temperature_c) / current;
-}
-
-/// One parameter as a full table [soc][temperature][current].
-std::vector<double> expand(const CellParameters& cell, const char* key, const CellParameterMap& map) {
-  const auto& soc = cell.soc_breakpoints;
-  const auto& temperature = cell.temperature_breakpoints_c;
-  const auto& current = cell.current_breakpoints_a;
-  const std::size_t nodes = soc.size() * temperature.size() * current.size();
-  std::vector<double> table = map.table;
-  if (table.empty()) {
-    if (map.value.size() != soc.size()) {
-      throw InputError(place(cell, fmt::format("{}.value", key)), fmt::format("{} values", map.value.size()),
-                       fmt::format("{}, one for each point of breakpoints.soc", soc.size()),
-                       "Give one value for every point");
-    }
-    table.reserve(nodes);
-    for (const double value : map.value) {
-      for (const double t : temperature) {
-        const double by_temperature = (1.0 + map.per_kelvin * (t - cell.reference_temperature_c)) *
-                                      arrhenius(map.activation_energy_j_per_mol, t, cell.reference_temperature_c);
-        for (const double i : current) {
-          table.push_back(value * by_temperature * (1.0 + map.per_ampere * (i - cell.reference_current_a)) +
-                          charge_transfer_ohm(cell, map, t, i));
-        }
-      }
-    }
-  }
-  if (table.size() != nodes) {
-    throw InputError(place(cell, fmt::format("{}.table", key)), fmt::format("{} values", table.size()),
-                     fmt::format("{}: {} SOC points times {} temperatures times {} currents", nodes, soc.size(),
-                                 temperature.size(), current.size()),
-                     "Give one value for every point");
-  }
-  for (std::size_t n = 0; n < nodes; ++n) {
-    if (!(table[n] > 0.0) || !std::isfinite(table[n])) {
-      const std::size_t per_soc = temperature.size() * current.size();
-      throw InputError(place(cell, key),
-                       fmt::format("{:g} at SOC {:g}, {:g} degC and {:g} A", table[n], soc[n / per_soc],
-                                   temperature[n / current.size() % temperature.size()], current[n % current.size()]),
-                       "more than 0 at every point of the table",
-                       "Check the values, per_kelvin, per_ampere and the breakpoints");
-    }
-  }
-  return table;
-}
 
 double polynomial(const std::vector<double>& coefficients, double x) {
   double sum = 0.0;
@@ -119,7 +39,9 @@ CellTables::Axis::Place CellTables::Axis::find(double x) const {
 }
 
 CellTables::CellTables(const CellParameters& cell)
-    : effects_(cell.effects), reference_temperature_c_(cell.reference_temperature_c) {
+    : branches_(std::max<std::size_t>(1, cell.branch_count())),
+      effects_(cell.effects),
+      reference_temperature_c_(cell.reference_temperature_c) {
   require_increasing(cell, "breakpoints.soc", cell.soc_breakpoints);
   require_increasing(cell, "breakpoints.temperature_c", cell.temperature_breakpoints_c);
   require_increasing(cell, "breakpoints.current_a", cell.current_breakpoints_a);
@@ -127,12 +49,13 @@ CellTables::CellTables(const CellParameters& cell)
   temperature_.at = cell.temperature_breakpoints_c;
   current_.at = cell.current_breakpoints_a;
 
-  const std::array<std::vector<double>, kParameters> tables = {
-      expand(cell, "r0", cell.r0_ohm), expand(cell, "r1", cell.r1_ohm), expand(cell, "r2", cell.r2_ohm),
-      expand(cell, "tau1", cell.tau1_s), expand(cell, "tau2", cell.tau2_s)};
-  nodes_.resize(tables[0].size());
-  for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    for (std::size_t p = 0; p < kParameters; ++p) nodes_[n][p] = tables[p][n];
+  std::vector<std::vector<double>> tables{expand(cell, "r0", cell.r0_ohm)};
+  for (std::size_t k = 0; k < branches_; ++k)
+    tables.push_back(expand(cell, fmt::format("r{}", k + 1), cell.branches[k].r_ohm));
+  for (std::size_t k = 0; k < branches_; ++k)
+    tables.push_back(expand(cell, fmt::format("tau{}", k + 1), cell.branches[k].tau_s));
+  for (std::size_t n = 0; n < tables[0].size(); ++n) {
+    for (const std::vector<double>& table : tables) nodes_.push_back(table[n]);
   }
 
   if (cell.kinetic_law || effects_.exchange_current_change != 0.0) {
@@ -149,12 +72,12 @@ CellTables::CellTables(const CellParameters& cell)
   const bool tabulated = !cell.ocv_soc.empty();
   if (tabulated) require_increasing(cell, "ocv.soc", cell.ocv_soc);
   if (tabulated && (cell.ocv_soc.size() < 2 || cell.ocv_v.size() != cell.ocv_soc.size())) {
-    throw InputError(place(cell, "ocv"),
+    throw InputError(place_in(cell, "ocv"),
                      fmt::format("{} values of soc and {} of voltage_v", cell.ocv_soc.size(), cell.ocv_v.size()),
                      "two or more of each, as many", "Complete the curve");
   }
   if (!tabulated && cell.ocv_polynomial_v.empty()) {
-    throw InputError(place(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
+    throw InputError(place_in(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
                      "Add one of the two");
   }
   const std::vector<double>& change = cell.effects.ocv_change_v;
@@ -163,7 +86,7 @@ CellTables::CellTables(const CellParameters& cell)
     change_soc.push_back(static_cast<double>(i) / static_cast<double>(change.size() - 1));
   }
   if (change.size() == 1) {
-    throw InputError(place(cell, "effects.ocv_change_v"), "one value", "two or more, from SOC 0 to 1",
+    throw InputError(place_in(cell, "effects.ocv_change_v"), "one value", "two or more, from SOC 0 to 1",
                      "Add values, or leave the key out");
   }
   ocv_.resize(kOcvIntervals + 1);
@@ -177,7 +100,7 @@ CellTables::CellTables(const CellParameters& cell)
     }
     if (i > 0 && ocv_[i] < ocv_[i - 1] - kRounding) {
       throw InputError(
-          place(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
+          place_in(cell, tabulated ? "ocv.voltage_v" : "ocv.polynomial_v"),
           fmt::format("a voltage that falls from {:.4f} to {:.4f} V at SOC {:.3f}", ocv_[i - 1], ocv_[i], soc),
           "one that does not fall as SOC rises", "Correct the curve");
     }
@@ -191,9 +114,9 @@ double CellTables::exchange_current(std::size_t temperature) const {
   double r1 = 0.0;
   for (std::size_t s = 0; s < ns; ++s) {
     for (std::size_t c = 0; c < nc; ++c) {
-      const auto& node = nodes_[(s * nt + temperature) * nc + c];
-      r0[c] += node[0] / static_cast<double>(ns);
-      r1 += node[1] / static_cast<double>(ns * nc);
+      const double* at = node((s * nt + temperature) * nc + c);
+      r0[c] += at[0] / static_cast<double>(ns);
+      r1 += at[1] / static_cast<double>(ns * nc);
     }
   }
   if (nc == 1) return 2.0 * kGasConstant * (at_c + kZeroCelsius) / (kFaraday * r1);
@@ -228,6 +151,21 @@ double by_arrhenius(double low, double high, double fraction) {
   return low * std::pow(ratio, fraction);
 }
 
+/// The branches' R at a share of the way. How a lag is divided among branches follows no kinetics; their sum does.
+void branches_by_arrhenius(const double* low, const double* high, double fraction, std::size_t count, double* out) {
+  const double all_low = std::accumulate(low + 1, low + count, low[0]),
+               all_high = std::accumulate(high + 1, high + count, high[0]),
+               sum = by_arrhenius(all_low, all_high, fraction);
+  double left = 1.0;
+  for (std::size_t k = 0; k + 1 < count; ++k) {
+    const double share_low = low[k] / all_low, share_high = high[k] / all_high;
+    const double share = share_low + (share_high - share_low) * std::clamp(fraction, 0.0, 1.0);
+    out[k] = std::max(share * sum, kLeastResistance);
+    left -= share;
+  }
+  out[count - 1] = std::max(left * sum, kLeastResistance);
+}
+
 }  // namespace
 
 void CellTables::refine_over_temperature() {
@@ -253,23 +191,17 @@ void CellTables::refine_over_temperature() {
     const double from = inverse(known[high - 1]);
     places.push_back({high - 1, (inverse(c) - from) / (inverse(known[high]) - from)});
   }
-  std::vector<std::array<double, kParameters>> fine(ns * at.size() * nc);
+  std::vector<double> fine(ns * at.size() * nc * width());
   for (std::size_t s = 0; s < ns; ++s) {
     for (std::size_t t = 0; t < at.size(); ++t) {
       for (std::size_t c = 0; c < nc; ++c) {
-        const auto& low = nodes_[(s * known.size() + places[t].index) * nc + c];
-        const auto& high = nodes_[(s * known.size() + places[t].index + 1) * nc + c];
-        auto& out = fine[(s * at.size() + t) * nc + c];
+        const double* low = node((s * known.size() + places[t].index) * nc + c);
+        const double* high = node((s * known.size() + places[t].index + 1) * nc + c);
+        double* out = &fine[((s * at.size() + t) * nc + c) * width()];
         const double fraction = places[t].fraction;
-        for (const std::size_t p : {std::size_t{0}, std::size_t{3}, std::size_t{4}}) {
-          out[p] = by_arrhenius(low[p], high[p], fraction);
-        }
-        // How a lag is divided among two branches follows no kinetics; their sum does.
-        const double sum = by_arrhenius(low[1] + low[2], high[1] + high[2], fraction);
-        const double share_low = low[1] / (low[1] + low[2]), share_high = high[1] / (high[1] + high[2]);
-        const double share = share_low + (share_high - share_low) * std::clamp(fraction, 0.0, 1.0);
-        out[1] = std::max(share * sum, kLeastResistance);
-        out[2] = std::max((1.0 - share) * sum, kLeastResistance);
+        out[0] = by_arrhenius(low[0], high[0], fraction);
+        branches_by_arrhenius(low + 1, high + 1, fraction, branches_, out + 1);
+        for (std::size_t p = branches_ + 1; p < width(); ++p) out[p] = by_arrhenius(low[p], high[p], fraction);
       }
     }
   }
@@ -301,7 +233,7 @@ void CellTables::refine_over_current() {
   at.push_back(kBeyond * known.back());
   const std::size_t nt = temperature_.at.size(), ns = soc_.at.size();
   Axis coarse{known};
-  std::vector<std::array<double, kParameters>> fine(ns * nt * at.size());
+  std::vector<double> fine(ns * nt * at.size() * width());
   for (std::size_t t = 0; t < nt; ++t) {
     const auto bend = [&](double current) {
       const double least = std::max(current, 1e-3 * known.front());
@@ -310,10 +242,10 @@ void CellTables::refine_over_current() {
     for (std::size_t s = 0; s < ns; ++s) {
       for (std::size_t c = 0; c < at.size(); ++c) {
         const Axis::Place place = coarse.find(at[c]);
-        const auto* node = &nodes_[(s * nt + t) * known.size() + place.index];
-        auto& out = fine[(s * nt + t) * at.size() + c];
-        const auto straight = [&](std::size_t p) { return node[0][p] + place.fraction * (node[1][p] - node[0][p]); };
-        for (std::size_t p = 0; p < kParameters; ++p) out[p] = straight(p);
+        const double* below = node((s * nt + t) * known.size() + place.index);
+        const double* above = below + width();
+        double* out = &fine[((s * nt + t) * at.size() + c) * width()];
+        for (std::size_t p = 0; p < width(); ++p) out[p] = below[p] + place.fraction * (above[p] - below[p]);
         const double low = bend(known[place.index]), high = bend(known[place.index + 1]);
         const double added = bend(at[c]) - (low + place.fraction * (high - low));
         out[0] = std::max(out[0] + added, kLeast * out[0]);
@@ -324,7 +256,9 @@ void CellTables::refine_over_current() {
   current_.at = std::move(at);
 }
 
-CircuitParameters CellTables::circuit(double soc, double temperature_c, double current_a) const {
+template <std::size_t N>
+CircuitOf<N> CellTables::circuit_of(double soc, double temperature_c, double current_a) const {
+  constexpr std::size_t kWidth = 2 * N + 1;
   const auto s = soc_.find(soc);
   const auto t = temperature_.find(temperature_c);
   const auto c = current_.find(current_a);
@@ -334,15 +268,15 @@ CircuitParameters CellTables::circuit(double soc, double temperature_c, double c
   const std::size_t step_t = nt > 1 ? nc : 0;
   const std::size_t step_c = nc > 1 ? 1 : 0;
   const std::size_t base = (s.index * nt + t.index) * nc + c.index;
-  std::array<double, kParameters> sum{};
+  std::array<double, kWidth> sum{};
   for (std::size_t corner = 0; corner < 8; ++corner) {
     const bool up_s = (corner & 4U) != 0;
     const bool up_t = (corner & 2U) != 0;
     const bool up_c = (corner & 1U) != 0;
     const double weight = (up_s ? s.fraction : 1.0 - s.fraction) * (up_t ? t.fraction : 1.0 - t.fraction) *
                           (up_c ? c.fraction : 1.0 - c.fraction);
-    const auto& node = nodes_[base + (up_s ? step_s : 0) + (up_t ? step_t : 0) + (up_c ? step_c : 0)];
-    for (std::size_t p = 0; p < kParameters; ++p) sum[p] += weight * node[p];
+    const double* at = &nodes_[(base + (up_s ? step_s : 0) + (up_t ? step_t : 0) + (up_c ? step_c : 0)) * kWidth];
+    for_each_branch<kWidth>([&](auto p) { sum[p] += weight * at[p]; });
   }
   const double factor = resistance_factor(effects_, soc, temperature_c, reference_temperature_c_);
   double exchange = 0.0;
@@ -353,7 +287,29 @@ CircuitParameters CellTables::circuit(double soc, double temperature_c, double c
   const double r0 = sum[0] * factor + effects_.series_ohm +
                     (log_exchange_.empty() ? 0.0
                                            : charge_transfer_change(effects_, exchange, current_a, temperature_c));
-  return {std::max(r0, kLeastResistance), sum[1] * factor, sum[2] * factor, sum[3], sum[4]};
+  CircuitOf<N> out;
+  out.r0_ohm = std::max(r0, kLeastResistance);
+  for_each_branch<N>([&](auto k) {
+    out.r_ohm[k] = sum[1 + k] * factor;
+    out.tau_s[k] = sum[1 + N + k];
+  });
+  return out;
+}
+
+template CircuitOf<1> CellTables::circuit_of<1>(double, double, double) const;
+template CircuitOf<2> CellTables::circuit_of<2>(double, double, double) const;
+template CircuitOf<3> CellTables::circuit_of<3>(double, double, double) const;
+template CircuitOf<4> CellTables::circuit_of<4>(double, double, double) const;
+
+CircuitParameters CellTables::circuit(double soc, double temperature_c, double current_a) const {
+  return with_branches(branches_, [&](auto n) {
+    const auto known = circuit_of<n>(soc, temperature_c, current_a);
+    CircuitParameters out{};
+    out.r0_ohm = known.r0_ohm;
+    std::copy(known.r_ohm.begin(), known.r_ohm.end(), out.r_ohm.begin());
+    std::copy(known.tau_s.begin(), known.tau_s.end(), out.tau_s.begin());
+    return out;
+  });
 }
 
 OcvPoint CellTables::ocv(double soc) const {

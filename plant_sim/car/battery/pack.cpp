@@ -45,10 +45,13 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
     throw InputError(fmt::format("battery.cells.{}", car.battery.cells.size()), "a cell that the pack does not have",
                      fmt::format("a cell from 1 to {}", series_), "Check the number, or battery.cells_in_series");
   }
-  for (auto* array : {&soc_, &v1_, &v2_, &ocv_, &voltage_, &temperature_, &surface_, &heat_j_, &soc_per_amp_,
-                      &resistance_scale_, &r0_, &g1_, &g2_, &c1_, &c2_, &ocv_per_amp_, &decay1_, &decay2_, &gain1_,
-                      &gain2_, &mean_decay1_, &mean_decay2_, &mean_gain1_, &mean_gain2_, &r_step_}) {
+  for (auto* array : {&soc_, &ocv_, &voltage_, &temperature_, &surface_, &heat_j_, &soc_per_amp_, &resistance_scale_,
+                      &r0_, &ocv_per_amp_, &r_step_}) {
     array->assign(count_, 0.0);
+  }
+  for (std::size_t k = 0; k < tables_.branches(); ++k) {
+    Branch& b = branch_[k];
+    for (auto* array : {&b.v, &b.g, &b.c, &b.decay, &b.gain, &b.mean_decay, &b.mean_gain}) array->assign(count_, 0.0);
   }
   for (std::size_t i = 0; i < count_; ++i) {
     const CellVariation v = variation_of(car.battery, i);
@@ -70,6 +73,11 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
 
 void Pack::renew(double elapsed_s, double ambient_c) {
   VOLTLAP_DEMAND(elapsed_s >= 0.0);
+  with_branches(tables_.branches(), [&](auto n) { renew_of<n>(elapsed_s, ambient_c); });
+}
+
+template <std::size_t N>
+void Pack::renew_of(double elapsed_s, double ambient_c) {
   const double decay = thermal_.decay(elapsed_s);
   for (std::size_t i = 0; i < count_; ++i) {
     if (elapsed_s > 0.0) {
@@ -79,48 +87,57 @@ void Pack::renew(double elapsed_s, double ambient_c) {
     }
     heat_j_[i] = 0.0;
     ocv_[i] = tables_.ocv_v(soc_[i], temperature_[i]);
-    look_up(i, soc_[i], lookup_current_);
+    look_up<N>(i, soc_[i], lookup_current_);
   }
-  sum_thevenin();
+  sum_thevenin<N>();
 }
 
 void Pack::renew_for(double pack_current_a) {
   const double current = pack_current_a / parallel_;
   if (std::abs(current) > lookup_floor_a_) lookup_current_ = std::abs(current);
-  for (std::size_t i = 0; i < count_; ++i) look_up(i, soc_[i] - 0.5 * soc_per_amp_[i] * current, lookup_current_);
-  sum_thevenin();
+  with_branches(tables_.branches(), [&](auto n) { renew_for_of<n>(current); });
 }
 
+template <std::size_t N>
+void Pack::renew_for_of(double current_a) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    look_up<N>(i, soc_[i] - 0.5 * soc_per_amp_[i] * current_a, lookup_current_);
+  }
+  sum_thevenin<N>();
+}
+
+template <std::size_t N>
 void Pack::look_up(std::size_t i, double soc, double current_a) {
-  const CircuitParameters p = tables_.circuit(soc, temperature_[i], current_a);
+  const CircuitOf<N> p = tables_.circuit_of<N>(soc, temperature_[i], current_a);
   const double scale = resistance_scale_[i] * resistance_fault_[i];
-  const double r1 = p.r1_ohm * scale;
-  const double r2 = p.r2_ohm * scale;
   r0_[i] = p.r0_ohm * scale;
-  g1_[i] = 1.0 / r1;
-  g2_[i] = 1.0 / r2;
-  c1_[i] = p.tau1_s / r1;
-  c2_[i] = p.tau2_s / r2;
-  const HeldBranch one = held_branch(step_s_, p.tau1_s, r1), two = held_branch(step_s_, p.tau2_s, r2);
-  decay1_[i] = one.decay;
-  decay2_[i] = two.decay;
-  gain1_[i] = one.gain;
-  gain2_[i] = two.gain;
-  mean_decay1_[i] = one.mean_decay;
-  mean_decay2_[i] = two.mean_decay;
-  mean_gain1_[i] = one.mean_gain;
-  mean_gain2_[i] = two.mean_gain;
+  double r_step = r0_[i];
+  for_each_branch<N>([&](auto k) {
+    Branch& b = branch_[k];
+    const double r = p.r_ohm[k] * scale;
+    const HeldBranch held = held_branch(step_s_, p.tau_s[k], r);
+    b.g[i] = 1.0 / r;
+    b.c[i] = p.tau_s[k] / r;
+    b.decay[i] = held.decay;
+    b.gain[i] = held.gain;
+    b.mean_decay[i] = held.mean_decay;
+    b.mean_gain[i] = held.mean_gain;
+    r_step += held.mean_gain;
+  });
   ocv_per_amp_[i] = tables_.ocv(soc).slope_v * soc_per_amp_[i];
   // Half of the step's fall of the OCV: the mean over the step.
-  r_step_[i] = r0_[i] + mean_gain1_[i] + mean_gain2_[i] + 0.5 * ocv_per_amp_[i];
+  r_step_[i] = r_step + 0.5 * ocv_per_amp_[i];
 }
 
+template <std::size_t N>
 void Pack::sum_thevenin() {
   double voltage = 0.0;
   double resistance = 0.0;
   for (const CellEffectState& state : effect_) voltage -= drop_of(effects_, state);
   for (std::size_t i = 0; i < count_; ++i) {
-    voltage += ocv_[i] - mean_decay1_[i] * v1_[i] - mean_decay2_[i] * v2_[i];
+    double own = ocv_[i];
+    for_each_branch<N>([&](auto k) { own -= branch_[k].mean_decay[i] * branch_[k].v[i]; });
+    voltage += own;
     resistance += r_step_[i];
   }
   const double in_series = multiplicity_ / parallel_;
@@ -128,20 +145,30 @@ void Pack::sum_thevenin() {
 }
 
 PackEnergy Pack::advance(double pack_current_a) {
+  return with_branches(tables_.branches(), [&](auto n) { return advance_of<n>(pack_current_a); });
+}
+
+template <std::size_t N>
+PackEnergy Pack::advance_of(double pack_current_a) {
   const double current = pack_current_a / parallel_;
   const double charge = current * step_s_;
   const bool with_effects = !effect_.empty();
   double chemical = 0.0, r0_heat = 0.0, rc_heat = 0.0, rc_stored = 0.0, next_voltage = 0.0, sum_voltage = 0.0;
   double lowest = 1e9;
   for (std::size_t i = 0; i < count_; ++i) {
-    const double mean1 = mean_decay1_[i] * v1_[i] + mean_gain1_[i] * current;
-    const double mean2 = mean_decay2_[i] * v2_[i] + mean_gain2_[i] * current;
-    const double next1 = decay1_[i] * v1_[i] + gain1_[i] * current;
-    const double next2 = decay2_[i] * v2_[i] + gain2_[i] * current;
-    const double heat0 = r0_[i] * current * charge;
-    const double heat12 = (g1_[i] * mean1 * mean1 + g2_[i] * mean2 * mean2) * step_s_;
     const double ocv = ocv_[i] - 0.5 * ocv_per_amp_[i] * current;
-    double voltage = ocv - mean1 - mean2 - r0_[i] * current;
+    double voltage = ocv, branch_w = 0.0, stored = 0.0;
+    for_each_branch<N>([&](auto k) {
+      Branch& b = branch_[k];
+      const double from = b.v[i], mean = b.mean_decay[i] * from + b.mean_gain[i] * current,
+                   next = b.decay[i] * from + b.gain[i] * current;
+      branch_w += b.g[i] * mean * mean;
+      stored += b.c[i] * (next - from) * mean;
+      voltage -= mean;
+      b.v[i] = next;
+    });
+    voltage -= r0_[i] * current;
+    const double r0_j = r0_[i] * current * charge, branch_j = branch_w * step_s_;
     if (with_effects) {
       const double drop = drop_of(effects_, effect_[i]);
       voltage -= drop;
@@ -150,18 +177,18 @@ PackEnergy Pack::advance(double pack_current_a) {
       heat_j_[i] += drop * charge;
     }
     chemical += ocv * charge;
-    r0_heat += heat0;
-    rc_heat += heat12;
-    rc_stored += c1_[i] * (next1 - v1_[i]) * mean1 + c2_[i] * (next2 - v2_[i]) * mean2;
-    heat_j_[i] += heat0 + heat12;
-    v1_[i] = next1;
-    v2_[i] = next2;
+    r0_heat += r0_j;
+    rc_heat += branch_j;
+    rc_stored += stored;
+    heat_j_[i] += r0_j + branch_j;
     soc_[i] -= soc_per_amp_[i] * current;
     ocv_[i] -= ocv_per_amp_[i] * current;
     voltage_[i] = voltage;
     sum_voltage += voltage;
     lowest = std::min(lowest, voltage);
-    next_voltage += ocv_[i] - mean_decay1_[i] * next1 - mean_decay2_[i] * next2;
+    double next_own = ocv_[i];
+    for_each_branch<N>([&](auto k) { next_own -= branch_[k].mean_decay[i] * branch_[k].v[i]; });
+    next_voltage += next_own;
   }
   advance_effects(current);
   const double in_series = multiplicity_ / parallel_;
@@ -194,7 +221,9 @@ void Pack::advance_effects(double current_a) {
 double Pack::cell_voltage_after_step(std::size_t cell) const {
   const std::size_t i = index(cell);
   const double effects_v = effect_.empty() ? 0.0 : drop_of(effects_, effect_[i]);
-  return ocv_[i] - v1_[i] - v2_[i] - r0_[i] * cell_current_ - effects_v;
+  double out = ocv_[i];
+  for (std::size_t k = 0; k < tables_.branches(); ++k) out -= branch_[k].v[i];
+  return out - r0_[i] * cell_current_ - effects_v;
 }
 
 double Pack::soc_mean() const {

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The battery pack: cells in series, each a 2-RC circuit with its own SOC and temperature.
+// The battery pack: cells in series, each a circuit of 1 to 4 RC branches with its own SOC and temperature.
 //
-//   V = OCV(SOC) - v1 - v2 - R0 I            (discharge current I positive); of a step its mean
+//   V = OCV(SOC) - sum(v) - R0 I             (discharge current I positive); of a step its mean
 //   pack V = sum of V - R_contact I
 //   dv/dt = (I - v/R) / C,  tau = R C        exact over a step of constant I (first_order.hpp)
 //   dSOC/dt = -I / (3600 Ah)
-//   m cp dT/dt = I^2 R0 + v1^2/R1 + v2^2/R2 - h A (T - T_ambient)
+//   m cp dT/dt = I^2 R0 + sum(v^2/R) - h A (T - T_ambient)
 // Source: reference study, 2016, Eq. 4.18-4.24, 7.6, 7.7; signs after Thevenin. Lookup tables and temperatures are
 // renewed once per control period (10 ms): SOC moves less than 1e-4 of a breakpoint interval in that time. One cell
 // under a current that is known beforehand: cell.hpp.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -24,8 +25,8 @@ namespace voltlap::plant {
 struct PackEnergy {
   double chemical_j = 0.0;  ///< I OCV dt
   double r0_heat_j = 0.0;   ///< I^2 (R0 + R_contact) dt
-  double rc_heat_j = 0.0;   ///< v^2/R dt, both branches
-  double rc_stored_j = 0.0; ///< v C dv, both branches
+  double rc_heat_j = 0.0;   ///< v^2/R dt, of the branches
+  double rc_stored_j = 0.0; ///< v C dv, of the branches
 };
 
 /// The pack as its load sees it over the coming step: V = voltage_v - resistance_ohm I, V and I means over the step.
@@ -78,7 +79,16 @@ class Pack {
 
  private:
   [[nodiscard]] std::size_t index(std::size_t cell) const { return representative_ ? 0 : cell; }
+  /// Generated for each number of branches.
+  template <std::size_t N>
+  void renew_of(double elapsed_s, double ambient_c);
+  template <std::size_t N>
+  void renew_for_of(double current_a);
+  template <std::size_t N>
+  PackEnergy advance_of(double pack_current_a);
+  template <std::size_t N>
   void look_up(std::size_t i, double soc, double current_a);
+  template <std::size_t N>
   void sum_thevenin();
   /// Dynamic effects, leaks and the reversible heat of a step; `current_a` of one cell-file cell.
   void advance_effects(double current_a);
@@ -95,13 +105,17 @@ class Pack {
   double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;
   PackThevenin thevenin_;
   // One array a quantity, so that the loop over cells runs in vector registers.
-  std::vector<double> soc_, v1_, v2_, ocv_, voltage_, temperature_, surface_, heat_j_;  // state
+  std::vector<double> soc_, ocv_, voltage_, temperature_, surface_, heat_j_;  // state
   std::vector<CellEffectState> effect_;                                                 // state; empty: none is on
   std::vector<double> leak_a_;                                                          // fixed; empty: none
   std::vector<double> soc_per_amp_, resistance_scale_;                                  // fixed
   std::vector<double> resistance_fault_;                                                // planted, 1 none
-  std::vector<double> r0_, g1_, g2_, c1_, c2_, ocv_per_amp_, decay1_, decay2_,          // per renewal
-      gain1_, gain2_, mean_decay1_, mean_decay2_, mean_gain1_, mean_gain2_, r_step_;
+  std::vector<double> r0_, ocv_per_amp_, r_step_;                                       // per renewal
+  struct Branch {
+    std::vector<double> v;                                           // state
+    std::vector<double> g, c, decay, gain, mean_decay, mean_gain;  // per renewal
+  };
+  std::array<Branch, kMostCellBranches> branch_;
 };
 
 }  // namespace voltlap::plant

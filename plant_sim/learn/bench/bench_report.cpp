@@ -47,7 +47,8 @@ std::string tiles(const Campaign& campaign, const Forecast& forecast) {
   out += html_tile("Rests", fmt::format("{}", forecast.rests.count), "",
                    fmt::format("{:.1f} to {:.1f} min", forecast.rests.shortest_s / 60.0,
                                forecast.rests.longest_s / 60.0));
-  out += html_tile("Shorter than tau2", fmt::format("{}", forecast.rests.shorter_than_tau2), "rests",
+  out += html_tile(fmt::format("Shorter than tau{}", forecast.rests.taus.size()),
+                   fmt::format("{}", forecast.rests.shorter_than_last_tau), "rests",
                    "they show only a part of the slow branch");
   return out;
 }
@@ -102,10 +103,10 @@ std::string rests_sentence(const RestSummary& rests, double row_s) {
   if (rests.count == 0) return "No rest follows a load: no time constant can be seen.";
   return fmt::format(
       "The {} rests after loads (median {:.1f} min) show time constants from about {:.2g} s, two rows, to {:.0f} s, "
-      "the longest rest. There the cell's tau1 is {:.0f} to {:.0f} s and its tau2 {:.0f} to {:.0f} s; {} rests end "
+      "the longest rest. There the cell's {}; {} rests end "
       "before the slow branch has lost 63 %.",
-      rests.count, rests.median_s / 60.0, 2.0 * row_s, rests.longest_s, rests.tau1_min_s, rests.tau1_max_s,
-      rests.tau2_min_s, rests.tau2_max_s, rests.shorter_than_tau2);
+      rests.count, rests.median_s / 60.0, 2.0 * row_s, rests.longest_s, taus_text(rests),
+      rests.shorter_than_last_tau);
 }
 
 std::string plan_rows_html(const BenchPlan& plan) {

@@ -67,21 +67,21 @@ Json forecast_json(const Forecast& forecast) {
   Json tests = Json::array();
   for (const TestForecast& test : forecast.tests) tests.push_back(summary_json(test));
   const RestSummary& rests = forecast.rests;
+  Json rests_json = {{"count", rests.count},
+                     {"shortest_s", rests.shortest_s},
+                     {"median_s", rests.median_s},
+                     {"longest_s", rests.longest_s}};
+  for (std::size_t k = 0; k < rests.taus.size(); ++k) {
+    rests_json[fmt::format("tau{}_min_s", k + 1)] = rests.taus[k].min_s;
+    rests_json[fmt::format("tau{}_max_s", k + 1)] = rests.taus[k].max_s;
+  }
+  rests_json[fmt::format("shorter_than_tau{}", rests.taus.size())] = rests.shorter_than_last_tau;
   return {{"bench_s", forecast.bench_s},
           {"calendar_s", forecast.calendar_s},
           {"margin", kForecastMargin},
           {"tests", tests},
           {"coverage", coverage_json(forecast.coverage)},
-          {"rests",
-           {{"count", rests.count},
-            {"shortest_s", rests.shortest_s},
-            {"median_s", rests.median_s},
-            {"longest_s", rests.longest_s},
-            {"tau1_min_s", rests.tau1_min_s},
-            {"tau1_max_s", rests.tau1_max_s},
-            {"tau2_min_s", rests.tau2_min_s},
-            {"tau2_max_s", rests.tau2_max_s},
-            {"shorter_than_tau2", rests.shorter_than_tau2}}}};
+          {"rests", rests_json}};
 }
 
 Json results_json(const std::vector<TestResult>& results, bool with_truth) {

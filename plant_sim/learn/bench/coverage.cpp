@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/bench/coverage.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -54,6 +57,15 @@ std::size_t Coverage::visited(double load_s_min) const {
       std::count_if(load_s_.begin(), load_s_.end(), [=](double s) { return s >= load_s_min; }));
 }
 
+std::string taus_text(const RestSummary& rests) {
+  std::vector<std::string> out;
+  for (std::size_t k = 0; k < rests.taus.size(); ++k) {
+    out.push_back(fmt::format("{}tau{}{} {:.0f} to {:.0f} s", k == 0 ? "" : "its ", k + 1, k == 0 ? " is" : "",
+                              rests.taus[k].min_s, rests.taus[k].max_s));
+  }
+  return fmt::format("{}", fmt::join(out, " and "));
+}
+
 void RestSurvey::add(const BenchRecord& record) {
   VOLTLAP_DEMAND(!record.cells.empty());
   const CellRecord& cell = record.cells.front();
@@ -69,12 +81,11 @@ void RestSurvey::add(const BenchRecord& record) {
     const auto at = std::min(static_cast<std::size_t>(row), record.time_s.size() - 1);
     const CircuitParameters p = tables_.circuit(phase.soc, cell.true_temperature_c[at], last_load);
     const double length = phase.end_s - phase.begin_s;
-    const bool first = lengths_.empty();
-    sum_.tau1_min_s = first ? p.tau1_s : std::min(sum_.tau1_min_s, p.tau1_s);
-    sum_.tau1_max_s = std::max(sum_.tau1_max_s, p.tau1_s);
-    sum_.tau2_min_s = first ? p.tau2_s : std::min(sum_.tau2_min_s, p.tau2_s);
-    sum_.tau2_max_s = std::max(sum_.tau2_max_s, p.tau2_s);
-    sum_.shorter_than_tau2 += length < p.tau2_s ? 1U : 0U;
+    for (std::size_t k = 0; k < sum_.taus.size(); ++k) {
+      sum_.taus[k].min_s = std::min(sum_.taus[k].min_s, p.tau_s[k]);
+      sum_.taus[k].max_s = std::max(sum_.taus[k].max_s, p.tau_s[k]);
+    }
+    sum_.shorter_than_last_tau += length < p.tau_s[sum_.taus.size() - 1] ? 1U : 0U;
     lengths_.push_back(length);
   }
 }
@@ -82,7 +93,10 @@ void RestSurvey::add(const BenchRecord& record) {
 RestSummary RestSurvey::summary() const {
   RestSummary out = sum_;
   out.count = lengths_.size();
-  if (lengths_.empty()) return out;
+  if (lengths_.empty()) {
+    for (RestSummary::TauRange& tau : out.taus) tau = {0.0, 0.0};
+    return out;
+  }
   const auto [shortest, longest] = std::minmax_element(lengths_.begin(), lengths_.end());
   out.shortest_s = *shortest;
   out.median_s = median(lengths_);

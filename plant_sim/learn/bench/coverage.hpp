@@ -4,6 +4,7 @@
 // current of a rest is that of the load before it, as in the tables' lookup.
 #pragma once
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "car/battery/cell_tables.hpp"
@@ -42,13 +43,19 @@ class Coverage {
 struct RestSummary {
   std::size_t count = 0;
   double shortest_s = 0.0, median_s = 0.0, longest_s = 0.0;
-  double tau1_min_s = 0.0, tau1_max_s = 0.0, tau2_min_s = 0.0, tau2_max_s = 0.0;  ///< where the rests were
-  std::size_t shorter_than_tau2 = 0;  ///< rests that end before the slow branch has lost 63 %
+  struct TauRange {
+    double min_s = 1e300, max_s = 0.0;
+  };
+  std::vector<TauRange> taus;             ///< of each branch, where the rests were
+  std::size_t shorter_than_last_tau = 0;  ///< rests that end before the slow branch has lost 63 %
 };
+
+/// "tau1 is 3 to 5 s and its tau2 80 to 90 s".
+[[nodiscard]] std::string taus_text(const RestSummary& rests);
 
 class RestSurvey {
  public:
-  explicit RestSurvey(const CellParameters& cell) : tables_(cell) {}
+  explicit RestSurvey(const CellParameters& cell) : tables_(cell) { sum_.taus.resize(tables_.branches()); }
   void add(const BenchRecord& record);
   [[nodiscard]] RestSummary summary() const;
 

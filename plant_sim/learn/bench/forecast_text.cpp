@@ -62,14 +62,13 @@ std::string rests_text(const BenchPlan& plan, const Forecast& forecast) {
       "(two rows) to {:.0f} s (the longest rest).\n",
       rests.count, rests.shortest_s / 60.0, rests.longest_s / 60.0, rests.median_s / 60.0, 2.0 * forecast.row_s,
       rests.longest_s);
-  out += fmt::format("There the cell file's tau1 is {:.0f} to {:.0f} s and its tau2 {:.0f} to {:.0f} s; ",
-                     rests.tau1_min_s, rests.tau1_max_s, rests.tau2_min_s, rests.tau2_max_s);
+  out += fmt::format("There the cell file's {}; ", taus_text(rests));
   out +=
-      rests.shorter_than_tau2 == 0
-          ? "every rest outlasts tau2.\n"
+      rests.shorter_than_last_tau == 0
+          ? fmt::format("every rest outlasts tau{}.\n", rests.taus.size())
           : fmt::format(
-                "{} rests are shorter than tau2 and show only a part of the slow branch; {} makes them longer.\n",
-                rests.shorter_than_tau2,
+                "{} rests are shorter than tau{} and show only a part of the slow branch; {} makes them longer.\n",
+                rests.shorter_than_last_tau, rests.taus.size(),
                 plan.rest.rule == "fixed" ? "a larger rest.seconds" : "a smaller rest.rise_v_per_min");
   return out;
 }

@@ -17,7 +17,7 @@
 namespace voltlap::plant {
 
 struct IdentifyOptions {
-  int branches = 0;            ///< 1..3; 0: chosen by information criterion and held-out pulses, at most 2
+  int branches = 0;            ///< 1..4; 0: chosen by held-out pulses
   std::vector<double> temperatures_c;  ///< of the recordings that have none of their own, one each; empty: 25 degC
   bool temperature_told = true;  ///< else a recording without rests has warmed by nobody knows how much
   double reference_temperature_c = 25.0;       ///< at which the tables hold

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "learn/validate/error_sensitivity.hpp"
 
+#include <fmt/format.h>
+
+#include <functional>
+
 #include "core/demand.hpp"
 
 namespace voltlap::plant {
@@ -18,19 +22,25 @@ void scale_em(CellParameters& cell, double factor) {
 }
 
 struct Row {
-  const char* parameter;
-  void (*change)(CellParameters&, double factor);  ///< of the tables; none: of the run
+  std::string parameter;
+  std::function<void(CellParameters&, double factor)> change;  ///< of the tables; none: of the run
 };
-constexpr std::array kRows{
-    Row{"em", scale_em},
-    Row{"r0", [](CellParameters& c, double f) { scale(c.r0_ohm, f); }},
-    Row{"r1", [](CellParameters& c, double f) { scale(c.r1_ohm, f), scale(c.tau1_s, f); }},
-    Row{"r2", [](CellParameters& c, double f) { scale(c.r2_ohm, f), scale(c.tau2_s, f); }},
-    Row{"c1", [](CellParameters& c, double f) { scale(c.tau1_s, f); }},
-    Row{"c2", [](CellParameters& c, double f) { scale(c.tau2_s, f); }},
-    Row{"initial_soc", nullptr},
-    Row{"capacity", nullptr},
-};
+
+std::vector<Row> rows_of(const CellParameters& cell) {
+  std::vector<Row> out{{"em", scale_em}, {"r0", [](CellParameters& c, double f) { scale(c.r0_ohm, f); }}};
+  for (std::size_t k = 0; k < cell.branch_count(); ++k) {
+    out.push_back({fmt::format("r{}", k + 1), [k](CellParameters& c, double f) {
+                     scale(c.branches[k].r_ohm, f);
+                     scale(c.branches[k].tau_s, f);
+                   }});
+  }
+  for (std::size_t k = 0; k < cell.branch_count(); ++k) {
+    out.push_back({fmt::format("c{}", k + 1), [k](CellParameters& c, double f) { scale(c.branches[k].tau_s, f); }});
+  }
+  out.push_back({"initial_soc", nullptr});
+  out.push_back({"capacity", nullptr});
+  return out;
+}
 
 }  // namespace
 
@@ -39,13 +49,13 @@ std::vector<ErrorSensitivity> error_sensitivities(const CellParameters& cell,
                                                   const std::vector<CapacityAdjustment>& capacities) {
   VOLTLAP_DEMAND(!recordings.empty() && capacities.size() == recordings.size());
   std::vector<ErrorSensitivity> out;
-  for (const Row& row : kRows) {
-    const std::string name = row.parameter;
+  for (const Row& row : rows_of(cell)) {
+    const std::string& name = row.parameter;
     ErrorSensitivity one{name, {}};
     for (std::size_t step = 0; step < kSensitivitySteps.size(); ++step) {
       const double by = kSensitivitySteps[step];
       CellParameters changed = cell;
-      if (row.change != nullptr) row.change(changed, 1.0 + by);
+      if (row.change) row.change(changed, 1.0 + by);
       const CellModel model(changed);
       ErrorSum sum;
       for (std::size_t k = 0; k < recordings.size(); ++k) {

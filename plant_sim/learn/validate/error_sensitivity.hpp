@@ -14,7 +14,7 @@ namespace voltlap::plant {
 inline constexpr std::array kSensitivitySteps{0.05, 0.01, 0.0, -0.01, -0.05};
 
 struct ErrorSensitivity {
-  std::string parameter;  ///< em, r0, r1, r2, c1, c2, initial_soc, capacity
+  std::string parameter;  ///< em, r0, r and c of each branch, initial_soc, capacity
   std::array<double, kSensitivitySteps.size()> rms_v{};
 };
 

@@ -60,7 +60,7 @@ std::vector<Reduction> reductions(const CellParameters& cell, const std::vector<
   std::vector<Reduction> out{reduced(cell, recordings, {}, TableAxis::kCurrent)};
   for (const TableAxis axis : {TableAxis::kCurrent, TableAxis::kTemperature}) {
     std::vector<TableParameter> there;
-    for (const TableParameter parameter : kTableParameters) {
+    for (const TableParameter parameter : table_parameters(cell)) {
       if (!depends_on(cell, parameter, axis)) continue;
       there.push_back(parameter);
       out.push_back(reduced(cell, recordings, {parameter}, axis));

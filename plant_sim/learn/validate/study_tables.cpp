@@ -15,6 +15,14 @@ namespace {
 
 constexpr const char* kNone = "-";
 
+/// The study's row of a parameter; none of a branch that its cells do not have.
+template <class Rows>
+auto row_of(const Rows& rows, std::string_view parameter) -> decltype(rows.data()) {
+  const auto is_its = [&](const auto& row) { return row.parameter == parameter; };
+  const auto found = std::find_if(rows.begin(), rows.end(), is_its);
+  return found != rows.end() ? &*found : nullptr;
+}
+
 std::string mv_or_none(double volts) {
   return volts > 0.0 ? millivolts(volts) : std::string(kNone);
 }
@@ -86,17 +94,19 @@ StudyTable tables_table(const CellParameters& cell, const ValidationStudy& study
   const auto text = [](const std::optional<double>& value) {
     return value ? fmt::format("{:.3g}", *value) : std::string(kNone);
   };
-  for (std::size_t k = 0; k < study.tables.size(); ++k) {
-    const TableSensitivity& own = study.tables[k];
-    const auto& beside = study::kTableSensitivity[k];
+  for (const TableSensitivity& own : study.tables) {
+    const auto* beside = row_of(study::kTableSensitivity, name_of(own.parameter));
     out.rows.push_back({name_of(own.parameter), text(own.pct_per_ampere),
-                        fmt::format("{:.3g}", beside.pct_per_ampere), text(own.pct_per_kelvin),
-                        fmt::format("{:.3g}", beside.pct_per_kelvin)});
+                        beside != nullptr ? fmt::format("{:.3g}", beside->pct_per_ampere) : kNone,
+                        text(own.pct_per_kelvin),
+                        beside != nullptr ? fmt::format("{:.3g}", beside->pct_per_kelvin) : kNone});
   }
   if (!study.tables.front().pct_per_ampere && !study.tables.front().pct_per_kelvin)
     out.notes.emplace_back("em: this cell file has its OCV over SOC alone");
   if (cell.r0_ohm.table.empty())
-    out.notes.emplace_back("r0 to tau2: as the file's per_ampere and per_kelvin say, not from a table of tests");
+    out.notes.push_back(
+        fmt::format("r0 to tau{}: as the file's per_ampere and per_kelvin say, not from a table of tests",
+                    cell.branch_count()));
   return out;
 }
 
@@ -106,11 +116,12 @@ StudyTable errors_table(const ValidationStudy& study) {
       {"", "+5 %", "+1 %", "nominal", "-1 %", "-5 %"},
       {},
       {}};
-  for (std::size_t k = 0; k < study.errors.size(); ++k) {
-    out.rows.push_back({study.errors[k].parameter});
+  for (const ErrorSensitivity& own : study.errors) {
+    const auto* beside = row_of(study::kErrorSensitivity, own.parameter);
+    out.rows.push_back({own.parameter});
     for (std::size_t step = 0; step < kSensitivitySteps.size(); ++step) {
-      out.rows.back().push_back(fmt::format("{:.1f} ({:.1f})", 1e3 * study.errors[k].rms_v[step],
-                                            1e3 * study::kErrorSensitivity[k].rms_v[step]));
+      const std::string theirs = beside != nullptr ? fmt::format("{:.1f}", 1e3 * beside->rms_v[step]) : kNone;
+      out.rows.back().push_back(fmt::format("{:.1f} ({})", 1e3 * own.rms_v[step], theirs));
     }
   }
   return out;

@@ -6,6 +6,34 @@
 
 namespace voltlap::plant {
 
+namespace {
+
+constexpr auto kFirstR = static_cast<std::size_t>(TableParameter::kR1);
+constexpr auto kFirstTau = static_cast<std::size_t>(TableParameter::kTau1);
+static_assert(kFirstTau - kFirstR == kMostCellBranches);
+
+double value_of(const CircuitParameters& p, TableParameter parameter) {
+  const auto index = static_cast<std::size_t>(parameter);
+  if (parameter == TableParameter::kR0) return p.r0_ohm;
+  return index < kFirstTau ? p.r_ohm[index - kFirstR] : p.tau_s[index - kFirstTau];
+}
+
+CellParameterMap& map_of(CellParameters& cell, TableParameter parameter) {
+  const auto index = static_cast<std::size_t>(parameter);
+  if (parameter == TableParameter::kR0) return cell.r0_ohm;
+  return index < kFirstTau ? cell.branches[index - kFirstR].r_ohm : cell.branches[index - kFirstTau].tau_s;
+}
+
+}  // namespace
+
+std::vector<TableParameter> table_parameters(const CellParameters& cell) {
+  std::vector<TableParameter> out{TableParameter::kEm, TableParameter::kR0};
+  for (const std::size_t first : {kFirstR, kFirstTau}) {
+    for (std::size_t k = 0; k < cell.branch_count(); ++k) out.push_back(static_cast<TableParameter>(first + k));
+  }
+  return out;
+}
+
 std::vector<double> table_of(const CellParameters& cell, TableParameter parameter) {
   if (parameter == TableParameter::kEm) return cell.ocv_table_v;
   const CellTables tables(cell);
@@ -13,9 +41,7 @@ std::vector<double> table_of(const CellParameters& cell, TableParameter paramete
   for (const double soc : cell.soc_breakpoints) {
     for (const double temperature : cell.temperature_breakpoints_c) {
       for (const double current : cell.current_breakpoints_a) {
-        const CircuitParameters p = tables.circuit(soc, temperature, current);
-        const std::array values{0.0, p.r0_ohm, p.r1_ohm, p.r2_ohm, p.tau1_s, p.tau2_s};
-        out.push_back(values[static_cast<std::size_t>(parameter)]);
+        out.push_back(value_of(tables.circuit(soc, temperature, current), parameter));
       }
     }
   }
@@ -29,8 +55,7 @@ void set_table(CellParameters& cell, TableParameter parameter, std::vector<doubl
     cell.ocv_table_v = std::move(table);
     return;
   }
-  const std::array maps{&cell.r0_ohm, &cell.r1_ohm, &cell.r2_ohm, &cell.tau1_s, &cell.tau2_s};
-  *maps[static_cast<std::size_t>(parameter) - 1] = {{}, 0.0, 0.0, std::move(table)};
+  map_of(cell, parameter) = {{}, 0.0, 0.0, std::move(table)};
 }
 
 }  // namespace voltlap::plant

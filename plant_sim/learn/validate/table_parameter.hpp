@@ -9,13 +9,14 @@
 
 namespace voltlap::plant {
 
-enum class TableParameter { kEm, kR0, kR1, kR2, kTau1, kTau2 };
-inline constexpr std::array kTableParameters{TableParameter::kEm, TableParameter::kR0,   TableParameter::kR1,
-                                             TableParameter::kR2, TableParameter::kTau1, TableParameter::kTau2};
+enum class TableParameter { kEm, kR0, kR1, kR2, kR3, kR4, kTau1, kTau2, kTau3, kTau4 };
 [[nodiscard]] constexpr const char* name_of(TableParameter parameter) {
-  constexpr std::array kNames{"em", "r0", "r1", "r2", "tau1", "tau2"};
+  constexpr std::array kNames{"em", "r0", "r1", "r2", "r3", "r4", "tau1", "tau2", "tau3", "tau4"};
   return kNames[static_cast<std::size_t>(parameter)];
 }
+
+/// Those that a cell has: Em, R0, R and then tau of its branches.
+[[nodiscard]] std::vector<TableParameter> table_parameters(const CellParameters& cell);
 
 enum class TableAxis { kTemperature, kCurrent };
 

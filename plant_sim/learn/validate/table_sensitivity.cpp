@@ -37,7 +37,7 @@ std::optional<double> mean_slope(const CellParameters& cell, const std::vector<d
 
 std::vector<TableSensitivity> table_sensitivities(const CellParameters& cell) {
   std::vector<TableSensitivity> out;
-  for (const TableParameter parameter : kTableParameters) {
+  for (const TableParameter parameter : table_parameters(cell)) {
     const std::vector<double> table = table_of(cell, parameter);
     out.push_back({parameter, mean_slope(cell, table, TableAxis::kCurrent),
                    mean_slope(cell, table, TableAxis::kTemperature)});

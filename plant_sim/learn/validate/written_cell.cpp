@@ -162,8 +162,8 @@ void require_possible_cell(const CellParameters& file, const CellIdentification&
            fmt::format("{:g} to {:g} mOhm of a cell", 1e3 * kLeast_ohm, 1e3 * kMost_ohm),
            "Check the unit of the current, --cells-in-parallel, and that voltage and current are of one battery");
   }
-  for (const auto* map : {&file.tau1_s, &file.tau2_s}) {
-    for (const double tau : values(*map)) {
+  for (const CellBranch& branch : file.branches) {
+    for (const double tau : values(branch.tau_s)) {
       if (tau > 0.0 && tau < kMost_s) continue;
       refuse(fmt::format("a time constant of {:.3g} s", tau), fmt::format("more than 0 and less than {:g} s", kMost_s),
              "Give a recording with longer rests, or fewer branches (--rc 1)");

@@ -36,8 +36,8 @@ TEST(FirmwareConfig, CellsInParallelShareCapacityAndResistance) {
 
 TEST(FirmwareConfig, ResistanceOfTheLimitIsTheSumOfTheCellsThree) {
   car.cell.r0_ohm.value.assign(car.cell.soc_breakpoints.size(), 0.0013);
-  car.cell.r1_ohm.value.assign(car.cell.soc_breakpoints.size(), 0.0004);
-  car.cell.r2_ohm.value.assign(car.cell.soc_breakpoints.size(), 0.0008);
+  car.cell.branches[0].r_ohm.value.assign(car.cell.soc_breakpoints.size(), 0.0004);
+  car.cell.branches[1].r_ohm.value.assign(car.cell.soc_breakpoints.size(), 0.0008);
   LONGS_EQUAL(2500, bms_config(car).resistance.resistance[10].raw());
 }
 
@@ -55,7 +55,7 @@ TEST(FirmwareConfig, WhatAnExplanationAddsToTheCellIsInTheBmsTables) {
 
 TEST(FirmwareConfig, TemperatureCoefficientIsRelativeToTheResistanceAtTheReference) {
   car.cell.temperature_breakpoints_c = {0.0, car.cell.reference_temperature_c, 60.0};
-  for (auto* map : {&car.cell.r0_ohm, &car.cell.r1_ohm, &car.cell.r2_ohm}) map->per_kelvin = -0.015;
+  for (auto* map : resistances_of(car.cell)) map->per_kelvin = -0.015;
   LONGS_EQUAL(-15'000, bms_config(car).resistance.ppm_per_kelvin);
 }
 

@@ -9,6 +9,10 @@
 #include "plant_sim/core/scratch.hpp"
 #include "race/endurance.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include <CppUTest/TestHarness.h>
 
 using namespace voltlap;
@@ -92,11 +96,11 @@ TEST(FirmwareHeader, TablesAreThoseOfTheHost) {
 TEST(FirmwareHeader, EveryFieldOfTheConfigurationIsInIt) {
   bms::Config changed = bms_config(car);
   auto* bytes = reinterpret_cast<unsigned char*>(&changed);
-  const std::string before = firmware_header(car, changed, {}, {});
+  const std::string before = firmware_header(car, changed, {}, {}, {});
   std::size_t silent = 0;
   for (std::size_t i = 0; i < sizeof(bms::Config); ++i) {
     bytes[i] ^= 1U;
-    silent += firmware_header(car, changed, {}, {}) == before ? 1U : 0U;
+    silent += firmware_header(car, changed, {}, {}, {}) == before ? 1U : 0U;
     bytes[i] ^= 1U;
   }
   // Silent are the unused points of both tables and what the compiler leaves between fields.
@@ -123,8 +127,8 @@ TEST(FirmwareHeader, BmsWithTheHeaderCountsAndSendsTheSameBitForBit) {
 TEST(FirmwareHeader, SameConfigurationSameBytes) {
   const bms::Config config = bms_config(car);
   const TableRounding rounding = table_rounding(car, config);
-  const std::string text = firmware_header(car, config, rounding, {"1.0", "command"});
-  STRCMP_EQUAL(text.c_str(), firmware_header(car, config, rounding, {"1.0", "command"}).c_str());
+  const std::string text = firmware_header(car, config, rounding, {}, {"1.0", "command"});
+  STRCMP_EQUAL(text.c_str(), firmware_header(car, config, rounding, {}, {"1.0", "command"}).c_str());
   STRCMP_CONTAINS("static_assert(config_check(kPackConfig)", text.c_str());
   STRCMP_CONTAINS("mV from the cell's curve", text.c_str());
 }
@@ -166,9 +170,49 @@ TEST(FirmwareHeader, PlateauIsRaisedAndSaid) {
 }
 
 TEST(FirmwareHeader, ResistanceTooSmallForMicroohmsIsRefused) {
-  for (auto* map : {&car.cell.r0_ohm, &car.cell.r1_ohm, &car.cell.r2_ohm}) {
+  for (auto* map : resistances_of(car.cell)) {
     map->value.assign(car.cell.soc_breakpoints.size(), 1.1e-6);
     map->per_kelvin = map->per_ampere = 0.0;
   }
   STRCMP_CONTAINS("counts in microohms", complaint_of_tables().c_str());
+}
+
+TEST(FirmwareHeader, TheBranchesForAFilterAreTheCellsOwnTwoAsIntegersOfAGroup) {
+  car.battery.cells_in_parallel = 2;
+  const bms::Config config = bms_config(car);
+  const BranchReduction reduction = two_branch_tables(car, config);
+  LONGS_EQUAL(config.resistance.count, reduction.circuits.size());
+  STRCMP_CONTAINS("the cell file's two", branches_text(car, reduction).c_str());
+  const std::string text = firmware_header(car, config, {}, reduction, {"1.0", "command"});
+  const CircuitParameters full = CellTables(car.cell).circuit(1.0, 30.0, car.cell.reference_current_a);
+  const auto last_of = [&](const std::string& name) {
+    const std::size_t begin = text.find(name + "[]"), end = text.find("\n};", begin);
+    return std::stod(text.substr(text.rfind(' ', end) + 1));
+  };
+  DOUBLES_EQUAL(0.5e6 * full.r0_ohm, last_of("kSeriesResistance"), 0.5);
+  DOUBLES_EQUAL(0.5e6 * full.r_ohm[1], last_of("kBranch2Resistance"), 0.5);
+  DOUBLES_EQUAL(1e3 * full.tau_s[0], last_of("kBranch1Time"), 0.5);
+  DOUBLES_EQUAL(1e3 * full.tau_s[1], last_of("kBranch2Time"), 0.5);
+}
+
+TEST(FirmwareHeader, WhatTwoBranchesCostInThePlaceOfThreeIsSaid) {
+  car.cell.branches[2] = car.cell.branches[1];
+  for (double& tau : car.cell.branches[2].tau_s.value) tau *= 0.01;
+  const bms::Config config = bms_config(car);
+  const BranchReduction reduction = two_branch_tables(car, config);
+  CHECK(reduction.largest_v > 1e-4 && reduction.rms_v < reduction.largest_v);
+  const std::string said = branches_text(car, reduction);
+  STRCMP_CONTAINS("2 in the place of 3. After a step of 1C, 55.2 A, their voltage is off by at most ", said.c_str());
+  STRCMP_CONTAINS(fmt::format("{:.2f} mV, at SOC", 1e3 * reduction.largest_v).c_str(), said.c_str());
+  STRCMP_CONTAINS(said.substr(0, 40).c_str(), firmware_header(car, config, {}, reduction, {"1.0", "c"}).c_str());
+  car.cell.branches[1] = car.cell.branches[2] = {};
+  STRCMP_CONTAINS("the second is 0 ohm", branches_text(car, two_branch_tables(car, config)).c_str());
+}
+
+TEST(FirmwareHeader, TheBmsBelievesTheResistanceOfAllBranches) {
+  const auto middle = [this] { return bms_config(car).resistance.resistance[10].raw(); };
+  const auto before = middle();
+  car.cell.branches[2] = car.cell.branches[3] = car.cell.branches[0];
+  const double added = 2.0 * car.cell.branches[0].r_ohm.value[8];
+  LONGS_EQUAL(before + std::lround(1e6 * added), middle());
 }

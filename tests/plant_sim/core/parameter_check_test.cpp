@@ -72,14 +72,50 @@ TEST(ParameterCheck, FullTableNeedsAValueForEveryPoint) {
   const auto table = [](std::size_t missing) {
     return [missing](VehicleParameters& p) {
       const auto& c = p.cell;
-      p.cell.r1_ohm.value.clear();
-      p.cell.r1_ohm.table.assign(
+      p.cell.branches[0].r_ohm.value.clear();
+      p.cell.branches[0].r_ohm.table.assign(
           c.soc_breakpoints.size() * c.temperature_breakpoints_c.size() * c.current_breakpoints_a.size() - missing,
           1e-3);
     };
   };
   STRCMP_EQUAL("no error", complaint_after(table(0)).c_str());
   STRCMP_CONTAINS("cell.r1.table", complaint_after(table(1)).c_str());
+}
+
+TEST(ParameterCheck, ACellHasOneToFourBranches) {
+  for (std::size_t count = 1; count <= 4; ++count) {
+    const std::string message = complaint_after([&](VehicleParameters& p) {
+      for (std::size_t k = 0; k < 4; ++k) p.cell.branches[k] = k < count ? p.cell.branches[0] : CellBranch{};
+    });
+    STRCMP_EQUAL("no error", message.c_str());
+    LONGS_EQUAL(count, vehicle.parameters.cell.branch_count());
+  }
+  const std::string none = complaint_after([](VehicleParameters& p) { p.cell.branches = {}; });
+  STRCMP_CONTAINS("cell.r1.table", none.c_str());
+  STRCMP_CONTAINS("no values", none.c_str());
+}
+
+TEST(ParameterCheck, AGapInTheBranchesIsNamed) {
+  const std::string message =
+      complaint_after([](VehicleParameters& p) { p.cell.branches[3] = p.cell.branches[0]; });
+  STRCMP_CONTAINS("cell.r4.value", message.c_str());
+  STRCMP_CONTAINS("RC branch 4 without branch 3", message.c_str());
+  STRCMP_CONTAINS("Add [r3] and [tau3]", message.c_str());
+}
+
+TEST(ParameterCheck, ABranchHasAResistanceAndATimeConstant) {
+  const auto half = [this](const std::function<void(CellBranch&)>& change) {
+    return complaint_after([&](VehicleParameters& p) {
+      p.cell.branches[2] = p.cell.branches[0];
+      change(p.cell.branches[2]);
+    });
+  };
+  STRCMP_CONTAINS("cell.tau3.table", half([](CellBranch& b) { b.tau_s = {}; }).c_str());
+  STRCMP_CONTAINS("cell.r3.table", half([](CellBranch& b) { b.r_ohm = {}; }).c_str());
+  STRCMP_CONTAINS("cell.r3.table", half([](CellBranch& b) {
+                                     b = {};
+                                     b.r_ohm.per_kelvin = -0.01;
+                                   }).c_str());
 }
 
 TEST(ParameterCheck, VoltageLimitsStandInOrder) {

@@ -5,13 +5,15 @@
 #include <cmath>
 
 #include "core/demand.hpp"
+#include "core/parameters.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 using Eigen::Index;
 
-constexpr int kMostNodes = 31, kMostBranches = 3;  // the breakpoints, halved
+constexpr int kMostNodes = 31;  // the breakpoints, halved
+constexpr int kMostBranches = static_cast<int>(kMostCellBranches);
 constexpr double kQuiet = 0.01;  // of the largest current: below it a row is at rest
 
 CircuitRow::Place place_of(const SocGrid& grid, double soc) {

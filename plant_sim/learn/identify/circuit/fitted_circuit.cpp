@@ -2,16 +2,18 @@
 #include "learn/identify/circuit/fitted_circuit.hpp"
 
 #include "core/demand.hpp"
+#include "core/parameters.hpp"
 
 namespace voltlap::plant {
 
 using Eigen::Index;
 
 Eigen::VectorXd first_taus(Index branches) {
-  VOLTLAP_DEMAND(branches >= 1 && branches <= 3);
+  VOLTLAP_DEMAND(branches >= 1 && branches <= static_cast<Index>(kMostCellBranches));
   if (branches == 1) return Eigen::VectorXd::Constant(1, 60.0);
   if (branches == 2) return Eigen::Vector2d(15.0, 300.0);
-  return Eigen::Vector3d(3.0, 40.0, 600.0);
+  if (branches == 3) return Eigen::Vector3d(3.0, 40.0, 600.0);
+  return Eigen::Vector4d(2.0, 15.0, 120.0, 1000.0);
 }
 
 std::vector<Eigen::VectorXd> states_by_run(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& all,

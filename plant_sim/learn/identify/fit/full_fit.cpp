@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/demand.hpp"
+#include "core/parameters.hpp"
 #include "core/signal.hpp"
 #include "learn/identify/fit/evidence.hpp"
 
@@ -42,18 +43,6 @@ std::size_t drop_outliers(std::vector<MeasuredRun>& runs, const std::vector<Eige
     }
   }
   return dropped;
-}
-
-Index chosen_order(const std::vector<OrderScore>& o, std::vector<std::string>& notes) {
-  VOLTLAP_DEMAND(o.size() == 3);
-  constexpr double kWorthIt = 0.95;  // a branch more must predict better by this
-  if (o[2].heldout_rms_v < kWorthIt * o[1].heldout_rms_v) {
-    notes.push_back(
-        fmt::format("A third branch would predict held-out pulses at {:.2f} instead of {:.2f} mV; a cell "
-                    "file holds two (--rc 3 fits three).",
-                    1e3 * o[2].heldout_rms_v, 1e3 * o[1].heldout_rms_v));
-  }
-  return o[1].heldout_rms_v < kWorthIt * o[0].heldout_rms_v ? 2 : 1;
 }
 
 /// Whether the current under load has rates that differ: those of a tenth of the charge at either end by half.
@@ -106,7 +95,7 @@ class FullFitter {
     settle_laws();
     // A step that fails decides nothing: the next way begins afresh.
     bool settled = !priors_.constant && by_evidence();
-    if (settled && choose_order()) settled = by_evidence();
+    if (settled && choose_order(2)) settled = by_evidence();  // what two leave is noise: one may be enough
     if (!settled) by_prediction();
     out_.heldout = heldout_score(coarse_, taus_, out_.priors);
     out_.tau_centre_s = taus_;
@@ -177,11 +166,11 @@ class FullFitter {
     out_.fit.states = states_by_run(runs_, cost.states_of(packed), branches_);
   }
   /// True when another number of branches than before is better.
-  bool choose_order() {
+  bool choose_order(Index most) {
     if (options_.branches > 0) return false;
     say("number of RC branches");
-    out_.orders = score_orders(coarse_, priors_);
-    const Index chosen = chosen_order(out_.orders, notes_);
+    out_.orders = score_orders(coarse_, priors_, most);
+    const Index chosen = best_order(out_.orders);
     if (chosen == branches_) return false;
     branches_ = chosen;
     search(first_taus(branches_));
@@ -216,12 +205,30 @@ class FullFitter {
     return true;
   }
 
+  /// Of the branches that were chosen as many as leave noise alone, by evidence. False when all do not.
+  bool fewest_that_leave_noise(FitPriors own) {
+    const Index chosen = branches_;
+    std::swap(priors_, own);
+    for (branches_ = 3; branches_ <= chosen; ++branches_) {
+      search(first_taus(branches_));
+      if (!by_evidence()) continue;
+      out_.smoothness_scores.clear();
+      return true;
+    }
+    branches_ = chosen;
+    std::swap(priors_, own);
+    return false;
+  }
+
   void by_prediction() {
+    FitPriors own = priors_;
     priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
     say("smoothness by prediction");
     if (!priors_.constant) priors_.em_roughness_v = choose_ocv_roughness(coarse_, taus_, priors_);
     priors_.smoothness = choose_smoothness(coarse_, taus_, priors_, out_.smoothness_scores);
-    choose_order();
+    if (choose_order(static_cast<Index>(kMostCellBranches)) && branches_ > 2 && !priors_.constant) {
+      if (fewest_that_leave_noise(std::move(own))) return;
+    }
     search(taus_);
     say("full fit");
     // Twice: how much prior knowledge counts depends on the noise, which only a full fit shows.

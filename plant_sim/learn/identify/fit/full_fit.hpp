@@ -18,7 +18,7 @@
 namespace voltlap::plant {
 
 struct FullFitOptions {
-  int branches = 0;  ///< 1..3; 0: chosen, at most 2
+  int branches = 0;  ///< 1..4; 0: chosen
   std::vector<OcvKnowledge> rests;  ///< OCV at the ends of rests
   double instrument_v2_s = 1e-8;    ///< noise of the recordings, see instrument_noise()
   std::function<void(const std::string&)> progress;  ///< may be empty

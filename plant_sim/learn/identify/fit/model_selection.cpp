@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/demand.hpp"
+#include "core/parameters.hpp"
 #include "learn/identify/fit/uncertainty.hpp"
 
 namespace voltlap::plant {
@@ -15,10 +16,25 @@ using Eigen::Index;
 
 constexpr double kWindow = 120.0;  // s of a held-out pulse
 constexpr int kSearchEvaluations = 30;
+constexpr double kWorthIt = 0.95;  // of the error: a branch more must predict better by this
 
-}  // namespace
+/// Tables of all parameters from a linear fit's start, near enough to compare them.
+FittedCircuit full_tables(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+  constexpr int kSteps = 12;
+  constexpr double kStill = 1e-3;
+  const CircuitFit circuit(runs, taus.size(), priors);
+  const CircuitResiduals cost(circuit, taus);
+  const Eigen::MatrixXd at = taus.transpose().replicate(circuit.r_count(), 1);
+  const RefineResult refined = refine(cost, cost.pack(circuit.solve(at), at), kSteps, kStill);
+  FittedCircuit out;
+  out.model = cost.model_of(refined.p);
+  out.states = states_by_run(runs, cost.states_of(refined.p), taus.size());
+  return out;
+}
 
-BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+template <class Fit>
+BlockScore score_by(const Fit& fit, const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
+                    const FitPriors& priors) {
   VOLTLAP_DEMAND(!runs.empty() && taus.size() > 0);
   BlockScore total;
   for (const std::size_t first : {std::size_t{0}, std::size_t{1}}) {
@@ -30,13 +46,19 @@ BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::Vect
       kept.push_back(without_every_second(run, windows, first));
       blocks.push_back(std::move(windows));
     }
-    const auto errors = errors_of(linear_fit(kept, taus, priors), runs);
+    const auto errors = errors_of(fit(kept, taus, priors), runs);
     for (std::size_t k = 0; k < runs.size(); ++k) {
       const BlockScore one = score_every_second(runs[k], since_onset(errors[k], blocks[k]), blocks[k], first);
       total.parts.insert(total.parts.end(), one.parts.begin(), one.parts.end());
     }
   }
   return total;
+}
+
+}  // namespace
+
+BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+  return score_by(linear_fit, runs, taus, priors);
 }
 
 double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors) {
@@ -100,22 +122,31 @@ double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::Vect
   return std::pow(2.0, smoothest);
 }
 
-std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
+std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const FitPriors& priors, Index most) {
+  VOLTLAP_DEMAND(most >= 1 && most <= static_cast<Index>(kMostCellBranches));
   std::vector<OrderScore> out;
-  for (Index branches = 1; branches <= 3; ++branches) {
+  for (Index branches = 1; branches <= most; ++branches) {
     const CircuitFit fit(runs, branches, priors);
     const Eigen::VectorXd taus = fit.search_taus(first_taus(branches), kSearchEvaluations);
-    const FittedCircuit trial = linear_fit(runs, taus, priors);
-    const auto errors = errors_of(trial, runs);
+    const auto fitted = most > 2 && !priors.constant ? full_tables : linear_fit;
+    const auto errors = errors_of(fitted(runs, taus, priors), runs);
     const double square = mean_square(runs, errors), density = noise_density(runs, errors);
     double seconds = 0.0;
     for (const MeasuredRun& run : runs) seconds += run.weight_s.sum();
     const double samples = std::max(2.0, seconds * square / density);  // independent ones
     const double parameters = static_cast<double>((2 * branches + 1) * fit.r_count());
-    out.push_back({static_cast<int>(branches), heldout_score(runs, taus, priors).mean(),
+    out.push_back({static_cast<int>(branches), score_by(fitted, runs, taus, priors).mean(),
                    samples * std::log(square) + parameters * std::log(samples)});
+    if (best_order(out) < branches) break;
   }
   return out;
+}
+
+Index best_order(const std::vector<OrderScore>& orders) {
+  VOLTLAP_DEMAND(!orders.empty());
+  std::size_t best = 0;
+  while (best + 1 < orders.size() && orders[best + 1].heldout_rms_v < kWorthIt * orders[best].heldout_rms_v) ++best;
+  return orders[best].branches;
 }
 
 }  // namespace voltlap::plant

@@ -33,7 +33,11 @@ struct OrderScore {
   int branches;
   double heldout_rms_v, information_criterion;
 };
-/// One, two and three branches.
-[[nodiscard]] std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const FitPriors& priors);
+/// One branch, two and so on up to `most`, until one more does not predict better. Where more than two may be taken,
+/// time constants are free over SOC, as they are in the end: a branch more would else be taken for what they do there.
+[[nodiscard]] std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const FitPriors& priors,
+                                                   Eigen::Index most);
+/// That of the scores which predicts held-out pulses best, as few as possible: each more is better by 5 %.
+[[nodiscard]] Eigen::Index best_order(const std::vector<OrderScore>& orders);
 
 }  // namespace voltlap::plant

@@ -41,7 +41,8 @@ std::string file_names(const CellIdentification& identified) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-std::string section(const char* name, const char* unit, const CellParameterMap& map, const std::string& energy_from) {
+std::string section(const std::string& name, const char* unit, const CellParameterMap& map,
+                    const std::string& energy_from) {
   std::string out = fmt::format("\n[{}]\n", name);
   if (map.table.empty()) {
     out += fmt::format("value = {}  # {}; identified\n", numbers(map.value), unit);
@@ -67,8 +68,8 @@ struct TableName {
   Index column;
 };
 std::vector<TableName> table_names(Index branches) {
-  constexpr std::array kResistances{"r0_ohm", "r1_ohm", "r2_ohm", "r3_ohm"};
-  constexpr std::array kTaus{"tau1_s", "tau2_s", "tau3_s"};
+  constexpr std::array kResistances{"r0_ohm", "r1_ohm", "r2_ohm", "r3_ohm", "r4_ohm"};
+  constexpr std::array kTaus{"tau1_s", "tau2_s", "tau3_s", "tau4_s"};
   std::vector<TableName> out;
   for (Index k = 0; k <= branches; ++k) out.push_back({kResistances[static_cast<std::size_t>(k)], false, k});
   for (Index k = 0; k < branches; ++k) out.push_back({kTaus[static_cast<std::size_t>(k)], true, k});
@@ -173,9 +174,12 @@ std::string cell_toml(const CellParameters& cell, const CellBody& body, const Ce
   const std::string ohmic = law_origin(laws, "ohmic_activation_energy"),
                     polarization = law_origin(laws, "polarization_activation_energy"),
                     time_constant = law_origin(laws, "time_constant_activation_energy");
-  out += section("r0", "ohm", cell.r0_ohm, ohmic) + section("r1", "ohm", cell.r1_ohm, polarization) +
-         section("r2", "ohm", cell.r2_ohm, polarization);
-  out += section("tau1", "s", cell.tau1_s, time_constant) + section("tau2", "s", cell.tau2_s, time_constant);
+  out += section("r0", "ohm", cell.r0_ohm, ohmic);
+  const std::size_t branches = cell.branch_count();
+  for (std::size_t k = 0; k < branches; ++k)
+    out += section(fmt::format("r{}", k + 1), "ohm", cell.branches[k].r_ohm, polarization);
+  for (std::size_t k = 0; k < branches; ++k)
+    out += section(fmt::format("tau{}", k + 1), "s", cell.branches[k].tau_s, time_constant);
   const CellEffects& effects = cell.effects;
   if (effects.entropy_v_per_k != 0.0 || effects.hysteresis_v != 0.0) out += "\n[effects]\n";
   if (effects.entropy_v_per_k != 0.0) {

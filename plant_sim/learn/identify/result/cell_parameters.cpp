@@ -108,22 +108,21 @@ void set_ocv(const IdentifyResult& reference, CellParameters& cell, std::vector<
 }
 
 void set_tables(const CellIdentification& identified, CellParameters& cell) {
-  constexpr double kNoResistance = 1e-7, kNoTau = 1.0;  // a branch that is not there
+  constexpr double kLeast = 1e-7;  // ohm, that a cell file may hold
+  const Index branches = identified.reference_point().result.model.branches();
+  VOLTLAP_DEMAND(branches >= 1 && branches <= static_cast<Index>(cell.branches.size()));
   const auto resistance = [&](Index column) {
     return table_of(identified, [&](const CircuitModel& m, Index node) {
-      return column < m.r.cols() ? std::max(kNoResistance, m.r(node, column)) : kNoResistance;
-    });
-  };
-  const auto tau = [&](Index column) {
-    return table_of(identified, [&](const CircuitModel& m, Index node) {
-      return column < m.tau.cols() ? m.tau(node, column) : kNoTau;
+      VOLTLAP_DEMAND(m.branches() == branches);  // tables of different circuits do not mix
+      return std::max(kLeast, m.r(node, column));
     });
   };
   cell.r0_ohm = resistance(0);
-  cell.r1_ohm = resistance(1);
-  cell.r2_ohm = resistance(2);
-  cell.tau1_s = tau(0);
-  cell.tau2_s = tau(1);
+  for (Index k = 0; k < branches; ++k) {
+    CellBranch& branch = cell.branches[static_cast<std::size_t>(k)];
+    branch.r_ohm = resistance(k + 1);
+    branch.tau_s = table_of(identified, [&](const CircuitModel& m, Index node) { return m.tau(node, k); });
+  }
   const auto ocv = [](const CircuitModel& m, Index node) { return m.ocv.value(m.em, m.grid.at(node)); };
   cell.ocv_table_v = table_of(identified, ocv).table;
 }
@@ -146,10 +145,10 @@ void set_laws(const OperatingPoint& point, CellParameters& cell) {
   constexpr double kJoules = 1e3, kMillivolt = 1e-3;
   const ResistanceLaws& laws = point.result.model.laws;
   cell.r0_ohm.activation_energy_j_per_mol = kJoules * laws.ohmic_kj_per_mol;
-  for (CellParameterMap* map : {&cell.r1_ohm, &cell.r2_ohm})
-    map->activation_energy_j_per_mol = kJoules * laws.polarization_kj_per_mol;
-  for (CellParameterMap* map : {&cell.tau1_s, &cell.tau2_s})
-    map->activation_energy_j_per_mol = kJoules * laws.time_constant_kj_per_mol;
+  for (std::size_t k = 0; k < cell.branch_count(); ++k) {
+    cell.branches[k].r_ohm.activation_energy_j_per_mol = kJoules * laws.polarization_kj_per_mol;
+    cell.branches[k].tau_s.activation_energy_j_per_mol = kJoules * laws.time_constant_kj_per_mol;
+  }
   double coldest = point.temperature_c, warmest = coldest, most = 0.0;
   for (const RecordingResult& file : point.result.files) {
     coldest = std::min(coldest, file.coldest_c);
@@ -190,10 +189,14 @@ void require_finite(const CellParameters& cell, const std::vector<RecordingResul
                                     {"an OCV", &cell.ocv_v},
                                     {"an OCV table", &cell.ocv_table_v}})
     check(key, *values);
-  for (const auto& [key, map] : {std::pair{"r0", &cell.r0_ohm}, {"r1", &cell.r1_ohm}, {"r2", &cell.r2_ohm},
-                                 {"tau1", &cell.tau1_s}, {"tau2", &cell.tau2_s}}) {
-    check(key, map->value);
-    check(key, map->table);
+  const auto check_map = [&](const std::string& key, const CellParameterMap& map) {
+    check(key, map.value);
+    check(key, map.table);
+  };
+  check_map("r0", cell.r0_ohm);
+  for (std::size_t k = 0; k < cell.branch_count(); ++k) {
+    check_map(fmt::format("r{}", k + 1), cell.branches[k].r_ohm);
+    check_map(fmt::format("tau{}", k + 1), cell.branches[k].tau_s);
   }
 }
 

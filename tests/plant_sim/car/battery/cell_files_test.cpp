@@ -55,7 +55,9 @@ Discharge discharge(const CellParameters& parameters, double current_a) {
 
 double dc_resistance(const CellParameters& cell) {
   const CircuitParameters p = CellTables(cell).circuit(0.5, kTemperature_c, cell.reference_current_a);
-  return p.r0_ohm + p.r1_ohm * (1.0 - std::exp(-10.0 / p.tau1_s)) + p.r2_ohm * (1.0 - std::exp(-10.0 / p.tau2_s));
+  double out = p.r0_ohm;
+  for (std::size_t k = 0; k < cell.branch_count(); ++k) out += p.r_ohm[k] * (1.0 - std::exp(-10.0 / p.tau_s[k]));
+  return out;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "car/battery/cell_tables.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "car/battery/cell_effects.hpp"
@@ -48,10 +49,10 @@ TEST_GROUP(CellTables) {
 TEST(CellTables, ReferencePointGivesTheCurveItself) {
   const CircuitParameters p = CellTables(cell).circuit(0.5, 30.0, 200.0);
   DOUBLES_EQUAL(0.0012, p.r0_ohm, 1e-12);
-  DOUBLES_EQUAL(0.0004, p.r1_ohm, 1e-12);
-  DOUBLES_EQUAL(0.0008, p.r2_ohm, 1e-12);
-  DOUBLES_EQUAL(64.5, p.tau1_s, 1e-9);
-  DOUBLES_EQUAL(616.5, p.tau2_s, 1e-9);
+  DOUBLES_EQUAL(0.0004, p.r_ohm[0], 1e-12);
+  DOUBLES_EQUAL(0.0008, p.r_ohm[1], 1e-12);
+  DOUBLES_EQUAL(64.5, p.tau_s[0], 1e-9);
+  DOUBLES_EQUAL(616.5, p.tau_s[1], 1e-9);
 }
 
 TEST(CellTables, ColdCellHasMoreResistanceAndHighCurrentLess) {
@@ -65,7 +66,7 @@ TEST(CellTables, LookupIsTrilinearBetweenBreakpoints) {
   cell.temperature_breakpoints_c = {20.0, 40.0};
   cell.current_breakpoints_a = {0.0, 100.0};
   const std::vector<double> corners = {1, 2, 3, 5, 7, 11, 13, 17};
-  for (auto* map : {&cell.r0_ohm, &cell.r1_ohm, &cell.r2_ohm, &cell.tau1_s, &cell.tau2_s}) *map = {{}, 0, 0, corners};
+  for (auto* map : maps_of(cell)) *map = {{}, 0, 0, corners};
   const double s = 0.3, t = 0.6, i = 0.25;
   double expected = 0.0;
   for (std::size_t n = 0; n < 8; ++n) {
@@ -100,9 +101,9 @@ TEST(CellTables, KineticsSayWhatIsBetweenTestsAtThreeTemperaturesAndRates) {
     }
   }
   cell.r0_ohm = {{}, 0, 0, r0};
-  cell.r1_ohm = {{}, 0, 0, fast};
-  cell.r2_ohm = {{}, 0, 0, slow};
-  cell.tau1_s = cell.tau2_s = {{}, 0, 0, tau};
+  cell.branches[0].r_ohm = {{}, 0, 0, fast};
+  cell.branches[1].r_ohm = {{}, 0, 0, slow};
+  cell.branches[0].tau_s = cell.branches[1].tau_s = {{}, 0, 0, tau};
   const CellTables straight(cell);
   cell.kinetic_law = true;
   const CellTables kinetic(cell);
@@ -111,7 +112,7 @@ TEST(CellTables, KineticsSayWhatIsBetweenTestsAtThreeTemperaturesAndRates) {
     for (double i = 2.0; i <= 170.0; i *= 1.3) {
       const CircuitParameters p = kinetic.circuit(0.5, c, i);
       const double error = std::abs(p.r0_ohm / truth(c, i) - 1.0);
-      DOUBLES_EQUAL(1.0, (p.r1_ohm + p.r2_ohm) / (2e-3 * arrhenius(20e3, c)), 2e-3);
+      DOUBLES_EQUAL(1.0, (p.r_ohm[0] + p.r_ohm[1]) / (2e-3 * arrhenius(20e3, c)), 2e-3);
       const bool inside = c >= 12.0 && c <= 40.0 && i >= 15.0 && i <= 120.0;
       worst_beyond = std::max(worst_beyond, error);
       if (!inside) continue;
@@ -127,22 +128,64 @@ TEST(CellTables, KineticsSayWhatIsBetweenTestsAtThreeTemperaturesAndRates) {
 
 TEST(CellTables, OutsideTheBreakpointsTheEndValuesHold) {
   const CellTables tables(cell);
-  DOUBLES_EQUAL(tables.circuit(0.001, 22.0, 35.0).r1_ohm, tables.circuit(-0.2, -10.0, 0.0).r1_ohm, 1e-15);
-  DOUBLES_EQUAL(tables.circuit(1.0, 40.0, 400.0).tau2_s, tables.circuit(1.3, 90.0, 4000.0).tau2_s, 1e-9);
+  DOUBLES_EQUAL(tables.circuit(0.001, 22.0, 35.0).r_ohm[0], tables.circuit(-0.2, -10.0, 0.0).r_ohm[0], 1e-15);
+  DOUBLES_EQUAL(tables.circuit(1.0, 40.0, 400.0).tau_s[1], tables.circuit(1.3, 90.0, 4000.0).tau_s[1], 1e-9);
+}
+
+TEST(CellTables, EachOfOneToFourBranchesHasItsOwnTables) {
+  const CellBranch first = cell.branches[0];
+  cell.branches = {};
+  for (std::size_t count = 1; count <= kMostCellBranches; ++count) {
+    CellBranch& last = cell.branches[count - 1];
+    last = first;
+    for (double& r : last.r_ohm.value) r *= static_cast<double>(count);
+    for (double& tau : last.tau_s.value) tau *= std::pow(5.0, static_cast<double>(count));
+    const CellTables tables(cell);
+    LONGS_EQUAL(count, tables.branches());
+    const CircuitParameters p = tables.circuit(0.5, 30.0, 200.0);
+    DOUBLES_EQUAL(0.0012, p.r0_ohm, 1e-12);
+    for (std::size_t k = 0; k < kMostCellBranches; ++k) {
+      DOUBLES_EQUAL(k < count ? 0.0004 * static_cast<double>(k + 1) : 0.0, p.r_ohm[k], 1e-12);
+      DOUBLES_EQUAL(k < count ? 64.5 * std::pow(5.0, static_cast<double>(k + 1)) : 0.0, p.tau_s[k], 1e-7);
+    }
+  }
+}
+
+TEST(CellTables, KineticsActOnTheSumOfAllBranches) {
+  // Two temperatures whose lags are divided in other ways; the sum of three branches follows one activation energy.
+  constexpr double kEnergy = 40000.0, kSum = 2e-3;
+  const auto sum_at = [](double c) {
+    return kSum * std::exp(kEnergy / kGasConstant * (1.0 / (c + kZeroCelsius) - 1.0 / (25.0 + kZeroCelsius)));
+  };
+  const std::array<double, 3> cold{0.5, 0.2, 0.3}, warm{0.1, 0.6, 0.3};
+  cell.soc_breakpoints = {0.0, 1.0};
+  cell.temperature_breakpoints_c = {10.0, 25.0};
+  cell.current_breakpoints_a = {30.0};
+  cell.kinetic_law = true;
+  cell.branches = {};
+  cell.r0_ohm = {{}, 0.0, 0.0, {1e-3, 1e-3, 1e-3, 1e-3}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double at_cold = cold[k] * sum_at(10.0), at_warm = warm[k] * sum_at(25.0);
+    const double tau = std::pow(10.0, static_cast<double>(k));
+    cell.branches[k] = {{{}, 0.0, 0.0, {at_cold, at_warm, at_cold, at_warm}}, {{}, 0.0, 0.0, {tau, tau, tau, tau}}};
+  }
+  const CellTables tables(cell);
+  for (const double c : {10.0, 12.0, 17.0, 22.5, 25.0, 33.0}) {
+    const CircuitParameters p = tables.circuit(0.5, c, 30.0);
+    DOUBLES_EQUAL(sum_at(c), total_ohm(p) - p.r0_ohm, 2e-3 * sum_at(c));
+    DOUBLES_EQUAL(100.0, p.tau_s[2], 1e-9);
+  }
 }
 
 TEST(CellTables, TableFormGivesTheSameNumbersAsTheCurveForm) {
   CellParameters full = cell;
-  for (auto map : {&CellParameters::r0_ohm, &CellParameters::r1_ohm, &CellParameters::r2_ohm, &CellParameters::tau1_s,
-                   &CellParameters::tau2_s}) {
-    full.*map = {{}, 0.0, 0.0, as_table(cell, cell.*map)};
-  }
+  for (CellParameterMap* map : maps_of(full)) *map = {{}, 0.0, 0.0, as_table(cell, *map)};
   const CellTables curve(cell), table(full);
   for (const double soc : {0.0, 0.07, 0.33, 0.62, 1.0}) {
     const CircuitParameters a = curve.circuit(soc, 27.3, 160.0), b = table.circuit(soc, 27.3, 160.0);
     DOUBLES_EQUAL(a.r0_ohm, b.r0_ohm, 1e-15);
-    DOUBLES_EQUAL(a.tau1_s, b.tau1_s, 1e-12);
-    DOUBLES_EQUAL(a.tau2_s, b.tau2_s, 1e-12);
+    DOUBLES_EQUAL(a.tau_s[0], b.tau_s[0], 1e-12);
+    DOUBLES_EQUAL(a.tau_s[1], b.tau_s[1], 1e-12);
   }
 }
 
@@ -151,7 +194,7 @@ TEST(CellTables, OneBreakpointOnEveryAxisIsAConstantCell) {
   for (const double x : {-1.0, 0.5, 2.0}) {
     const CircuitParameters p = tables.circuit(x, 50.0 * x, 300.0 * x);
     DOUBLES_EQUAL(0.0012, p.r0_ohm, 1e-15);
-    DOUBLES_EQUAL(161.0, p.tau2_s, 1e-12);
+    DOUBLES_EQUAL(161.0, p.tau_s[1], 1e-12);
   }
 }
 
@@ -211,14 +254,14 @@ TEST(CellTables, BreakpointsThatDoNotIncreaseAreRefusedByName) {
 }
 
 TEST(CellTables, AMapOfTheWrongSizeIsRefusedByName) {
-  cell.r1_ohm.value.pop_back();
+  cell.branches[0].r_ohm.value.pop_back();
   check_mentions(refusal(), "r1.value: found 15 values; expected 16");
-  cell.r1_ohm.table = {1.0, 2.0};
+  cell.branches[0].r_ohm.table = {1.0, 2.0};
   check_mentions(refusal(), "r1.table: found 2 values");
 }
 
 TEST(CellTables, AResistanceOrTimeConstantThatIsNotPositiveIsRefused) {
-  cell.tau2_s.value[3] = 0.0;
+  cell.branches[1].tau_s.value[3] = 0.0;
   check_mentions(refusal(), "tau2: found 0 at SOC 0.15");
   cell = vtm16e().cell;
   cell.r0_ohm.per_ampere = -0.01;
@@ -246,11 +289,13 @@ TEST(CellTables, TheExchangeCurrentIsTheOneThatBendsTheResistanceOverTheCurrents
     out.soc_breakpoints = {0.5};
     out.temperature_breakpoints_c = {15.0, kWarm};
     out.current_breakpoints_a = {5.0, 20.0, 60.0};
-    out.r0_ohm = out.r1_ohm = out.r2_ohm = out.tau1_s = out.tau2_s = {};
+    out.r0_ohm = {};
+    out.branches = {};
     for (const double t : out.temperature_breakpoints_c) {
       for (const double i : out.current_breakpoints_a) {
         out.r0_ohm.table.push_back(kOhms + charge_transfer_v(share * exchange(t), i, t) / i);
-        for (CellParameterMap* map : {&out.r1_ohm, &out.r2_ohm, &out.tau1_s, &out.tau2_s}) map->table.push_back(1.0);
+        out.branches[0].r_ohm.table.push_back(1.0);
+        out.branches[0].tau_s.table.push_back(1.0);
       }
     }
     return out;
@@ -271,5 +316,5 @@ TEST(CellTables, WithOneCurrentTheExchangeCurrentIsWhatTheFirstBranchSays) {
   const double at_c = cell.temperature_breakpoints_c.front();
   const CircuitParameters given = CellTables(cell).circuit(0.5, at_c, 1e-6);
   cell.effects.exchange_current_change = -0.5;  // twice the ohms of a small current
-  DOUBLES_EQUAL(given.r1_ohm, CellTables(cell).circuit(0.5, at_c, 1e-6).r0_ohm - given.r0_ohm, 1e-3 * given.r1_ohm);
+  DOUBLES_EQUAL(given.r_ohm[0], CellTables(cell).circuit(0.5, at_c, 1e-6).r0_ohm - given.r0_ohm, 1e-3 * given.r_ohm[0]);
 }

@@ -75,6 +75,48 @@ TEST(Pack, PulseFollowsTheAnalyticResponseAtEveryStep) {
   }
 }
 
+TEST(Pack, APulseFollowsTheAnalyticResponseOfOneToFourBranches) {
+  constexpr double kCurrent = 200.0, kPulse = 60.0, kStep = 0.1;
+  const std::vector<std::pair<double, double>> all{{3e-4, 0.7}, {4e-4, 9.0}, {6e-4, 80.0}, {9e-4, 1500.0}};
+  constant.cell.branches = {};
+  double expected = 3.7 - kCurrent * 0.0012;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto& [ohm, tau_s] = all[k];
+    constant.cell.branches[k] = {{{ohm}, 0.0, 0.0, {}}, {{tau_s}, 0.0, 0.0, {}}};
+    expected -= kCurrent * ohm * mean_rise(kPulse - kStep, kStep, tau_s);
+    Pack one(constant, true, kStep), each(constant, false, kStep);
+    for (Pack* pack : {&one, &each}) {
+      apply(*pack, kCurrent, kPulse, kStep);
+      DOUBLES_EQUAL(expected, pack->cell_voltage(0), 1e-9);
+    }
+  }
+}
+
+TEST(Pack, TheEnergyOfOneToFourBranchesIsHeatStoreAndTerminal) {
+  constexpr double kStep = 0.5;
+  CellBranch branch = car.cell.branches[0];
+  for (std::size_t count = 1; count <= kMostCellBranches; ++count) {
+    car.cell.branches[count - 1] = branch;
+    for (std::size_t k = count; k < kMostCellBranches; ++k) car.cell.branches[k] = {};
+    for (double& tau : branch.tau_s.value) tau *= 4.0;
+    Pack pack(car, false, kStep);
+    PackEnergy sum;
+    double terminal_j = 0.0;
+    for (int step = 0; step < 600; ++step) {
+      const double current = step % 50 < 30 ? 180.0 : -60.0;
+      const PackEnergy energy = pack.advance(current);
+      sum.chemical_j += energy.chemical_j;
+      sum.r0_heat_j += energy.r0_heat_j;
+      sum.rc_heat_j += energy.rc_heat_j;
+      sum.rc_stored_j += energy.rc_stored_j;
+      terminal_j += pack.voltage() * current * kStep;
+      pack.renew(kStep, 25.0);
+    }
+    DOUBLES_EQUAL(sum.chemical_j, sum.r0_heat_j + sum.rc_heat_j + sum.rc_stored_j + terminal_j, 1e-9 * sum.chemical_j);
+    CHECK(sum.rc_heat_j > 0.0);
+  }
+}
+
 TEST(Pack, ContactTakesItsDropFromThePackAndItsHeatFromNoCell) {
   constexpr double kStep = 0.01, kCurrent = 200.0, kContact = 0.006;
   Pack without(constant, false, kStep);
@@ -105,8 +147,8 @@ TEST(Pack, OpenCircuitVoltageMinusBranchesMinusOhmicDropIsTheTerminalVoltage) {
       double sum = 0.0;
       const double ocv = tables.ocv(soc - 0.5 * current * kStep / 3600.0 / 55.2).voltage_v;
       for (int fine = 0; fine < kFine; ++fine) {
-        const double d1 = (p.r1_ohm * current - v1) / p.tau1_s * kStep / kFine;
-        const double d2 = (p.r2_ohm * current - v2) / p.tau2_s * kStep / kFine;
+        const double d1 = (p.r_ohm[0] * current - v1) / p.tau_s[0] * kStep / kFine;
+        const double d2 = (p.r_ohm[1] * current - v2) / p.tau_s[1] * kStep / kFine;
         sum += ocv - (v1 + 0.5 * d1) - (v2 + 0.5 * d2) - p.r0_ohm * current;
         v1 += d1;
         v2 += d2;

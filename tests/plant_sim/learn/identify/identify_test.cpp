@@ -146,6 +146,48 @@ TEST(Identify, OneBranchIsEnoughForACellThatHasOne) {
   DOUBLES_EQUAL(1.5e-3, r.model.r(8, 0), 3e-5);
 }
 
+TEST(Identify, TwoBranchesAreEnoughForACellThatHasTwo) {
+  cell.noise_v = 3e-4;
+  options.branches = 0;
+  LONGS_EQUAL(2, identify(logs_of(cell.pulse_plan(33.0, 640, 0.0)), options).model.branches());
+}
+
+TEST(Identify, ACellOfThreeBranchesIsFoundAndPredictsADriveThreeTimesAsWellAsTwo) {
+  cell.third_ohm = 0.9e-3;
+  cell.noise_v = 3e-4;
+  const std::vector<CellLog> pulses = logs_of(cell.pulse_plan(33.0, 640, 0.0));
+  options.branches = 0;
+  const IdentifyResult three = identify(pulses, options);
+  LONGS_EQUAL(3, three.model.branches());
+  LONGS_EQUAL(4, three.orders.size());
+  for (Eigen::Index node = 3; node < three.model.grid.size() - 1; ++node) {
+    DOUBLES_EQUAL(1.0, three.model.r(node, 1) / cell.third_ohm, 0.1);
+    DOUBLES_EQUAL(1.0, three.model.tau(node, 0) / cell.third_tau_s, 0.15);
+    DOUBLES_EQUAL(1.0, three.model.r(node, 3) / KnownCell::r2(three.model.grid.at(node)), 0.1);
+  }
+  options.branches = 2;
+  const IdentifyResult two = identify(pulses, options);
+  // Short and long steps, as a race has them.
+  std::vector<double> drive(10, 0.0);
+  for (int k = 0; k < 60; ++k) {
+    const double current_a = k % 3 == 0 ? 0.0 : 25.0 + 30.0 * (k % 2);
+    drive.insert(drive.end(), static_cast<std::size_t>(2 + 7 * k % 19), current_a);
+  }
+  cell.noise_v = 0.0;
+  const CellLog log = cell.record(drive);
+  const auto rms = [&](const IdentifyResult& found) {
+    RunOptions at;
+    at.hold = CurrentHold::kNext;
+    at.capacity_ah = found.model.capacity_ah;
+    at.anchor = {0, 1.0, "full"};
+    const MeasuredRun run = make_run(log, at);
+    return std::sqrt((simulate(found.model, run) - run.voltage_v).squaredNorm() / static_cast<double>(run.rows()));
+  };
+  const double with_three = rms(three), with_two = rms(two);
+  CHECK_TEXT(with_two > 3.0 * with_three,
+             fmt::format("{:.3f} and {:.3f} mV", 1e3 * with_two, 1e3 * with_three).c_str());
+}
+
 TEST(Identify, HoldIsFoundFromTheVoltageAlone) {
   options.hold.reset();
   // Rows every 30 s, each with the current that has held since the one before.

@@ -12,6 +12,7 @@
 struct KnownCell {
   double capacity_ah = 30.0;
   double noise_v = 0.0, step_v = 0.0, row_s = 1.0;
+  double third_ohm = 0.0, third_tau_s = 2.5;  ///< of a branch more, the same for all SOC
   unsigned seed = 1;
 
   static double em(double s) {
@@ -48,7 +49,7 @@ struct KnownCell {
     log.path = "known cell";
     std::mt19937 generator(seed);
     std::normal_distribution<double> noise(0.0, 1.0);
-    double soc = start_soc, v1 = 0.0, v2 = 0.0;
+    double soc = start_soc, v1 = 0.0, v2 = 0.0, v3 = 0.0;
     for (std::size_t row = 0; row < current_a.size(); ++row) {
       const double i = current_a[row];
       if (row > 0) {
@@ -59,9 +60,11 @@ struct KnownCell {
           const auto slope2 = [&](double v) { return (r2(soc) * i - v) / tau2(soc); };
           v1 += h * slope1(v1 + 0.5 * h * slope1(v1));
           v2 += h * slope2(v2 + 0.5 * h * slope2(v2));
+          const auto slope3 = [&](double v) { return (third_ohm * i - v) / third_tau_s; };
+          v3 += h * slope3(v3 + 0.5 * h * slope3(v3));
         }
       }
-      double v = em(soc) - r0(soc) * i - v1 - v2 + noise_v * noise(generator);
+      double v = em(soc) - r0(soc) * i - v1 - v2 - v3 + noise_v * noise(generator);
       if (step_v > 0.0) v = step_v * std::round(v / step_v);
       log.time_s.push_back(row_s * static_cast<double>(row));
       log.current_a.push_back(i);

@@ -26,17 +26,18 @@ TEST_GROUP(Validation) {
     cell.current_breakpoints_a = {0.0};
     cell.soc_breakpoints.clear();
     cell.ocv_polynomial_v.clear();
-    for (CellParameterMap* map : {&cell.r0_ohm, &cell.r1_ohm, &cell.r2_ohm, &cell.tau1_s, &cell.tau2_s}) *map = {};
+    cell.r0_ohm = {};
+    cell.branches = {};
     for (int k = 0; k <= 100; ++k) {
       const double s = k / 100.0;
       cell.soc_breakpoints.push_back(s);
       cell.ocv_soc.push_back(s);
       cell.ocv_v.push_back(KnownCell::em(s));
       cell.r0_ohm.value.push_back(KnownCell::r0(s));
-      cell.r1_ohm.value.push_back(KnownCell::r1(s));
-      cell.r2_ohm.value.push_back(KnownCell::r2(s));
-      cell.tau1_s.value.push_back(KnownCell::tau1(s));
-      cell.tau2_s.value.push_back(KnownCell::tau2(s));
+      cell.branches[0].r_ohm.value.push_back(KnownCell::r1(s));
+      cell.branches[1].r_ohm.value.push_back(KnownCell::r2(s));
+      cell.branches[0].tau_s.value.push_back(KnownCell::tau1(s));
+      cell.branches[1].tau_s.value.push_back(KnownCell::tau2(s));
     }
   }
 };

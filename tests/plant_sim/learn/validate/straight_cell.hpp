@@ -28,8 +28,10 @@ struct StraightCell {
     out.ocv_soc = {0.0, 1.0};
     out.ocv_v = {3.0, 4.0};
     out.r0_ohm.value = {kR0, kR0};
-    out.r1_ohm.value = out.r2_ohm.value = {1e-7, 1e-7};
-    out.tau1_s.value = out.tau2_s.value = {1.0, 1.0};
+    for (std::size_t k = 0; k < 2; ++k) {
+      out.branches[k].r_ohm.value = {1e-7, 1e-7};
+      out.branches[k].tau_s.value = {1.0, 1.0};
+    }
     return out;
   }
 

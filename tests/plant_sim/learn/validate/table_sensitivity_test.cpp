@@ -27,20 +27,23 @@ TEST(TableSensitivity, StraightTableHasItsSlopeOverItsMean) {
 TEST(TableSensitivity, EachStepCountsOnceHoweverLong) {
   // Eq. 7.1 takes the mean of the differences, not the slope from end to end: steps of 1 A and 9 A.
   cell.current_breakpoints_a = {0.0, 1.0, 10.0};
-  cell.tau1_s = {};
-  for (int line = 0; line < 6; ++line) cell.tau1_s.table.insert(cell.tau1_s.table.end(), {10.0, 11.0, 11.0});
+  cell.branches[0].tau_s = {};
+  std::vector<double>& taus = cell.branches[0].tau_s.table;
+  for (int line = 0; line < 6; ++line) taus.insert(taus.end(), {10.0, 11.0, 11.0});
   DOUBLES_EQUAL(100.0 * 0.5 * (1.0 + 0.0) / (32.0 / 3.0), *of(TableParameter::kTau1).pct_per_ampere, 1e-9);
 }
 
 TEST(TableSensitivity, CoefficientsOfTheFileComeBack) {
-  cell.r1_ohm.per_kelvin = -0.019;  // breakpoints lie evenly about the reference: the mean is the reference's value
+  // Breakpoints lie evenly about the reference: the mean is the reference's value.
+  cell.branches[0].r_ohm.per_kelvin = -0.019;
   DOUBLES_EQUAL(-1.9, *of(TableParameter::kR1).pct_per_kelvin, 1e-9);
 }
 
 TEST(TableSensitivity, SocPointsAreAveragedEachByItsOwnMean) {
-  cell.r2_ohm = {};
+  cell.branches[1].r_ohm = {};
+  std::vector<double>& ohms = cell.branches[1].r_ohm.table;
   for (const double scale : {1.0, 100.0}) {
-    for (const double t : {1.0, 1.1, 1.2}) cell.r2_ohm.table.insert(cell.r2_ohm.table.end(), 5, 1e-4 * scale * t);
+    for (const double t : {1.0, 1.1, 1.2}) ohms.insert(ohms.end(), 5, 1e-4 * scale * t);
   }
   DOUBLES_EQUAL(100.0 * 0.01 / 1.1, *of(TableParameter::kR2).pct_per_kelvin, 1e-9);
 }

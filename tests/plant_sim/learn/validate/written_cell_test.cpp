@@ -87,7 +87,7 @@ TEST(WrittenCell, ResistancesAndTimeConstantsOfNoCellAreRefused) {
     std::fill(file.r0_ohm.value.begin(), file.r0_ohm.value.end(), 1e-7);
   });
   STRCMP_CONTAINS("a resistance R0", none.c_str());
-  const std::string slow = said_with([](CellParameters& file) { file.tau2_s.value[3] = 3e5; });
+  const std::string slow = said_with([](CellParameters& file) { file.branches[1].tau_s.value[3] = 3e5; });
   STRCMP_CONTAINS("a time constant of 3e+05 s", slow.c_str());
 }
 
