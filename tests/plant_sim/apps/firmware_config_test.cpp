@@ -55,7 +55,8 @@ TEST(FirmwareConfig, WhatAnExplanationAddsToTheCellIsInTheBmsTables) {
 
 TEST(FirmwareConfig, TemperatureCoefficientIsRelativeToTheResistanceAtTheReference) {
   car.cell.temperature_breakpoints_c = {0.0, car.cell.reference_temperature_c, 60.0};
-  for (auto* map : resistances_of(car.cell)) map->per_kelvin = -0.015;
+  car.cell.r0_ohm.per_kelvin = -0.015;
+  for (CellBranch& branch : car.cell.branches) branch.r_ohm.per_kelvin = -0.015;
   LONGS_EQUAL(-15'000, bms_config(car).resistance.ppm_per_kelvin);
 }
 
