@@ -149,6 +149,23 @@ bool forget_anchors_by_model(std::vector<PreparedLog>& prepared) {
 
 }  // namespace
 
+/// Capacities first: another capacity is no contradiction, nor is hysteresis, for which the model has a state.
+void IdentificationProblem::settle_recordings() {
+  std::vector<std::string> notes;
+  const double told_ah = prepared.front().run.capacity_ah;
+  const auto settled = [&] {
+    return options.capacity_ah ? told_ah : settle_capacities(prepared, priors, notes);
+  };
+  capacity_ah = settled();
+  if (hysteresis_excess(runs, capacity_ah) == 0.0 && leave_out_contradictions(prepared, priors, result.notes)) {
+    // Without the one that misled them.
+    notes.clear();
+    for (PreparedLog& one : prepared) one.run.capacity_ah = told_ah;
+    capacity_ah = settled();
+  }
+  result.notes.insert(result.notes.end(), notes.begin(), notes.end());
+}
+
 void IdentificationProblem::make_runs() {
   const bool every_row = options.block_s > 0.0;
   prepared = prepare(logs,
@@ -173,9 +190,7 @@ void IdentificationProblem::make_runs() {
     runs = runs_of(prepared, every_row);
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
-  // Hysteresis is no contradiction: the model has a state for it.
-  if (hysteresis_excess(runs, capacity_ah) == 0.0) leave_out_contradictions(prepared, priors, result.notes);
-  capacity_ah = settle_capacities(prepared, priors, result.notes);
+  settle_recordings();
   if (forget_anchors_by_model(prepared))
     anchor_by_model(prepared, linear_fit(runs_of(prepared), first_taus(2), priors).model);
   runs = runs_of(prepared, every_row);

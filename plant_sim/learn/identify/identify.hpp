@@ -79,6 +79,7 @@ struct IdentificationProblem {
 
  private:
   void make_runs();
+  void settle_recordings();
   void drop_slope_of_warmed_cell();
   void collect_rests();
   void hold_out_blocks();

@@ -85,14 +85,15 @@ class FullFitter {
     priors_.smoothness = 1.0;
     make_coarse();
     search(first_taus(branches_));
+    settle_laws();
     auto errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     if (const std::size_t dropped = drop_outliers(runs_, errors); dropped > 0) {
       notes_.push_back(fmt::format("{} rows that no circuit follows are not used.", dropped));
-      errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
       make_coarse();
+      settle_laws();
+      errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     }
     priors_.noise_v2_s = noise_density(runs_, errors);
-    settle_laws();
     // A step that fails decides nothing: the next way begins afresh.
     bool settled = !priors_.constant && by_evidence();
     if (settled && choose_order(2)) settled = by_evidence();  // what two leave is noise: one may be enough
@@ -149,16 +150,20 @@ class FullFitter {
       const RefineResult refined = refine(cost, packed_start(cost), kSteps, kStill);
       return std::pair(refined.cost, cost.model_of(refined.p).laws);
     };
-    const auto [plain_cost, plain_laws] = at_laws(priors_);
-    ResistanceLaws laws = plain_laws;
-    if (has_several_rates(runs_)) {
-      FitPriors bent = priors_;
-      bent.laws.exchange_a = std::exp(bent.law_priors.mean(ResistanceLaws::kLogExchange));
-      const auto [bent_cost, bent_laws] = at_laws(bent);
-      if (plain_cost - bent_cost > kDecisive * priors_.noise_v2_s) laws = bent_laws;
+    // Twice: before there are laws, what is left is far from noise, and what is believed beforehand counts too much.
+    std::pair<double, ResistanceLaws> plain = at_laws(priors_);
+    for (int pass = 0; pass < 2; ++pass) {
+      priors_.laws = plain.second;
+      search(taus_);
+      priors_.noise_v2_s = noise_density(coarse_, errors_of(linear_fit(coarse_, taus_, priors_), coarse_));
+      plain = at_laws(priors_);
     }
-    priors_.laws = laws;
-    if (!options_.tau_centre_s) search(taus_);
+    priors_.laws = plain.second;
+    if (!has_several_rates(runs_)) return;
+    FitPriors bent = priors_;
+    bent.laws.exchange_a = std::exp(bent.law_priors.mean(ResistanceLaws::kLogExchange));
+    const auto [bent_cost, bent_laws] = at_laws(bent);
+    if (plain.first - bent_cost > kDecisive * priors_.noise_v2_s) priors_.laws = bent_laws;
   }
   void take(const CircuitResiduals& cost, const Eigen::VectorXd& packed) {
     out_.packed = packed;

@@ -81,13 +81,15 @@ std::optional<Contradiction> worst_of(const std::vector<MeasuredRun>& runs, cons
 
 }  // namespace
 
-void leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPriors& priors,
+bool leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPriors& priors,
                               std::vector<std::string>& notes) {
+  bool any = false;
   while (prepared.size() > 1) {
     const std::vector<MeasuredRun> runs = runs_of(prepared);
     VOLTLAP_DEMAND(runs.size() == prepared.size());
     const std::optional<Contradiction> worst = worst_of(runs, priors);
-    if (!worst) return;
+    if (!worst) return any;
+    any = true;
     notes.push_back(fmt::format(
         "{} contradicts the other recordings and is left out: with it they are followed within {:.1f} mV, without it "
         "within {:.1f} mV. Another cell, a voltage that was measured behind a cable or contact, a wrong unit or count?",
@@ -95,6 +97,7 @@ void leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPrior
         1e3 * worst->without_v));
     prepared.erase(prepared.begin() + static_cast<std::ptrdiff_t>(worst->recording));
   }
+  return any;
 }
 
 }  // namespace voltlap::plant

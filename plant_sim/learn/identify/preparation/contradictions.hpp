@@ -13,7 +13,8 @@ namespace voltlap::plant {
 /// Quick fits with and without each recording: one without which the others are followed three times better, and by 5
 /// mV, is taken out of `prepared` and named in `notes`; the worst first, until none is left. Of two that
 /// contradict each other the one with fewer steps of the current goes. All recordings are anchored.
-void leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPriors& priors,
+/// True when any was left out.
+bool leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPriors& priors,
                               std::vector<std::string>& notes);
 
 }  // namespace voltlap::plant

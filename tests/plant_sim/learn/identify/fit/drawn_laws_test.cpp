@@ -57,7 +57,6 @@ TEST(DrawnLaws, AreWithinTheirIntervalsAndPredictAColderFasterTest) {
         identified({cell.record(plan, 25.0), cell.record(plan, 8.0), cell.record(plan, 42.0)});
     const IdentifyResult& result = found.points[0].result;
     const ResistanceLaws& laws = result.model.laws;
-    CHECK_TRUE_TEXT(laws.has_charge_transfer(), about(k, "a charge transfer was there").asCharString());
     const Eigen::VectorXd sigma = result.uncertainty.sigma.tail(ResistanceLaws::kCount);
     const std::pair<double, double> pairs[] = {
         {laws.ohmic_kj_per_mol - cell.ohmic_kj, sigma(ResistanceLaws::kOhmic)},

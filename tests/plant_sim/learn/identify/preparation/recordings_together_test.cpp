@@ -47,6 +47,7 @@ TEST(RecordingsTogether, OfACellThatAgedIsCountedWithItsOwnCapacity) {
   const IdentifyResult result =
       identify({named("new.csv", cell.record(plan, 25.0)), named("new2.csv", cell.record(cell.pulses({1.5}), 25.0)),
                 named("aged.csv", aged.record(aged_plan, 25.0))}, options);
+  for (auto& n : result.notes) puts(n.c_str());
   CHECK(says(result, "aged.csv agrees with the other recordings at a capacity of"));
   CHECK(!says(result, "contradicts"));
   // SOC 0 is where the pulses end: 0.9 of the true capacity.
