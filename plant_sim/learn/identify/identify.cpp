@@ -97,6 +97,7 @@ void fill_files(const std::vector<PreparedLog>& prepared, const std::vector<Meas
     weight += whole.weight_s.sum();
     const std::vector<bool> used = used_rows(whole, runs[k]);
     result.files.back().used = used;
+    result.files.back().states_v = states[k];
     for (Index row = 0; row < whole.rows(); ++row) {
       if (!used[static_cast<std::size_t>(row)]) continue;
       square += whole.weight_s(row) * error(row) * error(row);

@@ -20,6 +20,13 @@ CellParameters with_ocv_as_r0(CellParameters cell) {
   return cell;
 }
 
+/// The next branch voltages of those that are given, if any are left.
+void take_free(const Eigen::VectorXd& states_v, Index& next, Index branches, CellState& state) {
+  if (next + branches > states_v.size()) return;
+  for (Index k = 0; k < branches; ++k) state.v[static_cast<std::size_t>(k)] = states_v(next + k);
+  next += branches;
+}
+
 double at_row(const std::vector<double>& values, Index row, double otherwise) {
   if (values.empty()) return otherwise;
   const double value = values[static_cast<std::size_t>(row)];
@@ -62,7 +69,8 @@ RecordedTemperature::RecordedTemperature(const CellLog& log, double otherwise_c,
   }
 }
 
-CellResponse respond(const CellModel& model, const MeasuredRun& run, const RecordedTemperature& temperature) {
+CellResponse respond(const CellModel& model, const MeasuredRun& run, const RecordedTemperature& temperature,
+                     const Eigen::VectorXd& states_v) {
   const Index rows = run.rows();
   const Cell& cell = model.one_cell();
   const bool recorded_cell = !temperature.cell_c.empty();
@@ -72,6 +80,8 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
   state.lookup_floor_a = kLookupShare * run.current_a.cwiseAbs().maxCoeff();
   state.temperature_c = state.surface_c = temperature.start_c;
   double recorded = temperature.start_c, air = temperature.start_c;
+  const auto branches = static_cast<Index>(cell.parameters().branch_count());
+  Index next_free = 0;
   for (Index row = 0; row < rows; ++row) {
     recorded = at_row(temperature.cell_c, row, recorded);
     // A surface was recorded: what is within is above it by as much as its own heat says.
@@ -80,6 +90,7 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
     if (run.is_reset(row) || row == 0) {
       cell.look_up(state, end);
       state.relax();
+      if (!run.at_rest_before[static_cast<std::size_t>(row)]) take_free(states_v, next_free, branches, state);
       if (end.soc > kFull) state.effects.hysteresis = -1.0;  // after a charge
       if (recorded_cell) state.temperature_c = recorded;
       state.surface_c = state.temperature_c;

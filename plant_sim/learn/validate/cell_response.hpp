@@ -54,7 +54,9 @@ struct CellResponse {
 
 /// Lookup by SOC, temperature and the last current above 0.5 % of the recording's largest. The temperature is the
 /// recorded one, else the one that the cell's own heat makes from the start on.
+/// `states_v`: of each reset at which the branches are not known to be at rest their voltages, one after the other, as
+/// identify's `simulate` takes them; without, they begin at rest.
 [[nodiscard]] CellResponse respond(const CellModel& model, const MeasuredRun& run,
-                                   const RecordedTemperature& temperature);
+                                   const RecordedTemperature& temperature, const Eigen::VectorXd& states_v = {});
 
 }  // namespace voltlap::plant

@@ -31,6 +31,7 @@ MeasuredRun run_of(const CellLog& log, const RecordingResult& file, double capac
   const double scale = width > 0.0 ? (file.soc_high - file.soc_low) / width : 1.0;
   run.soc = file.soc_low + scale * (file.trace.soc.array() - low);
   run.weight_s = file.trace.weight_s;
+  VOLTLAP_DEMAND(run.reset.size() == run.at_rest_before.size());
   return run;
 }
 
@@ -64,7 +65,7 @@ Square square_of_used(const RecordingResult& file) {
 
 void take_errors(const CellModel& model, const CellLog& log, const OperatingPoint& point, RecordingResult& file) {
   const MeasuredRun run = run_of(log, file, point.result.model.capacity_ah);
-  const CellResponse response = respond(model, run, {log, file.coldest_c});
+  const CellResponse response = respond(model, run, {log, file.coldest_c}, file.states_v);
   ReadBack found{file.rms_v, 0.0, square_of_used(file).rms()};
   file.trace.error_v = response.voltage - run.voltage_v;
   found.used_rms_v = square_of_used(file).rms();

@@ -74,6 +74,11 @@ struct CircuitModel {
   double voltage_lag_s = 0.0;  ///< first-order lag of the recorded voltage behind the current; 0: none found
 
   [[nodiscard]] Eigen::Index branches() const { return tau.cols(); }
+  /// R0 of a node [ohm] at a current and the tables' temperature, with what the charge transfer takes.
+  [[nodiscard]] double r0_ohm(Eigen::Index node, double current_a) const {
+    const double ct_v = charge_transfer_drop_v(laws, current_a, laws.reference_temperature_c);
+    return r(node, 0) + (current_a > 0.0 ? ct_v / current_a : 0.0);
+  }
 };
 
 struct MeasuredRun;

@@ -76,7 +76,8 @@ CircuitResiduals::CircuitResiduals(const CircuitFit& fit, Eigen::VectorXd tau_ce
       em_rough_(fit.ocv().roughness()),
       r_rough_(fit.r_roughness()) {
   prior_rows_ = em_rough_.rows() + r_rough_.rows() * (2 * at_.branches + 1) + at_.nodes * at_.branches +
-                static_cast<Index>(fit.priors().ocv.size()) + at_.states + ResistanceLaws::kCount;
+                static_cast<Index>(fit.priors().ocv.size()) + at_.states + ResistanceLaws::kCount +
+                at_.branches * (at_.nodes - 1);
   VOLTLAP_DEMAND(log_centre_.size() == at_.branches && log_centre_.allFinite());
 }
 
@@ -140,6 +141,15 @@ void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
     for (Index node = at_.tau(k); node < at_.tau(k + 1); ++node) {
       w[0] = noise / prior.log_tau_sigma;
       put(w[0] * (p[node] - log_centre_(k)), node, w, 1);
+    }
+  }
+  // A branch that vanishes between two nodes would throw what it has stored away as heat.
+  constexpr double kNeighbours = 1.0;  // of ln R from one node to the next
+  for (Index k = 1; k <= at_.branches; ++k) {
+    for (Index node = at_.r(k); node + 1 < at_.r(k + 1); ++node) {
+      w[0] = -noise / kNeighbours;
+      w[1] = noise / kNeighbours;
+      put(w[1] * (p[node + 1] - p[node]), node, w, 2);
     }
   }
   for (const OcvKnowledge& known : prior.ocv) {

@@ -136,8 +136,10 @@ class FullFitter {
     const Eigen::MatrixXd taus = taus_.transpose().replicate(cost.fit().r_count(), 1);
     return cost.pack(cost.fit().solve(taus), taus);
   }
-  /// The laws, where the recordings have more than one temperature or rate: a charge transfer that bends R0 over the
-  /// current stays where it lowers the cost by more than chance does.
+  /// The laws, where the recordings have more than one temperature or rate. With several rates a charge transfer that
+  /// bends R0 over the current is among them: in one recording if that is decisively better, in several unless it is
+  /// decisively worse. Without it the energies of tests that differ in both would hold what the current does, and be
+  /// sure of it.
   void settle_laws() {
     if (priors_.law_priors.fixed) return;
     constexpr double kDecisive = 6.0;  // of the noise density: twice ln 20
@@ -163,7 +165,8 @@ class FullFitter {
     FitPriors bent = priors_;
     bent.laws.exchange_a = std::exp(bent.law_priors.mean(ResistanceLaws::kLogExchange));
     const auto [bent_cost, bent_laws] = at_laws(bent);
-    if (plain.first - bent_cost > kDecisive * priors_.noise_v2_s) priors_.laws = bent_laws;
+    const double decisive = kDecisive * priors_.noise_v2_s;
+    if (bent_cost < plain.first + (runs_.size() > 1 ? decisive : -decisive)) priors_.laws = bent_laws;
   }
   void take(const CircuitResiduals& cost, const Eigen::VectorXd& packed) {
     out_.packed = packed;

@@ -16,7 +16,7 @@ using Eigen::Index;
 
 constexpr double kWindow = 120.0;  // s of a held-out pulse
 constexpr int kSearchEvaluations = 30;
-constexpr double kWorthIt = 0.95;  // of the error: a branch more must predict better by this
+constexpr double kWorthIt = 0.95, kMoreThanTwo = 0.9;  // of the error: a branch more must predict better by this
 
 /// Tables of all parameters from a linear fit's start, near enough to compare them.
 FittedCircuit full_tables(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
@@ -145,7 +145,9 @@ std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const
 Index best_order(const std::vector<OrderScore>& orders) {
   VOLTLAP_DEMAND(!orders.empty());
   std::size_t best = 0;
-  while (best + 1 < orders.size() && orders[best + 1].heldout_rms_v < kWorthIt * orders[best].heldout_rms_v) ++best;
+  const auto worth = [&](std::size_t at) { return orders[at].branches > 2 ? kMoreThanTwo : kWorthIt; };
+  while (best + 1 < orders.size() && orders[best + 1].heldout_rms_v < worth(best + 1) * orders[best].heldout_rms_v)
+    ++best;
   return orders[best].branches;
 }
 

@@ -31,6 +31,7 @@ struct RecordingResult {
   double coldest_c = 25.0, warmest_c = 25.0;  ///< recorded or told
   double voltage_low_v = 0.0, voltage_high_v = 0.0;  ///< of the rows that the model follows
   Eigen::Index rows = 0;
+  Eigen::VectorXd states_v;  ///< of the fit: voltages of the branches where the recording does not begin at rest
   double rms_v = 0.0, rms_pulses_v = 0.0;  ///< all rows; from the full charge on
   std::vector<bool> used{};                ///< [row of the trace] what the fit took; empty: all rows
   /// Empty: rms_v, rms_pulses_v and trace are of the fit; else of the cell file that was read back.

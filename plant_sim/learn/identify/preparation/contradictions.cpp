@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/demand.hpp"
+#include "learn/identify/circuit/circuit_residuals.hpp"
 #include "learn/identify/circuit/fitted_circuit.hpp"
 
 namespace voltlap::plant {
@@ -20,12 +21,33 @@ double rms_of(const MeasuredRun& run, const Eigen::VectorXd& error) {
   return weight > 0.0 ? std::sqrt(run.weight_s.dot(error.cwiseAbs2()) / weight) : 0.0;
 }
 
-/// RMS of each run under one quick fit of all of them [V].
-std::vector<double> rms_of_fit(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
-  const auto errors = errors_of(linear_fit(runs, first_taus(2), priors), runs);
+std::vector<double> rms_of_each(const std::vector<MeasuredRun>& runs, const FittedCircuit& fit) {
+  const auto errors = errors_of(fit, runs);
   std::vector<double> out;
   for (std::size_t k = 0; k < runs.size(); ++k) out.push_back(rms_of(runs[k], errors[k]));
   return out;
+}
+
+/// RMS of each run under one quick fit of all of them, with the laws as they are assumed [V].
+std::vector<double> rms_of_fit(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
+  return rms_of_each(runs, linear_fit(runs, first_taus(2), priors));
+}
+
+/// The same with time constants and laws free, charge transfer and all: what other temperatures and rates do is no
+/// contradiction.
+std::vector<double> rms_of_free_fit(const std::vector<MeasuredRun>& runs, FitPriors priors) {
+  constexpr int kSteps = 10;
+  constexpr double kStill = 1e-3;
+  if (!priors.law_priors.fixed) priors.laws.exchange_a = std::exp(priors.law_priors.mean(ResistanceLaws::kLogExchange));
+  const Eigen::VectorXd taus = first_taus(2);
+  const CircuitFit circuit(runs, taus.size(), priors);
+  const CircuitResiduals cost(circuit, taus);
+  const Eigen::MatrixXd table = taus.transpose().replicate(circuit.r_count(), 1);
+  const RefineResult refined = refine(cost, cost.pack(circuit.solve(table), table), kSteps, kStill);
+  FittedCircuit fit;
+  fit.model = cost.model_of(refined.p);
+  fit.states = states_by_run(runs, cost.states_of(refined.p), taus.size());
+  return rms_of_each(runs, fit);
 }
 
 /// Steps of the current by more than a tenth of the largest of all recordings.
@@ -43,13 +65,15 @@ struct Contradiction {
   double gain = 0.0;                     ///< mean logarithm of their ratios
 };
 
-/// What leaving one recording out does for the others.
-Contradiction without(std::size_t left_out, const std::vector<MeasuredRun>& runs, const std::vector<double>& with,
-                      const FitPriors& priors) {
-  constexpr double kFloor = 1e-3;  // V: what no quick fit tells
+std::vector<MeasuredRun> without_one(const std::vector<MeasuredRun>& runs, std::size_t left_out) {
   std::vector<MeasuredRun> others = runs;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
-  const std::vector<double> alone = rms_of_fit(others, priors);
+  return others;
+}
+
+/// What leaving one recording out does for the others: RMS of all with it, and of the others without.
+Contradiction compared(std::size_t left_out, const std::vector<double>& with, const std::vector<double>& alone) {
+  constexpr double kFloor = 1e-3;  // V: what no quick fit tells
   Contradiction out{left_out};
   const auto count = static_cast<double>(alone.size());
   for (std::size_t k = 0; k < alone.size(); ++k) {
@@ -61,22 +85,32 @@ Contradiction without(std::size_t left_out, const std::vector<MeasuredRun>& runs
   return out;
 }
 
-std::optional<Contradiction> worst_of(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
+bool counts(const Contradiction& one) {
   constexpr double kGain = 1.1, kLeast = 5e-3;  // a factor of three; V
+  return one.gain > kGain && one.with_v - one.without_v > kLeast;
+}
+
+std::optional<Contradiction> worst_of(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
   const std::vector<double> with = rms_of_fit(runs, priors);
   VOLTLAP_DEMAND(with.size() == runs.size());
   std::optional<Contradiction> worst;
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const Contradiction one = without(k, runs, with, priors);
-    const bool counts = one.gain > kGain && one.with_v - one.without_v > kLeast;
-    if (counts && (!worst || one.gain > worst->gain)) worst = one;
+    const Contradiction one = compared(k, with, rms_of_fit(without_one(runs, k), priors));
+    if (counts(one) && (!worst || one.gain > worst->gain)) worst = one;
   }
-  if (!worst || runs.size() > 2) return worst;
+  if (!worst) return worst;
+  worst = compared(worst->recording, rms_of_free_fit(runs, priors),
+                   rms_of_free_fit(without_one(runs, worst->recording), priors));
+  if (!counts(*worst)) return std::nullopt;
+  if (runs.size() > 2) return worst;
   // Of two recordings each is better off without the other.
   double most = 0.0;
   for (const MeasuredRun& run : runs) most = std::max(most, run.current_a.cwiseAbs().maxCoeff());
   const std::size_t fewer = steps_of(runs[0], most) < steps_of(runs[1], most) ? 0 : 1;
-  return fewer == worst->recording ? worst : std::optional(without(fewer, runs, with, priors));
+  return fewer == worst->recording
+             ? worst
+             : std::optional(compared(fewer, rms_of_free_fit(runs, priors),
+                                      rms_of_free_fit(without_one(runs, fewer), priors)));
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ namespace {
 std::optional<double> told_by_others(std::size_t k, const std::vector<PreparedLog>& prepared,
                                      const std::vector<MeasuredRun>& runs, const FitPriors& priors,
                                      std::vector<std::string>& notes) {
-  constexpr double kBetter = 0.8, kWorthIt = 0.005, kMargin = 0.02;  // of the error; of the capacity; SOC
+  constexpr double kBetter = 0.6, kWorthIt = 0.015, kMargin = 0.02;  // of the error; of the capacity; SOC
   std::vector<MeasuredRun> others = runs;
   others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
   const CircuitModel model = linear_fit(others, first_taus(2), priors).model;

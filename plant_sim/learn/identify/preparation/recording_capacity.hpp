@@ -10,7 +10,7 @@
 namespace voltlap::plant {
 
 /// Each recording that spans half of the SOC is predicted by a quick fit of the others. Where another capacity, within
-/// 15 %, lowers its error by a fifth or more, that capacity counts its SOC; `notes` says so. All recordings are anchored.
+/// 15 %, lowers its error by two fifths or more, that capacity counts its SOC; `notes` says so. All recordings are anchored.
 /// The one that spans most keeps the capacity that all had; those that do not tell get the middle one of those that do.
 /// Returns that middle one [Ah]: the cell's.
 double settle_capacities(std::vector<PreparedLog>& prepared, const FitPriors& priors, std::vector<std::string>& notes);

@@ -96,7 +96,9 @@ Json parameters_json(const IdentifyResult& result) {
     Json one = Json::object();
     for (Index node = 0; node < model.grid.size(); ++node) {
       const double value =
-          names[table].is_tau ? model.tau(node, names[table].column) : model.r(node, names[table].column);
+          names[table].is_tau ? model.tau(node, names[table].column)
+          : names[table].column == 0 ? model.r0_ohm(node, model.capacity_ah)
+                                     : model.r(node, names[table].column);
       const Index at = model.em.size() + static_cast<Index>(table) * model.grid.size() + node;
       const double factor = std::exp(std::min(kInterval * result.uncertainty.sigma(at), 20.0));
       one["soc"].push_back(model.grid.at(node));

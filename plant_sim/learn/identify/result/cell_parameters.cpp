@@ -127,10 +127,10 @@ void set_tables(const CellIdentification& identified, CellParameters& cell) {
   cell.ocv_table_v = table_of(identified, ocv).table;
 }
 
-/// Points from the coldest to the warmest that was tested and 20 K beyond, about 15 K apart, the reference among them:
+/// Points from the coldest to the warmest that was tested and 20 K beyond, about 5 K apart, the reference among them:
 /// between them the plant follows the laws.
 std::vector<double> temperature_points(double coldest_c, double reference_c, double warmest_c) {
-  constexpr double kReach = 20.0, kApart = 15.0;
+  constexpr double kReach = 20.0, kApart = 5.0;
   VOLTLAP_DEMAND(coldest_c <= reference_c && reference_c <= warmest_c);
   std::vector<double> out;
   const double below = reference_c - coldest_c + kReach, above = warmest_c + kReach - reference_c;

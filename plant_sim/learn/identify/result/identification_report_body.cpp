@@ -139,6 +139,7 @@ std::vector<Surface> surfaces(Index branches) {
 
 double value_of(const CircuitModel& model, const Surface& s, Index node) {
   if (s.is_em) return model.ocv.value(model.em, model.grid.at(node));
+  if (!s.is_tau && s.column == 0) return s.scale * model.r0_ohm(node, model.capacity_ah);
   return s.scale * (s.is_tau ? model.tau(node, s.column) : model.r(node, s.column));
 }
 

@@ -40,7 +40,9 @@ std::string order_text(const OrderScore& order) {
 
 std::string value_text(const IdentifyResult& r, Eigen::Index table, Eigen::Index node) {
   const Eigen::Index branches = r.model.branches();
-  const double value = table <= branches ? 1e3 * r.model.r(node, table) : r.model.tau(node, table - branches - 1);
+  const double value = table == 0           ? 1e3 * r.model.r0_ohm(node, r.model.capacity_ah)
+                       : table <= branches ? 1e3 * r.model.r(node, table)
+                                           : r.model.tau(node, table - branches - 1);
   const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
   const std::string interval =
       std::isnan(sigma) ? "    -  " : fmt::format("{:4.0f} %", std::min(999.0, 196.0 * sigma));
@@ -53,7 +55,8 @@ std::string table_text(const IdentifyResult& r) {
   std::string out = "    SOC    Em [V]     R0 [mOhm]  ";
   for (Eigen::Index k = 1; k <= branches; ++k) out += fmt::format("      R{} [mOhm]  ", k);
   for (Eigen::Index k = 1; k <= branches; ++k) out += fmt::format("       tau{} [s]  ", k);
-  out += "   (+- 95 %; * not settled by the recordings)\n";
+  out += fmt::format("   (+- 95 %; * not settled by the recordings{})\n",
+                     r.model.laws.has_charge_transfer() ? "; R0 with its charge transfer at 1C" : "");
   for (Eigen::Index node = r.model.grid.size(); node-- > 0;) {
     const double soc = r.model.grid.at(node);
     out += fmt::format("  {:5.3f}  {:8.4f}", soc, r.model.ocv.value(r.model.em, soc));

@@ -159,7 +159,7 @@ TEST(CellIdentification, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn
   const CircuitModel& model = identified.points[0].result.model;
   LONGS_EQUAL(2, model.branches());
   for (Eigen::Index node = 2; node < model.grid.size() - 1; ++node)
-    DOUBLES_EQUAL(1.0, model.r(node, 0) / KnownCell::r0(model.grid.at(node)), 0.02);
+    DOUBLES_EQUAL(1.0, model.r0_ohm(node, 33.0) / KnownCell::r0(model.grid.at(node)), 0.02);
 }
 
 TEST(CellIdentification, OcvOfEachTestIsInTheFileBesideTheCurve) {

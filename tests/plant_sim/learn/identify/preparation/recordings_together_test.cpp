@@ -36,7 +36,7 @@ TEST(RecordingsTogether, OneThatContradictsIsLeftOutAndNamed) {
   CHECK(says(with, "cable.csv contradicts"));
   CHECK(!says(without, "contradicts"));
   LONGS_EQUAL(2, with.files.size());
-  DOUBLES_EQUAL(1.0, with.model.r(8, 0) / without.model.r(8, 0), 1e-3);
+  DOUBLES_EQUAL(1.0, with.model.r0_ohm(8, 5.0) / without.model.r0_ohm(8, 5.0), 0.01);
 }
 
 TEST(RecordingsTogether, OfACellThatAgedIsCountedWithItsOwnCapacity) {
@@ -47,7 +47,6 @@ TEST(RecordingsTogether, OfACellThatAgedIsCountedWithItsOwnCapacity) {
   const IdentifyResult result =
       identify({named("new.csv", cell.record(plan, 25.0)), named("new2.csv", cell.record(cell.pulses({1.5}), 25.0)),
                 named("aged.csv", aged.record(aged_plan, 25.0))}, options);
-  for (auto& n : result.notes) puts(n.c_str());
   CHECK(says(result, "aged.csv agrees with the other recordings at a capacity of"));
   CHECK(!says(result, "contradicts"));
   // SOC 0 is where the pulses end: 0.9 of the true capacity.
