@@ -128,11 +128,33 @@ double moved_ah(const CellLog& log, CurrentHold hold) {
   return *high - *low;
 }
 
+namespace {
+
+/// Voltage after ten minutes of rest from a row on; 0 where there is no such rest.
+double rested_v(const CellLog& log, const std::vector<bool>& resting, std::size_t row) {
+  constexpr double kRested = 600.0;  // s
+  const double begin = log.time_s[row];
+  for (std::size_t at = row + 1; at < log.rows() && resting[at] && !log.gap[at]; ++at) {
+    if (log.time_s[at] - begin >= kRested && std::isfinite(log.voltage_v[at])) return log.voltage_v[at];
+  }
+  return 0.0;
+}
+
+}  // namespace
+
 std::vector<std::size_t> possible_full_rows(const CellLog& log) {
+  constexpr double kFullBand = 0.04;  // V, of the highest that rests
   constexpr double kDrift = 0.1;  // of what was moved: a counter's drift over weeks of cycles, and losses
   std::vector<std::size_t> rows = full_charges(log);
   const std::vector<double> drawn = charge_drawn_ah(log, CurrentHold::kLinear);
+  const std::vector<bool> resting = resting_rows(log);
+  double rest_high_v = 0.0;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    if (resting[row] && std::isfinite(log.voltage_v[row])) rest_high_v = std::max(rest_high_v, log.voltage_v[row]);
+  }
   std::erase_if(rows, [&](std::size_t full) {
+    // It rests as high as any: full, whatever the counter has lost.
+    if (rested_v(log, resting, full) > rest_high_v - kFullBand) return false;
     std::size_t first = full, last = full;
     while (first > 0 && !log.gap[first]) --first;
     while (last + 1 < log.rows() && !log.gap[last + 1]) ++last;

@@ -81,8 +81,16 @@ TEST(CircuitResiduals, AgreesWithTheLinearFitAtItsSolution) {
   const LinearSolution solution = fit.solve(table);
   const CircuitResiduals cost(fit, taus);
   Eigen::VectorXd residuals(cost.residual_count());
-  cost.evaluate(cost.pack(solution, table).data(), residuals.data(), nullptr);
-  DOUBLES_EQUAL(solution.cost, residuals.squaredNorm(), 1e-3 * solution.cost);
+  const Eigen::VectorXd p = cost.pack(solution, table);
+  cost.evaluate(p.data(), residuals.data(), nullptr);
+  // Beside what both have the full fit draws ln R of neighbouring nodes of a branch together.
+  double neighbours = 0.0;
+  const CircuitLayout at = cost.layout();
+  for (Eigen::Index k = 1; k <= 2; ++k) {
+    for (Eigen::Index node = at.r(k); node + 1 < at.r(k + 1); ++node)
+      neighbours += priors.noise_v2_s * std::pow(p(node + 1) - p(node), 2);
+  }
+  DOUBLES_EQUAL(solution.cost + neighbours, residuals.squaredNorm(), 1e-3 * solution.cost);
 }
 
 TEST(CircuitResiduals, ResidualsAreThoseOfTheSimulation) {
