@@ -84,10 +84,11 @@ Json problem() {
 
   std::vector<std::string> notes;
   const std::vector<CellLog> logs{log};
-  std::vector<PreparedLog> prepared = prepare(logs, {{}, {}, 30.0, 0.0, options.hold}, notes);
+  std::vector<PreparedLog> prepared = prepare(logs, {{}, {}, {30.0}, options.hold}, notes);
   std::vector<MeasuredRun> means = runs_of(prepared);
   FitPriors priors;
   priors.resistance_scale = 1.2e-3;
+  priors.laws.reference_temperature_c = 30.0;
   const FullFit full = full_fit(means, priors, {2, {}, 3e-7, {}, {}}, notes);
   const std::vector<MeasuredRun> rows = runs_of(prepared, true);
   const CircuitFit fit(rows, 2, full.priors);

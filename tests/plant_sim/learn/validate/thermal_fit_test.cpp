@@ -125,7 +125,7 @@ unsigned long seed_of_the_draws() {
   return given != nullptr ? std::strtoul(given, nullptr, 10) : 1UL;
 }
 
-bool within(double truth, double value, double half_width) { return std::abs(truth - value) <= half_width; }
+bool inside_of(double truth, double value, double half_width) { return std::abs(truth - value) <= half_width; }
 
 }  // namespace
 
@@ -142,10 +142,10 @@ TEST(ThermalFit, FourNumbersLieWithinTheirIntervalsAsOftenAsTheySay) {
   for (int k = 0; k < kDraws; ++k) {
     const KnownCell truth = drawn_cell(random);
     const ThermalModel m = fit_thermal({recorded(truth, drive(truth, random), 22.0, 0.3, random)});
-    inside[0] += within(truth.capacity_j_per_k, m.capacity_j_per_k, m.capacity_j_per_k * m.capacity_ci95);
-    inside[1] += within(truth.conductance_w_per_k, m.conductance_w_per_k, m.conductance_w_per_k * m.conductance_ci95);
-    inside[2] += within(truth.lag_s, m.surface_lag_s, m.surface_lag_ci95_s);
-    inside[3] += within(truth.entropy_v_per_k, m.entropy_v_per_k, m.entropy_ci95_v_per_k);
+    inside[0] += inside_of(truth.capacity_j_per_k, m.capacity_j_per_k, m.capacity_j_per_k * m.capacity_ci95);
+    inside[1] += inside_of(truth.conductance_w_per_k, m.conductance_w_per_k, m.conductance_w_per_k * m.conductance_ci95);
+    inside[2] += inside_of(truth.lag_s, m.surface_lag_s, m.surface_lag_ci95_s);
+    inside[3] += inside_of(truth.entropy_v_per_k, m.entropy_v_per_k, m.entropy_ci95_v_per_k);
     widest_c = std::max(widest_c, m.capacity_ci95);
     CHECK_TEXT(m.entropy_told && m.capacity_told && m.conductance_told, "told");
     CHECK_TEXT(m.classes.empty(), "nothing goes together");
@@ -167,11 +167,11 @@ TEST(ThermalFit, AOneWayDischargeNeverClaimsAHeatCapacityThatItDoesNotTell) {
     const KnownCell truth = drawn_cell(random);
     const double share = std::uniform_real_distribution(0.7, 1.0)(random);
     const ThermalModel m = fit_thermal({recorded(truth, one_way(truth, share), 22.0, 0.3, random)});
-    outside += !within(truth.capacity_j_per_k, m.capacity_j_per_k, m.capacity_j_per_k * m.capacity_ci95);
+    outside += !inside_of(truth.capacity_j_per_k, m.capacity_j_per_k, m.capacity_j_per_k * m.capacity_ci95);
     if (m.classes.empty()) continue;
     said += !m.entropy_told && m.classes[0].number == "heat capacity" && m.classes[0].other == "dOCV/dT";
     const double on_the_line = m.classes[0].value + m.classes[0].slope * truth.entropy_v_per_k;
-    class_outside += !within(truth.capacity_j_per_k, on_the_line, 1.5 * m.classes[0].ci95);
+    class_outside += !inside_of(truth.capacity_j_per_k, on_the_line, 1.5 * m.classes[0].ci95);
   }
   const SimpleString about = StringFromFormat("VOLTLAP_TEST_SEED=%lu: of 40 draws %d outside, %d said, %d off the line",
                                               seed, outside, said, class_outside);
@@ -201,15 +201,15 @@ TEST(ThermalFit, AirThatARestTellsIsFittedNearTheStartAndAnUnknownOneIsFree) {
   recording.air = AirFrom::kStartAfterRest;
   recording.air_sd_k = 0.3;
   const ThermalModel rested = fit_thermal({recording});
-  CHECK(within(19.0, rested.air_c[0], rested.air_ci95_k[0]));
+  CHECK(inside_of(19.0, rested.air_c[0], rested.air_ci95_k[0]));
   CHECK(rested.air_ci95_k[0] < 0.6);
   recording.air = AirFrom::kFitted;
   recording.air_sd_k = kFreeAir_k;
   recording.ambient_c.assign(recording.rows(), recording.start_c());
   const ThermalModel freely = fit_thermal({recording});
   CHECK(freely.air_ci95_k[0] >= rested.air_ci95_k[0]);
-  CHECK(within(19.0, freely.air_c[0], freely.air_ci95_k[0]));
-  CHECK(within(800.0, freely.capacity_j_per_k, 800.0 * freely.capacity_ci95));
+  CHECK(inside_of(19.0, freely.air_c[0], freely.air_ci95_k[0]));
+  CHECK(inside_of(800.0, freely.capacity_j_per_k, 800.0 * freely.capacity_ci95));
 }
 
 TEST(ThermalFit, HeatCapacityAndCoolingComeBack) {
