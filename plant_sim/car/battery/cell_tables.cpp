@@ -77,7 +77,8 @@ CellTables::CellTables(const CellParameters& cell)
                      "two or more of each, as many", "Complete the curve");
   }
   if (!tabulated && cell.ocv_polynomial_v.empty()) {
-    throw InputError(place_in(cell, "ocv"), "no open-circuit voltage", "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
+    throw InputError(place_in(cell, "ocv"), "no open-circuit voltage",
+                     "ocv.polynomial_v, or ocv.soc with ocv.voltage_v",
                      "Add one of the two");
   }
   const std::vector<double>& change = cell.effects.ocv_change_v;

@@ -124,8 +124,8 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
     if (row > 0 && model.laws.has_hysteresis())
       turned = hysteresis_after(model.laws, turned, run.soc(row - 1), run.soc(row));
     const double warmer_k = run.temperature_c(row) - model.laws.reference_temperature_c;
-    const double v = model.ocv.value(model.em, run.soc(row)) + 1e-3 * (model.laws.entropy_mv_per_k * warmer_k - model.laws.hysteresis_mv * turned) -
-                     drop - state.sum();
+    const double moved_mv = model.laws.entropy_mv_per_k * warmer_k - model.laws.hysteresis_mv * turned;
+    const double v = model.ocv.value(model.em, run.soc(row)) + 1e-3 * moved_mv - drop - state.sum();
     const bool lags = model.voltage_lag_s > 0.0 && row > 0 && !run.is_reset(row);
     shown = lags ? v + (shown - v) * std::exp(-run.dt_s(row) / model.voltage_lag_s) : v;
     voltage(row) = shown;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The full fit: every parameter free, residuals with exact derivatives, trust-region least squares.
-// Parameters p = [Em | ln R0 | ln R1 .. ln RK | ln tau1 .. ln tauK | free states | laws]; resistances and time constants
-// stay positive by their logarithm. The objective is that of CircuitFit, with the time constants' smoothness and what is
-// believed of the laws added.
+// Parameters p = [Em | ln R0 | ln R1 .. ln RK | ln tau1 .. ln tauK | free states | laws]; resistances and time
+// constants stay positive by their logarithm. The objective is that of CircuitFit, with the time constants' smoothness
+// and what is believed of the laws added.
 #pragma once
 #include <Eigen/Dense>
 

@@ -25,8 +25,8 @@ double between(const double* y, const CircuitRow::Place& p) {
   return y[p.node] + p.fraction * (y[p.node + 1] - y[p.node]);
 }
 
-/// One branch on its way through a run: voltage and its derivatives by each node's R and tau, from node low to high, and
-/// by the two laws that move it.
+/// One branch on its way through a run: voltage and its derivatives by each node's R and tau, from node low to high,
+/// and by the two laws that move it.
 struct Branch {
   double v = 0.0, u = 0.0, decay = 1.0, by_energy = 0.0, by_tau_energy = 0.0;
   int low = 0, high = -1;
@@ -68,8 +68,8 @@ struct Branch {
   }
 };
 
-/// What the laws make of a row: currents that a table's resistance takes, factor of the time constants, and the voltage's
-/// derivatives by the laws that act at once.
+/// What the laws make of a row: currents that a table's resistance takes, factor of the time constants, and the
+/// voltage's derivatives by the laws that act at once.
 struct LawRow {
   double drop_a, begin_a, end_a, tau_factor = 1.0, tau_warm = 0.0;
   double taken_v = 0.0, by_ohmic = 0.0, by_polarization = 0.0, by_log_exchange = 0.0;
@@ -99,11 +99,22 @@ LawRow law_row(const CircuitRows& all, const CircuitRow& row, const double* laws
   return out;
 }
 
+/// A branch's table values at an interval: its time constant within, its resistance at the end.
+struct BranchEnd {
+  double tau_s, r_ohm;
+};
+/// Whether derivatives are carried, and below what they count as none.
+struct DerivativesOf {
+  bool wanted;
+  double negligible;
+};
+
 /// One interval of a branch.
-void step(Branch& branch, const CircuitRow& row, const LawRow& law, double tau_s, double u, bool derivatives,
-          double negligible) {
+void step(Branch& branch, const CircuitRow& row, const LawRow& law, const BranchEnd& end,
+          const DerivativesOf& derivatives) {
+  const double tau_s = end.tau_s, u = end.r_ohm, negligible = derivatives.negligible;
   const IntervalResponse w = interval_response(row.dt_s, tau_s * law.tau_factor);
-  if (derivatives) {
+  if (derivatives.wanted) {
     const double by_tau = w.da * branch.v + w.dg0 * branch.u * law.begin_a + w.dg1 * u * law.end_a;
     branch.open(row.was);
     branch.open(row.middle);
@@ -142,7 +153,7 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
       if (row.reset) {
         branch.begin(open_state >= 0 ? x[layout.state() + open_state + index] : 0.0, u);
       } else {
-        step(branch, row, law, between(x + layout.tau(index), row.middle), u, derivatives, negligible);
+        step(branch, row, law, {between(x + layout.tau(index), row.middle), u}, {derivatives, negligible});
       }
       v -= branch.v;
     }

@@ -65,8 +65,8 @@ struct NormalSums {
   Eigen::Index rest_rows = 0, load_rows = 0;
 };
 
-/// Sums at parameters x (R and tau themselves). Without `with_tau` columns of time constants and laws stay zero: the fit
-/// is linear then.
+/// Sums at parameters x (R and tau themselves). Without `with_tau` columns of time constants and laws stay zero: the
+/// fit is linear then.
 [[nodiscard]] NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const double* x, bool with_tau);
 
 /// Errors of the rows with a weight, times the root of the weight [V s^0.5]; `derivatives` is null or a row-major

@@ -13,8 +13,8 @@
 // The charge transfer is on or off as a whole: recordings at one rate cannot tell it from R0. What they do not tell is
 // held by what is known of lithium-ion cells: conduction in the electrolyte 10 to 20 kJ/mol (J. Landesfeind and
 // H. A. Gasteiger, J. Electrochem. Soc. 166, 2019, A3079), charge transfer 50 to 70 (T. R. Jow et al., J. Electrochem.
-// Soc. 159, 2012, A604); the sum that 0.1 to 100 s show lies between them. Entropy: within 0.4 mV/K either way over SOC,
-// less in its mean (V. Viswanathan et al., J. Power Sources 195, 2010, 3720).
+// Soc. 159, 2012, A604); the sum that 0.1 to 100 s show lies between them. Entropy: within 0.4 mV/K either way over
+// SOC, less in its mean (V. Viswanathan et al., J. Power Sources 195, 2010, 3720).
 #pragma once
 #include <Eigen/Dense>
 
@@ -55,11 +55,11 @@ struct ResistanceLaws {
 
 /// What is believed of the numbers before any recording, normal, in the units of packed().
 struct LawPriors {
-  ResistanceLaws::Packed mean{20.0, 20.0, 0.0, 0.0, 0.0, 0.0}, sigma{10.0, 10.0, 10.0, 1.0, 0.15, 1.0};
+  ResistanceLaws::Packed mean{15.0, 15.0, 0.0, 0.0, 0.0, 0.0}, sigma{10.0, 10.0, 10.0, 1.0, 0.15, 1.0};
   bool fixed = false;  ///< the laws stay as they are given
 };
-/// The usual ones: energies 20 +- 10 kJ/mol, of the time constants 0 +- 10; a charge transfer of a third of R0; entropy
-/// 0 +- 0.15 mV/K.
+/// The usual ones: energies 15 +- 10 kJ/mol, 2 %/K at 25 degC, of the time constants 0 +- 10; a charge transfer of a
+/// third of R0; entropy 0 +- 0.15 mV/K.
 [[nodiscard]] LawPriors usual_law_priors(double resistance_ohm, double reference_temperature_c);
 /// The laws at the middle of what is believed, without charge transfer.
 [[nodiscard]] ResistanceLaws assumed_laws(double reference_temperature_c);

@@ -24,8 +24,8 @@ using SmoothnessScores = std::vector<std::pair<double, double>>;
 [[nodiscard]] double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                           FitPriors priors);
 
-/// Both halves kept back in turn and predicted from the other, by a linear fit. Pulses with their first two minutes, from
-/// their onset; without pulses, minutes.
+/// Both halves kept back in turn and predicted from the other, by a linear fit. Pulses with their first two minutes,
+/// from their onset; without pulses, minutes.
 [[nodiscard]] BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                        const FitPriors& priors);
 

@@ -84,7 +84,7 @@ struct CountedSoc {
 /// over its charge; where that is more than a counter loses, charge was put back that nobody recorded, and from the
 /// lowest point on the SOC is not known.
 CountedSoc counted_soc(const CellLog& log, const RunOptions& options) {
-  constexpr double kLost = 0.03;
+  constexpr double kLost = 0.05;
   const std::vector<double> drawn = charge_drawn_ah(log, options.hold);
   CountedSoc out;
   Eigen::VectorXd& soc = out.soc;

@@ -46,8 +46,8 @@ TEST(CellIdentification, CellFileIsReadBackAsItWasMade) {
   DOUBLES_EQUAL(1.0, tables.circuit(0.5, 30.0, 33.0).r0_ohm / model.r(8, 0), 1e-4);
   DOUBLES_EQUAL(1.0, tables.circuit(0.5, 30.0, 33.0).tau_s[1] / model.tau(8, 1), 1e-4);
   DOUBLES_EQUAL(model.ocv.value(model.em, 0.5), tables.ocv(0.5).voltage_v, 1e-5);
-  // One temperature tested: the assumed activation energy of 20 kJ/mol leads away from it.
-  const double arrhenius = std::exp(20e3 / kGasConstant * (1.0 / 313.15 - 1.0 / 303.15));
+  // One temperature tested: the assumed activation energy of 15 kJ/mol leads away from it.
+  const double arrhenius = std::exp(15e3 / kGasConstant * (1.0 / 313.15 - 1.0 / 303.15));
   DOUBLES_EQUAL(arrhenius, tables.circuit(0.5, 40.0, 33.0).r0_ohm / tables.circuit(0.5, 30.0, 33.0).r0_ohm, 1e-3);
 }
 
@@ -140,7 +140,8 @@ TEST(CellIdentification, ACellFileSaysWhichTimeConstantsItsTestsHaveTogether) {
   const CellIdentification identified = identify_cell(
       {cell.record(cell.pulse_plan(33.0, 400, 0.3)), cell.record(cell.pulse_plan(99.0, 400, 0.3))}, {25.0, 25.0},
       options);
-  STRCMP_CONTAINS("looked for in all 2 tests together", fmt::format("{}", fmt::join(identified.reference_point().result.notes, "\n")).c_str());
+  STRCMP_CONTAINS("looked for in all 2 tests together",
+                  fmt::format("{}", fmt::join(identified.reference_point().result.notes, "\n")).c_str());
   // How the number of branches was chosen stays told.
   CHECK(identified.reference_point().result.orders.size() >= 2);
 }

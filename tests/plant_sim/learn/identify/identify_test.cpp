@@ -99,9 +99,9 @@ TEST(Identify, ADriveOfUnknownTemperatureGetsNoSlopeOverItAndATestWithRestsDoes)
   CHECK(std::any_of(warmed.notes.begin(), warmed.notes.end(), [](const std::string& note) {
     return note.find("no rest lets the cell cool") != std::string::npos;
   }));
-  DOUBLES_EQUAL(20.0, identify(logs_of(cell.pulse_plan(33.0, 640)), options).model.laws.ohmic_kj_per_mol, 1e-9);
+  DOUBLES_EQUAL(15.0, identify(logs_of(cell.pulse_plan(33.0, 640)), options).model.laws.ohmic_kj_per_mol, 1e-9);
   options.temperature_told = true;
-  DOUBLES_EQUAL(20.0, identify(logs_of(drive), options).model.laws.ohmic_kj_per_mol, 1e-9);
+  DOUBLES_EQUAL(15.0, identify(logs_of(drive), options).model.laws.ohmic_kj_per_mol, 1e-9);
 }
 
 TEST(Identify, IntervalsCoverNineTenthsOfTheTruth) {
@@ -258,7 +258,7 @@ TEST(Identify, GlitchesAreNotUsedAndCounted) {
 }
 
 TEST(Identify, HysteresisIsAStateThatThePulsesAndTheSlowTestHaveTogether) {
-  // One state of 20 mV, after a charge in the beginning, that follows the direction within a few per cent of the charge.
+  // One state of 20 mV, after a charge in the beginning, that follows the direction within some per cent of the charge.
   constexpr double kSize = 0.02;
   const auto with_hysteresis = [&](CellLog log) {
     double state = -kSize;

@@ -50,7 +50,8 @@ TEST(OperatingGrid, OneDriveOfManyCurrentsMakesAllOneCurrent) {
 TEST(OperatingGrid, ShortPulsesOfOtherCurrentsInADischargeMakeItATestOfSeveral) {
   std::vector<double> plan = cell.pulse_plan(33.0, 500, 0.0);
   for (std::size_t pulse = 0; pulse < 8; ++pulse)
-    std::fill_n(plan.begin() + static_cast<std::ptrdiff_t>(700 + 900 * pulse), 3, 35.0 + 38.0 * static_cast<double>(pulse));
+    std::fill_n(plan.begin() + static_cast<std::ptrdiff_t>(700 + 900 * pulse), 3,
+                35.0 + 38.0 * static_cast<double>(pulse));
   DOUBLES_EQUAL(0.0, operating_grid({cell.record(plan)}, {25.0}).currents_a[0], 0.0);
   DOUBLES_EQUAL(33.0, operating_grid({cell.record(cell.pulse_plan(33.0, 500, 0.0))}, {25.0}).currents_a[0], 1e-9);
 }

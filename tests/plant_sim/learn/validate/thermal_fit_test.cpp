@@ -143,7 +143,8 @@ TEST(ThermalFit, FourNumbersLieWithinTheirIntervalsAsOftenAsTheySay) {
     const KnownCell truth = drawn_cell(random);
     const ThermalModel m = fit_thermal({recorded(truth, drive(truth, random), 22.0, 0.3, random)});
     inside[0] += inside_of(truth.capacity_j_per_k, m.capacity_j_per_k, m.capacity_j_per_k * m.capacity_ci95);
-    inside[1] += inside_of(truth.conductance_w_per_k, m.conductance_w_per_k, m.conductance_w_per_k * m.conductance_ci95);
+    inside[1] +=
+        inside_of(truth.conductance_w_per_k, m.conductance_w_per_k, m.conductance_w_per_k * m.conductance_ci95);
     inside[2] += inside_of(truth.lag_s, m.surface_lag_s, m.surface_lag_ci95_s);
     inside[3] += inside_of(truth.entropy_v_per_k, m.entropy_v_per_k, m.entropy_ci95_v_per_k);
     widest_c = std::max(widest_c, m.capacity_ci95);

@@ -151,5 +151,6 @@ TEST(MeasuredRun, MeansOfASecondKeepWeightChargeAndGaps) {
   CHECK(few.rows() < whole.rows() / 8);
   DOUBLES_EQUAL(whole.weight_s.sum(), few.weight_s.sum(), 1e-6);
   DOUBLES_EQUAL(whole.current_a.dot(whole.weight_s), few.current_a.dot(few.weight_s), 1e-6);
-  LONGS_EQUAL(std::count(whole.reset.begin(), whole.reset.end(), true), std::count(few.reset.begin(), few.reset.end(), true));
+  LONGS_EQUAL(std::count(whole.reset.begin(), whole.reset.end(), true),
+              std::count(few.reset.begin(), few.reset.end(), true));
 }
