@@ -40,6 +40,14 @@ def cell_of(branches):
     return CELL + "".join(copied("r1", f"r{k}") + copied("tau1", f"tau{k}") for k in range(3, branches + 1))
 
 
+def faster(text, name):
+    """The same with a fifth of that section's time constants: no two branches can stand for all."""
+    part = re.search(SECTION.format(name), text, re.S).group(0)
+    values = re.search(r"value = \[(.*?)\]", part, re.S).group(1)
+    fifth = ", ".join(f"{float(value) / 5.0:g}" for value in values.replace("\n", " ").split(",") if value.strip())
+    return text.replace(part, part.replace(values, fifth))
+
+
 @pytest.mark.parametrize("branches", [1, 2, 3, 4])
 def test_a_cell_of_one_to_four_branches_drives_a_lap(branches, tmp_path):
     (tmp_path / "own.toml").write_text(cell_of(branches))
@@ -86,11 +94,11 @@ def test_a_cell_file_that_does_not_hold_together_is_refused_by_its_field(bad, tm
 
 
 def test_the_header_for_a_bms_says_what_two_branches_cost(tmp_path):
-    (tmp_path / "own.toml").write_text(cell_of(4).replace("[tau3]", "[tau3]\n# own", 1))
+    (tmp_path / "own.toml").write_text(faster(cell_of(4), "tau3"))
     done = voltlap("firmware-tables", "own.toml", "--out", "pack.hpp", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     said = re.search(r"2 in the place of 4\. After a step of 1C, 55\.2 A, .* at most ([\d.]+) mV", done.stdout)
-    assert said and float(said.group(1)) >= 0.0
+    assert said and float(said.group(1)) > 0.0
     header = (tmp_path / "pack.hpp").read_text()
     assert said.group(0) in header
     for name in ("kSeriesResistance", "kBranch1Resistance", "kBranch1Time", "kBranch2Resistance", "kBranch2Time"):

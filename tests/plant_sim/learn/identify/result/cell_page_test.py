@@ -121,9 +121,11 @@ def test_places_without_a_test_are_marked_and_methods_compared(browser, identifi
     rows = (rig / "30c_200a_cell1.csv").read_text().splitlines()
     head = rows.index("time_s,current_a,voltage_v,temperature_c,ambient_c")
     cold.write_text("\n".join([rows[head], *(f"{r.rsplit(',', 2)[0]},10,10" for r in rows[head + 1:])]) + "\n")
-    voltlap(tmp_path, "identify", "--tables", "tests", rig / "30c_200a_cell1.csv", rig / "30c_400a_cell1.csv", "--cell", "cell1", cold,
+    voltlap(tmp_path, "identify", "--tables", "tests", rig / "30c_200a_cell1.csv", rig / "30c_400a_cell1.csv",
+            "--cell", "cell1", cold,
             "--report", "x.html", code=2)  # two cells whose tests differ
-    voltlap(tmp_path, "identify", "--tables", "tests", "--cell", "a", rig / "30c_200a_cell1.csv", rig / "30c_400a_cell1.csv", cold,
+    voltlap(tmp_path, "identify", "--tables", "tests", "--cell", "a", rig / "30c_200a_cell1.csv",
+            rig / "30c_400a_cell1.csv", cold,
             "--report", "filled.html")
     assert "not tested, filled from" in (tmp_path / "filled.html").read_text()
     voltlap(tmp_path, "identify", rig / "30c_400a_cell1.csv", "--method", "all", "--report", "all.html")
