@@ -319,6 +319,7 @@ std::string IdentifyCommand::json_text(const CellBody& body, const std::vector<C
 }
 
 int IdentifyCommand::run(const DataFolder& data) {
+  const auto shipped = [&](const std::string& cell) { return load_cell(data, cell, "identify"); };
   IdentifyOptions options;
   options.branches = branches_;
   options.hold = hold_;
@@ -329,6 +330,11 @@ int IdentifyCommand::run(const DataFolder& data) {
   take_blocks(options);
   take_ocv(data, options);
   const ToldBody told = told_body();
+  options.thermal = [&](double capacity_ah) {
+    CellParameters cell;
+    cell_body(told, {.ah = capacity_ah}, shipped).write_into(cell);
+    return thermal_of(cell);
+  };
   Outputs files;
   open(files);
   const std::vector<CellData> cells = read(data);
@@ -342,7 +348,6 @@ int IdentifyCommand::run(const DataFolder& data) {
   CellIdentification identified = mean ? mean->identified : each.front();
   IdentifyResult& reference = identified.reference_point().result;
   reference.capacity.ah = reference.model.capacity_ah;
-  const auto shipped = [&](const std::string& cell) { return load_cell(data, cell, "identify"); };
   const CellBody body = cell_body(told, reference.capacity, shipped);
   const CellParameters cell = cell_parameters(identified, body, cell_name(), reference.notes);
   require_possible_size(cell, body);

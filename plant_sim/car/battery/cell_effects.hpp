@@ -24,13 +24,16 @@ inline constexpr double kFaraday = 96485.33212;      // C/mol
 inline constexpr double kZeroCelsius = 273.15;       // K
 inline constexpr double kLowEnd = 0.3;               // SOC; above it the low end's change is none
 
+/// Factor of a resistance or time constant with this activation energy between two temperatures.
+[[nodiscard]] inline double arrhenius(double j_per_mol, double temperature_c, double reference_c) {
+  const double inverse = 1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_c + kZeroCelsius);
+  return std::exp(j_per_mol / kGasConstant * inverse);
+}
+
 [[nodiscard]] inline double resistance_factor(const CellEffects& e, double soc, double temperature_c,
                                               double reference_c) {
-  double factor = 1.0;
-  if (e.activation_energy_j_per_mol != 0.0) {
-    const double inverse = 1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_c + kZeroCelsius);
-    factor = std::exp(e.activation_energy_j_per_mol / kGasConstant * inverse);
-  }
+  const double energy = e.activation_energy_j_per_mol;
+  const double factor = energy != 0.0 ? arrhenius(energy, temperature_c, reference_c) : 1.0;
   return factor * (1.0 + e.low_end_change * std::max(0.0, 1.0 - soc / kLowEnd));
 }
 
@@ -47,6 +50,17 @@ inline constexpr double kLowEnd = 0.3;               // SOC; above it the low en
   const double current = std::max(current_a, 1e-3 * exchange_a);
   return (charge_transfer_v(exchange_a * (1.0 + e.exchange_current_change), current, temperature_c) -
           charge_transfer_v(exchange_a, current, temperature_c)) / current;
+}
+
+/// The hysteresis state after a share of the charge was drawn; negative: put back.
+[[nodiscard]] inline double hysteresis_after(double before, double per_soc, double soc_drawn) {
+  const double side = soc_drawn > 0.0 ? 1.0 : -1.0;
+  return side + (before - side) * std::exp(-per_soc * std::abs(soc_drawn));
+}
+/// Where nothing is known of what came before: that after a charge for a cell that is full, else between the two.
+[[nodiscard]] inline double hysteresis_at_begin(double soc) {
+  constexpr double kFull = 0.98;
+  return soc > kFull ? -1.0 : 0.0;
 }
 
 /// State of the dynamic effects of one cell [V]; `hysteresis` in -1..1, 1 after a long discharge.
@@ -74,8 +88,7 @@ inline void advance(const CellEffects& e, CellEffectState& s, double begin_a, do
   if (e.slow_relaxation_ohm != 0.0) branch(s.slow_relaxation_v, e.slow_relaxation_ohm, e.slow_relaxation_tau_s);
   if (e.hysteresis_v != 0.0) {
     const double drawn = 0.5 * (begin_a + end_a) * dt_s / (3600.0 * capacity_ah);
-    const double side = drawn > 0.0 ? 1.0 : -1.0;
-    s.hysteresis = side + (s.hysteresis - side) * std::exp(-e.hysteresis_per_soc * std::abs(drawn));
+    s.hysteresis = hysteresis_after(s.hysteresis, e.hysteresis_per_soc, drawn);
   }
 }
 

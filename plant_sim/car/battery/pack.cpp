@@ -62,6 +62,7 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
   }
   resistance_fault_.assign(count_, 1.0);
   if (has_dynamics(effects_)) effect_.resize(count_);
+  for (std::size_t i = 0; i < effect_.size(); ++i) effect_[i].hysteresis = hysteresis_at_begin(soc_[i]);
   if (std::any_of(car.battery.cells.begin(), car.battery.cells.end(), [](const auto& v) { return v.leak_a != 0.0; })) {
     for (std::size_t i = 0; i < count_; ++i) leak_a_.push_back(variation_of(car.battery, i).leak_a);
   }

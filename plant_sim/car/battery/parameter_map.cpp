@@ -10,15 +10,6 @@
 #include "core/errors.hpp"
 
 namespace voltlap::plant {
-namespace {
-
-double arrhenius(double j_per_mol, double temperature_c, double reference_c) {
-  return std::exp(j_per_mol / kGasConstant *
-                  (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_c + kZeroCelsius)));
-}
-
-}  // namespace
-
 std::string place_in(const CellParameters& cell, const std::string& field) {
   return fmt::format("cell {}, {}", cell.name, field);
 }

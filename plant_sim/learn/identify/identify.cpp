@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -14,6 +15,7 @@
 #include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/preparation/hysteresis.hpp"
 #include "learn/identify/preparation/recording_capacity.hpp"
+#include "learn/identify/recording/estimated_temperature.hpp"
 #include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/methods/identify_by_stage.hpp"
 
@@ -123,6 +125,7 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   }
   make_runs();
   drop_slope_of_warmed_cell();
+  estimate_temperatures();
   if (options.ocv.empty()) collect_rests();
   result.hysteresis_v = take_hysteresis(runs, capacity_ah, priors, result.notes);
   everything = runs;
@@ -206,6 +209,46 @@ void IdentificationProblem::drop_slope_of_warmed_cell() {
   result.notes.push_back(
       "No temperature was recorded or told, and no rest lets the cell cool: the resistances are those that it had as "
       "it warmed, written without a change with temperature (--temperature T writes the usual one).");
+}
+
+namespace {
+
+/// By the cell's own heat, from the open-circuit voltage of a first model.
+std::vector<double> own_warming(const PreparedLog& one, const CircuitModel& model, const CellThermal& thermal) {
+  const MeasuredRun run = make_run(*one.log, one.run);
+  HeatEstimate heat;
+  for (Index row = 0; row < run.rows(); ++row)
+    heat.ocv_v.push_back(run.weight_s(row) > 0.0 ? model.ocv.value(model.em, run.soc(row)) : std::nan(""));
+  heat.resistance_ohm = model.r.rowwise().sum().mean();
+  heat.reference_c = model.laws.reference_temperature_c;
+  const double start_c = one.run.temperature_c;
+  return estimated_temperature(*one.log, one.run.hold, thermal, heat, {start_c, start_c});
+}
+
+}  // namespace
+
+/// A discharge without a thermometer warms all the same: by what is told or assumed of the cell's body. What stays within
+/// a kelvin is left as it is.
+void IdentificationProblem::estimate_temperatures() {
+  constexpr double kWorthIt_k = 1.0;
+  if (!options.thermal || priors.law_priors.fixed) return;
+  std::optional<CircuitModel> model;
+  for (const PreparedLog& one : prepared) {
+    CellLog& log = logs[static_cast<std::size_t>(one.log - logs.data())];
+    const bool recorded = std::any_of(log.temperature_c.begin(), log.temperature_c.end(),
+                                      [](double t) { return std::isfinite(t); });
+    if (recorded) continue;
+    if (!model) model = linear_fit(runs, first_taus(2), priors).model;
+    std::vector<double> warming = own_warming(one, *model, options.thermal(capacity_ah));
+    const double warmest = *std::max_element(warming.begin(), warming.end());
+    if (warmest - warming.front() < kWorthIt_k) continue;
+    log.temperature_c = std::move(warming);
+    result.notes.push_back(fmt::format("{}: no temperature was recorded; by the heat that it makes and its body the cell "
+                                       "went from {:.1f} to {:.1f} degC.",
+                                       std::filesystem::path(log.path).filename().string(), one.run.temperature_c,
+                                       warmest));
+  }
+  if (model) runs = runs_of(prepared, options.block_s > 0.0);
 }
 
 void IdentificationProblem::collect_rests() {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "car/battery/cell_thermal.hpp"
 #include "io/logs/cell_log.hpp"
 #include "learn/identify/fit/full_fit.hpp"
 #include "learn/identify/fit/recording_result.hpp"
@@ -30,6 +31,8 @@ struct IdentifyOptions {
   bool fit_even_blocks = true;
   /// Tests at several temperatures and currents: one table with laws, a table for each test, or what predicts better.
   enum class Tables { kChosen, kByLaws, kByTest } tables = Tables::kChosen;
+  /// What keeps and sheds the heat of a cell of a capacity; empty: a recording without a temperature is held at its own.
+  std::function<CellThermal(double capacity_ah)> thermal;
   bool constant = false;  ///< a plain circuit: one value of each resistance and time constant for all SOC
   std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
@@ -81,6 +84,7 @@ struct IdentificationProblem {
   void make_runs();
   void settle_recordings();
   void drop_slope_of_warmed_cell();
+  void estimate_temperatures();
   void collect_rests();
   void hold_out_blocks();
   void widen_intervals(const FullFit& full);

@@ -11,7 +11,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kFull = 0.98;
 constexpr double kLookupShare = 0.005;  // of the largest current: smaller ones keep the last lookup current
 
 /// The cell with its open-circuit voltages in the place of R0.
@@ -91,7 +90,7 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
       cell.look_up(state, end);
       state.relax();
       if (!run.at_rest_before[static_cast<std::size_t>(row)]) take_free(states_v, next_free, branches, state);
-      if (end.soc > kFull) state.effects.hysteresis = -1.0;  // after a charge
+      state.effects.hysteresis = hysteresis_at_begin(end.soc);
       if (recorded_cell) state.temperature_c = recorded;
       state.surface_c = state.temperature_c;
     } else {

@@ -122,7 +122,7 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
     const double drop = laws.ohmic * entry(model.r, 0, p) * run.current_a(row) +
                         charge_transfer_drop_v(model.laws, run.current_a(row), run.temperature_c(row));
     if (row > 0 && model.laws.has_hysteresis())
-      turned = hysteresis_after(model.laws, turned, run.soc(row - 1), run.soc(row));
+      turned = hysteresis_after(turned, model.laws.hysteresis_per_soc, run.soc(row - 1) - run.soc(row));
     const double warmer_k = run.temperature_c(row) - model.laws.reference_temperature_c;
     const double moved_mv = model.laws.entropy_mv_per_k * warmer_k - model.laws.hysteresis_mv * turned;
     const double v = model.ocv.value(model.em, run.soc(row)) + 1e-3 * moved_mv - drop - state.sum();

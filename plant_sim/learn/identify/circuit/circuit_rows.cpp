@@ -228,7 +228,7 @@ CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& oc
     for (Index k = 0; k < run.rows(); ++k) {
       const Index before = std::max<Index>(0, k - 1);
       const SocGrid::Weights em = ocv.weights(run.soc(k));
-      if (k > 0 && hysteresis) turned = hysteresis_after(laws, turned, run.soc(before), run.soc(k));
+      if (k > 0 && hysteresis) turned = hysteresis_after(turned, laws.hysteresis_per_soc, run.soc(before) - run.soc(k));
       const double warm_was = laws.inverse(run.temperature_c(before)), warm = laws.inverse(run.temperature_c(k));
       isothermal = isothermal && warm_was == 0.0 && warm == 0.0;
       CircuitRow row{run.dt_s(k),

@@ -2,6 +2,7 @@
 #include "learn/identify/circuit/fitted_circuit.hpp"
 
 #include "core/demand.hpp"
+#include "learn/identify/circuit/circuit_residuals.hpp"
 #include "core/parameters.hpp"
 
 namespace voltlap::plant {
@@ -50,6 +51,16 @@ FittedCircuit linear_fit(const std::vector<MeasuredRun>& runs, const Eigen::Vect
   out.model = fit.model_of(out.solution, tau);
   out.states = states_by_run(runs, out.solution.x.tail(fit.state_count()), taus.size());
   return out;
+}
+
+TableFit table_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+  constexpr int kSteps = 15;
+  constexpr double kStill = 1e-4;  // of the cost
+  const CircuitFit circuit(runs, taus.size(), priors);
+  const CircuitResiduals cost(circuit, taus);
+  const Eigen::MatrixXd table = taus.transpose().replicate(circuit.r_count(), 1);
+  const RefineResult refined = refine(cost, cost.pack(circuit.solve(table), table), kSteps, kStill);
+  return {{cost.model_of(refined.p), {}, states_by_run(runs, cost.states_of(refined.p), taus.size())}, refined.cost};
 }
 
 std::vector<Eigen::VectorXd> errors_of(const FittedCircuit& fit, const std::vector<MeasuredRun>& runs) {

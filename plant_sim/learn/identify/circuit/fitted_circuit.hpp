@@ -19,6 +19,13 @@ struct FittedCircuit {
 [[nodiscard]] Eigen::VectorXd first_taus(Eigen::Index branches);
 [[nodiscard]] FittedCircuit linear_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                   const FitPriors& priors);
+/// All parameters free from a linear fit's answer on, time constants and laws too, in a few steps: near enough to compare.
+struct TableFit {
+  FittedCircuit fit;
+  double cost = 0.0;  ///< with what is believed beforehand [V^2 s]
+};
+[[nodiscard]] TableFit table_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
+                                 const FitPriors& priors);
 /// Free states of each run, out of those of all.
 [[nodiscard]] std::vector<Eigen::VectorXd> states_by_run(const std::vector<MeasuredRun>& runs,
                                                          const Eigen::VectorXd& all, Eigen::Index branches);

@@ -46,16 +46,6 @@ LawFactors law_factors(const ResistanceLaws& laws, double temperature_c) {
           std::exp(laws.time_constant_kj_per_mol * x)};
 }
 
-double hysteresis_after(const ResistanceLaws& laws, double before, double soc_from, double soc_to) {
-  const double drawn = soc_from - soc_to, side = drawn > 0.0 ? 1.0 : -1.0;
-  return side + (before - side) * std::exp(-laws.hysteresis_per_soc * std::abs(drawn));
-}
-
-double hysteresis_at_begin(double soc) {
-  constexpr double kFull = 0.98;
-  return soc > kFull ? -1.0 : 0.0;
-}
-
 double charge_transfer_drop_v(const ResistanceLaws& laws, double current_a, double temperature_c) {
   if (!laws.has_charge_transfer()) return 0.0;
   const double exchange = laws.exchange_a * std::exp(-laws.polarization_kj_per_mol * laws.inverse(temperature_c));

@@ -70,11 +70,6 @@ struct LawFactors {
 };
 [[nodiscard]] LawFactors law_factors(const ResistanceLaws& laws, double temperature_c);
 
-/// The hysteresis state after the SOC went from one value to another.
-[[nodiscard]] double hysteresis_after(const ResistanceLaws& laws, double before, double soc_from, double soc_to);
-/// The state at a SOC at which a recording begins: after a charge where it is full, else unknown, 0.
-[[nodiscard]] double hysteresis_at_begin(double soc);
-
 /// Volts of the charge transfer at a current of either sign; 0 without.
 [[nodiscard]] double charge_transfer_drop_v(const ResistanceLaws& laws, double current_a, double temperature_c);
 

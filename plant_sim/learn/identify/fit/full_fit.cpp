@@ -144,29 +144,21 @@ class FullFitter {
     if (priors_.law_priors.fixed) return;
     constexpr double kDecisive = 6.0;  // of the noise density: twice ln 20
     say("laws over temperature and current");
-    const auto at_laws = [&](const FitPriors& priors) {
-      constexpr int kSteps = 15;
-      constexpr double kStill = 1e-4;
-      const CircuitFit circuit(coarse_, branches_, priors);
-      const CircuitResiduals cost(circuit, taus_);
-      const RefineResult refined = refine(cost, packed_start(cost), kSteps, kStill);
-      return std::pair(refined.cost, cost.model_of(refined.p).laws);
-    };
     // Twice: before there are laws, what is left is far from noise, and what is believed beforehand counts too much.
-    std::pair<double, ResistanceLaws> plain = at_laws(priors_);
+    TableFit plain = table_fit(coarse_, taus_, priors_);
     for (int pass = 0; pass < 2; ++pass) {
-      priors_.laws = plain.second;
+      priors_.laws = plain.fit.model.laws;
       search(taus_);
       priors_.noise_v2_s = noise_density(coarse_, errors_of(linear_fit(coarse_, taus_, priors_), coarse_));
-      plain = at_laws(priors_);
+      plain = table_fit(coarse_, taus_, priors_);
     }
-    priors_.laws = plain.second;
+    priors_.laws = plain.fit.model.laws;
     if (!has_several_rates(runs_)) return;
     FitPriors bent = priors_;
     bent.laws.exchange_a = std::exp(bent.law_priors.mean(ResistanceLaws::kLogExchange));
-    const auto [bent_cost, bent_laws] = at_laws(bent);
+    const TableFit with = table_fit(coarse_, taus_, bent);
     const double decisive = kDecisive * priors_.noise_v2_s;
-    if (bent_cost < plain.first + (runs_.size() > 1 ? decisive : -decisive)) priors_.laws = bent_laws;
+    if (with.cost < plain.cost + (runs_.size() > 1 ? decisive : -decisive)) priors_.laws = with.fit.model.laws;
   }
   void take(const CircuitResiduals& cost, const Eigen::VectorXd& packed) {
     out_.packed = packed;

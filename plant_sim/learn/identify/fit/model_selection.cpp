@@ -18,37 +18,44 @@ constexpr double kWindow = 120.0;  // s of a held-out pulse
 constexpr int kSearchEvaluations = 30;
 constexpr double kWorthIt = 0.95, kMoreThanTwo = 0.9;  // of the error: a branch more must predict better by this
 
-/// Tables of all parameters from a linear fit's start, near enough to compare them.
-FittedCircuit full_tables(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
-  constexpr int kSteps = 12;
-  constexpr double kStill = 1e-3;
-  const CircuitFit circuit(runs, taus.size(), priors);
-  const CircuitResiduals cost(circuit, taus);
-  const Eigen::MatrixXd at = taus.transpose().replicate(circuit.r_count(), 1);
-  const RefineResult refined = refine(cost, cost.pack(circuit.solve(at), at), kSteps, kStill);
-  FittedCircuit out;
-  out.model = cost.model_of(refined.p);
-  out.states = states_by_run(runs, cost.states_of(refined.p), taus.size());
+/// Blocks of each recording, of which every second is kept back in turn.
+using Blocks = std::vector<std::vector<Block>>;
+
+/// Pulses with their first two minutes; without pulses, minutes.
+Blocks pulses_of(const std::vector<MeasuredRun>& runs) {
+  constexpr std::size_t kFewest = 4;
+  Blocks out;
+  for (const MeasuredRun& run : runs) {
+    out.push_back(pulse_windows(run, kWindow));
+    if (out.back().size() < kFewest) out.back() = time_blocks(run, kWindow);
+  }
   return out;
 }
 
+/// About twenty of each recording.
+Blocks stretches_of(const std::vector<MeasuredRun>& runs) {
+  constexpr double kStretches = 20.0;
+  Blocks out;
+  for (const MeasuredRun& run : runs) {
+    const double seconds = (run.time_s(run.rows() - 1) - run.time_s(0)) / kStretches;
+    out.push_back(time_blocks(run, std::max(kWindow, seconds)));
+  }
+  return out;
+}
+
+/// Both halves kept back in turn and predicted by `fit` of the other. `from_onset`: only what the block itself adds.
 template <class Fit>
-BlockScore score_by(const Fit& fit, const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
-                    const FitPriors& priors) {
-  VOLTLAP_DEMAND(!runs.empty() && taus.size() > 0);
+BlockScore score_by(const Fit& fit, const std::vector<MeasuredRun>& runs, const Blocks& blocks, bool from_onset) {
+  VOLTLAP_DEMAND(!runs.empty() && blocks.size() == runs.size());
   BlockScore total;
   for (const std::size_t first : {std::size_t{0}, std::size_t{1}}) {
     std::vector<MeasuredRun> kept;
-    std::vector<std::vector<Block>> blocks;
-    for (const MeasuredRun& run : runs) {
-      auto windows = pulse_windows(run, kWindow);
-      if (windows.size() < 4) windows = time_blocks(run, kWindow);
-      kept.push_back(without_every_second(run, windows, first));
-      blocks.push_back(std::move(windows));
-    }
-    const auto errors = errors_of(fit(kept, taus, priors), runs);
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      kept.push_back(without_every_second(runs[k], blocks[k], (first + k) % 2));
+    const auto errors = errors_of(fit(kept), runs);
     for (std::size_t k = 0; k < runs.size(); ++k) {
-      const BlockScore one = score_every_second(runs[k], since_onset(errors[k], blocks[k]), blocks[k], first);
+      const Eigen::VectorXd error = from_onset ? since_onset(errors[k], blocks[k]) : errors[k];
+      const BlockScore one = score_every_second(runs[k], error, blocks[k], (first + k) % 2);
       total.parts.insert(total.parts.end(), one.parts.begin(), one.parts.end());
     }
   }
@@ -58,31 +65,18 @@ BlockScore score_by(const Fit& fit, const std::vector<MeasuredRun>& runs, const 
 }  // namespace
 
 BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
-  return score_by(linear_fit, runs, taus, priors);
+  const auto fit = [&](const std::vector<MeasuredRun>& kept) { return linear_fit(kept, taus, priors); };
+  return score_by(fit, runs, pulses_of(runs), true);
 }
 
 double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors) {
-  constexpr double kStretches = 20.0, kFactor = 4.0;
+  constexpr double kFactor = 4.0;
   constexpr int kTried = 6;
+  const Blocks stretches = stretches_of(runs);
   const auto score = [&](double roughness_v) {
     priors.em_roughness_v = roughness_v;
-    BlockScore total;
-    for (const std::size_t first : {std::size_t{0}, std::size_t{1}}) {
-      std::vector<MeasuredRun> kept;
-      std::vector<std::vector<Block>> blocks;
-      for (std::size_t k = 0; k < runs.size(); ++k) {
-        const MeasuredRun& run = runs[k];
-        const double seconds = (run.time_s(run.rows() - 1) - run.time_s(0)) / kStretches;
-        blocks.push_back(time_blocks(run, std::max(kWindow, seconds)));
-        kept.push_back(without_every_second(run, blocks.back(), (first + k) % 2));
-      }
-      const auto errors = errors_of(linear_fit(kept, taus, priors), runs);
-      for (std::size_t k = 0; k < runs.size(); ++k) {
-        const BlockScore one = score_every_second(runs[k], errors[k], blocks[k], (first + k) % 2);
-        total.parts.insert(total.parts.end(), one.parts.begin(), one.parts.end());
-      }
-    }
-    return total.mean();
+    const auto fit = [&](const std::vector<MeasuredRun>& kept) { return linear_fit(kept, taus, priors); };
+    return score_by(fit, runs, stretches, false).mean();
   };
   double best = priors.em_roughness_v, least = score(best);
   for (int k = 1; k < kTried; ++k) {
@@ -128,14 +122,17 @@ std::vector<OrderScore> score_orders(const std::vector<MeasuredRun>& runs, const
   for (Index branches = 1; branches <= most; ++branches) {
     const CircuitFit fit(runs, branches, priors);
     const Eigen::VectorXd taus = fit.search_taus(first_taus(branches), kSearchEvaluations);
-    const auto fitted = most > 2 && !priors.constant ? full_tables : linear_fit;
-    const auto errors = errors_of(fitted(runs, taus, priors), runs);
+    const bool whole = most > 2 && !priors.constant;
+    const auto fitted = [&](const std::vector<MeasuredRun>& to) {
+      return whole ? table_fit(to, taus, priors).fit : linear_fit(to, taus, priors);
+    };
+    const auto errors = errors_of(fitted(runs), runs);
     const double square = mean_square(runs, errors), density = noise_density(runs, errors);
     double seconds = 0.0;
     for (const MeasuredRun& run : runs) seconds += run.weight_s.sum();
     const double samples = std::max(2.0, seconds * square / density);  // independent ones
     const double parameters = static_cast<double>((2 * branches + 1) * fit.r_count());
-    out.push_back({static_cast<int>(branches), score_by(fitted, runs, taus, priors).mean(),
+    out.push_back({static_cast<int>(branches), score_by(fitted, runs, pulses_of(runs), true).mean(),
                    samples * std::log(square) + parameters * std::log(samples)});
     if (best_order(out) < branches) break;
   }

@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "core/demand.hpp"
-#include "learn/identify/circuit/circuit_residuals.hpp"
 #include "learn/identify/circuit/fitted_circuit.hpp"
 
 namespace voltlap::plant {
@@ -36,18 +35,8 @@ std::vector<double> rms_of_fit(const std::vector<MeasuredRun>& runs, const FitPr
 /// The same with time constants and laws free, charge transfer and all: what other temperatures and rates do is no
 /// contradiction.
 std::vector<double> rms_of_free_fit(const std::vector<MeasuredRun>& runs, FitPriors priors) {
-  constexpr int kSteps = 10;
-  constexpr double kStill = 1e-3;
   if (!priors.law_priors.fixed) priors.laws.exchange_a = std::exp(priors.law_priors.mean(ResistanceLaws::kLogExchange));
-  const Eigen::VectorXd taus = first_taus(2);
-  const CircuitFit circuit(runs, taus.size(), priors);
-  const CircuitResiduals cost(circuit, taus);
-  const Eigen::MatrixXd table = taus.transpose().replicate(circuit.r_count(), 1);
-  const RefineResult refined = refine(cost, cost.pack(circuit.solve(table), table), kSteps, kStill);
-  FittedCircuit fit;
-  fit.model = cost.model_of(refined.p);
-  fit.states = states_by_run(runs, cost.states_of(refined.p), taus.size());
-  return rms_of_each(runs, fit);
+  return rms_of_each(runs, table_fit(runs, first_taus(2), priors).fit);
 }
 
 /// Steps of the current by more than a tenth of the largest of all recordings.

@@ -92,7 +92,7 @@ std::vector<StepEstimate> gradual_steps(const MeasuredRun& run, double least_a) 
 }  // namespace
 
 std::vector<StepEstimate> resistance_steps(const MeasuredRun& run) {
-  constexpr std::size_t kEnough = 5;
+  constexpr std::size_t kEnough = 3;  // a change over seconds has polarization in it, and at an empty cell a slope
   const double least_a = kJump * run.current_a.cwiseAbs().maxCoeff();
   std::vector<StepEstimate> sharp = sharp_steps(run, least_a);
   return sharp.size() >= kEnough || least_a <= 0.0 ? sharp : gradual_steps(run, least_a);

@@ -30,6 +30,23 @@ struct Side {
 };
 using Sides = std::array<Side, 2>;  // discharge, charge
 
+constexpr int kFirstBin = 2, kLastBin = 17;  // at the ends the OCV is too steep, and a step is no resistance
+
+/// Of R0 and the branches [ohm], by the steps between the ends; without any there at most what the cells of a car have.
+double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
+  constexpr double kWhole = 3.0;  // both branches add about as much again as the step shows, each
+  constexpr double kMost_v = 0.15;  // at 1C
+  std::vector<double> resistances;
+  for (const MeasuredRun& run : runs) {
+    for (const StepEstimate& step : resistance_steps(run)) {
+      const int bin = bin_of(step.soc);
+      if (bin >= kFirstBin && bin <= kLastBin) resistances.push_back(step.resistance_ohm);
+    }
+  }
+  if (!resistances.empty()) return kWhole * median(std::move(resistances));
+  return std::min(kWhole * resistance_step_median(runs), kMost_v / capacity_ah);
+}
+
 /// By bin of SOC, rows with a slow current that has lasted.
 std::map<int, Sides> slow_sides(const std::vector<MeasuredRun>& runs, double capacity_ah) {
   constexpr double kSteady = 300.0;  // s
@@ -78,9 +95,7 @@ double best_per_soc(const std::vector<MeasuredRun>& runs, FitPriors priors) {
 }  // namespace
 
 std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs, double capacity_ah) {
-  constexpr double kWhole = 3.0;  // both branches add about as much again as the step shows, each
-  constexpr int kFirstBin = 2, kLastBin = 17;  // at the ends the OCV is too steep
-  const double resistance = kWhole * resistance_step_median(runs);
+  const double resistance = whole_resistance(runs, capacity_ah);
   std::vector<HysteresisPoint> out;
   for (const auto& [bin, sides] : slow_sides(runs, capacity_ah)) {
     const auto& [discharge, charge] = sides;

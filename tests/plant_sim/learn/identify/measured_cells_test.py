@@ -87,7 +87,7 @@ def test_panasonic_at_two_temperatures_has_laws_and_predicts_a_drive(tmp_path):
     ohmic = laws["ohmic_activation_energy"]
     assert ohmic["origin"] == "measured" and 5e3 < ohmic["ci95_low"] < ohmic["ci95_high"] < 60e3
     (us06,) = errors(cell, tmp_path, "panasonic_18650pf/us06_25C")
-    assert us06["rms_v"] <= 40e-3
+    assert us06["rms_v"] <= 32e-3
 
 
 def test_a_voltage_behind_a_cable_contradicts_the_others_and_is_named(tmp_path):
@@ -100,6 +100,8 @@ def test_a_voltage_behind_a_cable_contradicts_the_others_and_is_named(tmp_path):
 
 def test_lfp_hysteresis_is_a_state_of_the_model(tmp_path):
     drive, slow = recording("plett_a123/a123_dyn_50_p25"), recording("plett_a123/a123_ocv_p25")
+    refused = voltlap("identify", slow, code=2)  # no current that tells the circuit
+    assert "Hysteresis" in refused.stderr
     cell, found = identified(tmp_path, "--rc", 2, drive, slow)
     test = found["tests"][0]
     assert 5e-3 < test["hysteresis_v"] < 50e-3
