@@ -59,8 +59,19 @@ class Check {
  private:
   [[nodiscard]] std::string place(const std::string& key) const {
     const auto known = origin_.find(key);
-    if (known == origin_.end()) return key;
+    if (known == origin_.end()) return in_file_of_its_like(key);
     return known->second.ends_with(key) ? known->second : fmt::format("{}, {}", known->second, key);
+  }
+  /// A key that stands nowhere, with the file in which the others of its section do: "cell.toml, cell.r1.table".
+  [[nodiscard]] std::string in_file_of_its_like(const std::string& key) const {
+    const std::string section = key.substr(0, key.find('.') + 1);
+    const auto like = origin_.lower_bound(section);
+    if (section.empty() || like == origin_.end() || !like->first.starts_with(section)) return key;
+    const std::string& place = like->second;
+    const std::size_t line = place.rfind(':');
+    const bool is_file =
+        line != std::string::npos && place.find_first_not_of("0123456789", line + 1) == std::string::npos;
+    return is_file ? fmt::format("{}, {}", place.substr(0, line), key) : key;
   }
   const std::map<std::string, std::string>& origin_;
   const std::map<std::string, std::vector<std::size_t>>& shape_;

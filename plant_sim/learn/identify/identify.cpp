@@ -211,44 +211,32 @@ void IdentificationProblem::drop_slope_of_warmed_cell() {
       "it warmed, written without a change with temperature (--temperature T writes the usual one).");
 }
 
-namespace {
-
-/// By the cell's own heat, from the open-circuit voltage of a first model.
-std::vector<double> own_warming(const PreparedLog& one, const CircuitModel& model, const CellThermal& thermal) {
-  const MeasuredRun run = make_run(*one.log, one.run);
-  HeatEstimate heat;
-  for (Index row = 0; row < run.rows(); ++row)
-    heat.ocv_v.push_back(run.weight_s(row) > 0.0 ? model.ocv.value(model.em, run.soc(row)) : std::nan(""));
-  heat.resistance_ohm = model.r.rowwise().sum().mean();
-  heat.reference_c = model.laws.reference_temperature_c;
-  const double start_c = one.run.temperature_c;
-  return estimated_temperature(*one.log, one.run.hold, thermal, heat, {start_c, start_c});
-}
-
-}  // namespace
-
 /// A discharge without a thermometer warms all the same: by what is told or assumed of the cell's body. What stays within
 /// a kelvin is left as it is.
 void IdentificationProblem::estimate_temperatures() {
-  constexpr double kWorthIt_k = 1.0;
+  constexpr double kWorthIt_k = 1.0, kJoules = 1e3;
   if (!options.thermal || priors.law_priors.fixed) return;
-  std::optional<CircuitModel> model;
+  // By what steps show: one discharge alone does not tell its open-circuit voltage from a resistance.
+  const HeatEstimate heat{kWholeOverStep * priors.resistance_scale, priors.laws.reference_temperature_c,
+                          kJoules * priors.laws.ohmic_kj_per_mol, {}, 0.0};
+  bool any = false;
   for (const PreparedLog& one : prepared) {
     CellLog& log = logs[static_cast<std::size_t>(one.log - logs.data())];
     const bool recorded = std::any_of(log.temperature_c.begin(), log.temperature_c.end(),
                                       [](double t) { return std::isfinite(t); });
     if (recorded) continue;
-    if (!model) model = linear_fit(runs, first_taus(2), priors).model;
-    std::vector<double> warming = own_warming(one, *model, options.thermal(capacity_ah));
+    const double start_c = one.run.temperature_c;
+    std::vector<double> warming =
+        estimated_temperature(log, one.run.hold, options.thermal(capacity_ah), heat, {start_c, start_c});
     const double warmest = *std::max_element(warming.begin(), warming.end());
     if (warmest - warming.front() < kWorthIt_k) continue;
     log.temperature_c = std::move(warming);
+    any = true;
     result.notes.push_back(fmt::format("{}: no temperature was recorded; by the heat that it makes and its body the cell "
                                        "went from {:.1f} to {:.1f} degC.",
-                                       std::filesystem::path(log.path).filename().string(), one.run.temperature_c,
-                                       warmest));
+                                       std::filesystem::path(log.path).filename().string(), start_c, warmest));
   }
-  if (model) runs = runs_of(prepared, options.block_s > 0.0);
+  if (any) runs = runs_of(prepared, options.block_s > 0.0);
 }
 
 void IdentificationProblem::collect_rests() {

@@ -89,7 +89,7 @@ def test_a_cell_file_that_does_not_hold_together_is_refused_by_its_field(bad, tm
     (tmp_path / "own.toml").write_text(text)
     done = voltlap("endurance", "--laps", 1, "--set", "battery.cell=own.toml", "--json", "run.json", folder=tmp_path)
     assert done.returncode == 2, done.stdout
-    assert words in done.stderr and "expected" in done.stderr
+    assert words in done.stderr and "own.toml" in done.stderr and "expected" in done.stderr
     assert not (tmp_path / "run.json").exists()
 
 

@@ -18,7 +18,7 @@ constexpr double kMostHysteresis = 100.0;  // mV
 constexpr double kMostOfExchange = 6.0;    // of ln i_0, from what is believed of it
 
 /// Between which values a parameter stays: resistances above a floor, time constants within what the recordings tell,
-/// laws within those of any cell.
+/// laws within those of any cell: no resistance rises with the temperature.
 struct Bounds {
   Eigen::VectorXd low, high;
 };
@@ -32,7 +32,7 @@ Bounds bounds_of(const CircuitResiduals& cost) {
   out.low.segment(at.tau(0), at.state() - at.tau(0)).setConstant(std::log(priors.tau_shortest_s));
   out.high.segment(at.tau(0), at.state() - at.tau(0)).setConstant(std::log(priors.tau_bound_s));
   const double exchange = priors.law_priors.mean(ResistanceLaws::kLogExchange);
-  out.low.tail(ResistanceLaws::kCount) << -kMostEnergy, -kMostEnergy, -kMostEnergy, exchange - kMostOfExchange,
+  out.low.tail(ResistanceLaws::kCount) << 0.0, 0.0, -kMostEnergy, exchange - kMostOfExchange,
       -kMostEntropy, 0.0;
   out.high.tail(ResistanceLaws::kCount) << kMostEnergy, kMostEnergy, kMostEnergy, exchange + kMostOfExchange,
       kMostEntropy, kMostHysteresis;

@@ -27,6 +27,8 @@ struct StepEstimate {
 /// dV/dI where the current changes by a tenth of its largest: between two rows at most two seconds apart or, where that
 /// is seldom, over as much time.
 [[nodiscard]] std::vector<StepEstimate> resistance_steps(const MeasuredRun& run);
+/// R0 and the branches together over what a step shows: both branches add about as much again, each.
+inline constexpr double kWholeOverStep = 3.0;
 /// The middle one of all steps of the runs [ohm]; 0 without any.
 [[nodiscard]] double resistance_step_median(const std::vector<MeasuredRun>& runs);
 

@@ -34,7 +34,6 @@ constexpr int kFirstBin = 2, kLastBin = 17;  // at the ends the OCV is too steep
 
 /// Of R0 and the branches [ohm], by the steps between the ends; without any there at most what the cells of a car have.
 double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
-  constexpr double kWhole = 3.0;  // both branches add about as much again as the step shows, each
   constexpr double kMost_v = 0.15;  // at 1C
   std::vector<double> resistances;
   for (const MeasuredRun& run : runs) {
@@ -43,8 +42,8 @@ double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah
       if (bin >= kFirstBin && bin <= kLastBin) resistances.push_back(step.resistance_ohm);
     }
   }
-  if (!resistances.empty()) return kWhole * median(std::move(resistances));
-  return std::min(kWhole * resistance_step_median(runs), kMost_v / capacity_ah);
+  if (!resistances.empty()) return kWholeOverStep * median(std::move(resistances));
+  return std::min(kWholeOverStep * resistance_step_median(runs), kMost_v / capacity_ah);
 }
 
 /// By bin of SOC, rows with a slow current that has lasted.

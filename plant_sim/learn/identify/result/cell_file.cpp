@@ -241,7 +241,8 @@ std::string identification_json(const CellParameters& cell, const CellBody& body
                              {"ci95_low", law.ci95_low},
                              {"ci95_high", law.ci95_high},
                              {"unit", law.unit},
-                             {"origin", name_of(law.origin)}});
+                             {"origin", name_of(law.origin)},
+                             {"at_bound", law.at_bound}});
     }
     out["tests"].push_back(one);
   }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -40,9 +41,12 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
       {"time_constant_activation_energy", "tau with temperature", ResistanceLaws::kTimeConstant}}};
   for (const Energy& energy : kEnergies) {
     const double value = laws.packed()(energy.place), sigma = sigma_of(energy.place);
-    out.push_back({energy.key, energy.label, "J/mol", kJoules * value, kJoules * (value - kInterval * sigma),
+    const bool bounded = energy.place != ResistanceLaws::kTimeConstant;
+    const double low = value - kInterval * sigma;
+    out.push_back({energy.key, energy.label, "J/mol", kJoules * value, kJoules * (bounded ? std::max(0.0, low) : low),
                    kJoules * (value + kInterval * sigma),
-                   sigma < kTold * priors.sigma(energy.place) ? FactOrigin::kMeasured : FactOrigin::kAssumed});
+                   sigma < kTold * priors.sigma(energy.place) ? FactOrigin::kMeasured : FactOrigin::kAssumed,
+                   bounded && value <= 0.0});
   }
   if (laws.has_hysteresis()) {
     constexpr double kMillivolt = 1e-3;
@@ -84,9 +88,9 @@ std::string laws_text(const IdentifyResult& result) {
   for (const LawFact& fact : law_facts(result)) {
     const bool volts = fact.unit == "V/K";  // a few tenths of a millivolt
     const double scale = volts ? 1e3 : 1.0;
-    out += fmt::format("  {:<21} {:>9} {:<5} {:<9} {} to {}\n", fact.label, short_number(scale * fact.value),
+    out += fmt::format("  {:<21} {:>9} {:<5} {:<9} {} to {}{}\n", fact.label, short_number(scale * fact.value),
                        volts ? "mV/K" : fact.unit, name_of(fact.origin), short_number(scale * fact.ci95_low),
-                       short_number(scale * fact.ci95_high));
+                       short_number(scale * fact.ci95_high), fact.at_bound ? ", at its bound" : "");
   }
   return out;
 }

@@ -15,6 +15,7 @@ struct LawFact {
   std::string_view key, label, unit;
   double value = 0.0, ci95_low = 0.0, ci95_high = 0.0;
   FactOrigin origin = FactOrigin::kAssumed;
+  bool at_bound = false;  ///< 0, of an energy with which a resistance falls: less is no cell
 };
 
 /// Energies of R0, of the branches' resistances and of their time constants; the exchange current where there is a

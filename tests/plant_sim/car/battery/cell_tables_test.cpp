@@ -75,6 +75,42 @@ TEST(CellTables, LookupIsTrilinearBetweenBreakpoints) {
   DOUBLES_EQUAL(expected, CellTables(cell).circuit(s, 20.0 + 20.0 * t, 100.0 * i).r0_ohm, 1e-12);
 }
 
+TEST(CellTables, ACurveWithLawsFollowsThemBetweenAndBeyondItsPoints) {
+  constexpr double kOhmic = 18e3, kBranch = 30e3, kExchange_a = 40.0;
+  cell.temperature_breakpoints_c = {-20.0, -15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0};
+  cell.current_breakpoints_a = {5.0, 20.0, 50.0, 100.0};
+  cell.reference_temperature_c = 25.0;
+  cell.kinetic_law = true;
+  const double r0 = 1.2e-3, r1 = 0.9e-3, tau1 = 20.0;
+  cell.r0_ohm = cell.branches[0].r_ohm = cell.branches[0].tau_s = {};
+  cell.r0_ohm.value.assign(cell.soc_breakpoints.size(), r0);
+  cell.branches[0].r_ohm.value.assign(cell.soc_breakpoints.size(), r1);
+  cell.branches[0].tau_s.value.assign(cell.soc_breakpoints.size(), tau1);
+  cell.r0_ohm.activation_energy_j_per_mol = kOhmic;
+  cell.r0_ohm.exchange_current_a = kExchange_a;
+  cell.r0_ohm.exchange_activation_energy_j_per_mol = kBranch;
+  for (std::size_t k = 0; k < 2; ++k) {
+    cell.branches[k].r_ohm.per_kelvin = cell.branches[k].r_ohm.per_ampere = 0.0;
+    cell.branches[k].r_ohm.activation_energy_j_per_mol = kBranch;
+  }
+  cell.branches[0].tau_s.activation_energy_j_per_mol = 5e3;
+  const CellTables tables(cell);
+  const auto factor = [](double energy, double c) {
+    return std::exp(energy / 8.314462618 * (1.0 / (c + 273.15) - 1.0 / 298.15));
+  };
+  for (double c = -25.0; c <= 45.0; c += 3.3) {
+    for (double i = 1.0; i <= 140.0; i *= 1.7) {
+      const double exchange = kExchange_a / factor(kBranch, c), thermal_v = 8.314462618 * (c + 273.15) / 96485.33212;
+      const double transfer = 4.0 * thermal_v * std::asinh(0.5 * i / exchange) / i;
+      const CircuitParameters p = tables.circuit(0.5, c, i);
+      const bool inside = c >= -20.0 && c <= 40.0 && i >= 5.0 && i <= 100.0;
+      DOUBLES_EQUAL(1.0, p.r0_ohm / (r0 * factor(kOhmic, c) + transfer), inside ? 4e-3 : 2e-2);
+      DOUBLES_EQUAL(1.0, p.r_ohm[0] / (r1 * factor(kBranch, c)), 5e-3);
+      DOUBLES_EQUAL(1.0, p.tau_s[0] / (tau1 * factor(5e3, c)), 5e-3);
+    }
+  }
+}
+
 TEST(CellTables, KineticsSayWhatIsBetweenTestsAtThreeTemperaturesAndRates) {
   // Ohms and a charge transfer of two electrodes, both by Arrhenius; known at nine points, asked between them.
   const auto arrhenius = [](double energy, double c) {

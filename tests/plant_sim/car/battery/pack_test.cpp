@@ -219,6 +219,19 @@ TEST(Pack, ChargingRaisesVoltageAndStateOfChargeAndStillHeats) {
   DOUBLES_EQUAL(-1000.0 / 3600.0, pack.charge_out_ah(), 1e-10);
 }
 
+TEST(Pack, AFullPackHasBeenChargedAndItsHysteresisStandsThere) {
+  constexpr double kSize_v = 0.02;
+  car.cell.effects.hysteresis_v = kSize_v;
+  const auto above_ocv = [&](double soc) {
+    car.battery.initial_soc = soc;
+    Pack pack(car, false, 0.001);
+    pack.advance(0.0);
+    return pack.cell_voltage_after_step(0) - CellTables(car.cell).ocv_v(soc, car.battery.initial_temperature_c);
+  };
+  DOUBLES_EQUAL(kSize_v, above_ocv(1.0), 1e-6);
+  DOUBLES_EQUAL(0.0, above_ocv(0.6), 1e-6);
+}
+
 TEST(Pack, ARepresentativeCellStandsForEqualCells) {
   Pack one(car, true, 0.001), all(car, false, 0.001);
   for (int i = 0; i < 2000; ++i) {

@@ -104,6 +104,27 @@ TEST(Identify, ADriveOfUnknownTemperatureGetsNoSlopeOverItAndATestWithRestsDoes)
   DOUBLES_EQUAL(15.0, identify(logs_of(drive), options).model.laws.ohmic_kj_per_mol, 1e-9);
 }
 
+TEST(Identify, ADischargeWithoutAThermometerWarmsByItsBody) {
+  // 2.5C to empty, of a cell that keeps all of its heat: about 200 mV at 75 A for 24 minutes warm 500 J/K by 43 K.
+  std::vector<double> plan(300, 0.0);
+  plan.insert(plan.end(), 1400, 75.0);
+  plan.insert(plan.end(), 900, 0.0);
+  const auto logs = logs_of(plan);
+  const IdentifyResult held = identify(logs, options);
+  options.thermal = [](double) { return CellThermal{500.0, 0.01, 0.0}; };
+  const IdentifyResult warmed = identify(logs, options);
+  DOUBLES_EQUAL(held.files[0].coldest_c, held.files[0].warmest_c, 0.0);
+  CHECK(warmed.files[0].warmest_c > 25.0 + 25.0 && warmed.files[0].warmest_c < 25.0 + 60.0);
+  CHECK(std::any_of(warmed.notes.begin(), warmed.notes.end(), [](const std::string& note) {
+    return note.find("no temperature was recorded; by the heat that it makes") != std::string::npos;
+  }));
+  // What a warm cell showed is more at the temperature of the tables.
+  CHECK(warmed.model.r(3, 0) > 1.2 * held.model.r(3, 0));
+  // A body that hardly warms is left as it is.
+  options.thermal = [](double) { return CellThermal{1e6, 0.01, 0.0}; };
+  DOUBLES_EQUAL(held.model.r(3, 0), identify(logs, options).model.r(3, 0), 1e-12);
+}
+
 TEST(Identify, IntervalsCoverNineTenthsOfTheTruth) {
   cell.noise_v = 5e-4;
   const IdentifyResult r = identify(logs_of(cell.pulse_plan(33.0, 640, 0.0)), options);
