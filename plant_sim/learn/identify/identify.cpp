@@ -211,8 +211,8 @@ void IdentificationProblem::drop_slope_of_warmed_cell() {
       "it warmed, written without a change with temperature (--temperature T writes the usual one).");
 }
 
-/// A discharge without a thermometer warms all the same: by what is told or assumed of the cell's body. What stays within
-/// a kelvin is left as it is.
+/// A discharge without a thermometer warms all the same: by what is told or assumed of the cell's body. What stays
+/// within a kelvin is left as it is.
 void IdentificationProblem::estimate_temperatures() {
   constexpr double kWorthIt_k = 1.0, kJoules = 1e3;
   if (!options.thermal || priors.law_priors.fixed) return;
@@ -232,8 +232,8 @@ void IdentificationProblem::estimate_temperatures() {
     if (warmest - warming.front() < kWorthIt_k) continue;
     log.temperature_c = std::move(warming);
     any = true;
-    result.notes.push_back(fmt::format("{}: no temperature was recorded; by the heat that it makes and its body the cell "
-                                       "went from {:.1f} to {:.1f} degC.",
+    result.notes.push_back(fmt::format("{}: no temperature was recorded; by the heat that it makes and its body the "
+                                       "cell went from {:.1f} to {:.1f} degC.",
                                        std::filesystem::path(log.path).filename().string(), start_c, warmest));
   }
   if (any) runs = runs_of(prepared, options.block_s > 0.0);

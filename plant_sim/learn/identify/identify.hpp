@@ -31,7 +31,7 @@ struct IdentifyOptions {
   bool fit_even_blocks = true;
   /// Tests at several temperatures and currents: one table with laws, a table for each test, or what predicts better.
   enum class Tables { kChosen, kByLaws, kByTest } tables = Tables::kChosen;
-  /// What keeps and sheds the heat of a cell of a capacity; empty: a recording without a temperature is held at its own.
+  /// What keeps and sheds the heat of a cell of a capacity; empty: without a temperature it is held at its own.
   std::function<CellThermal(double capacity_ah)> thermal;
   bool constant = false;  ///< a plain circuit: one value of each resistance and time constant for all SOC
   std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start

@@ -19,7 +19,8 @@ struct FittedCircuit {
 [[nodiscard]] Eigen::VectorXd first_taus(Eigen::Index branches);
 [[nodiscard]] FittedCircuit linear_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                   const FitPriors& priors);
-/// All parameters free from a linear fit's answer on, time constants and laws too, in a few steps: near enough to compare.
+/// All parameters free from a linear fit's answer on, time constants and laws too, in a few steps: near enough to
+/// compare.
 struct TableFit {
   FittedCircuit fit;
   double cost = 0.0;  ///< with what is believed beforehand [V^2 s]
