@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <optional>
 
@@ -42,6 +43,10 @@ std::optional<RoleSource> first_of_numbered(const MeasuredTable& table, const Ro
   return table.find(out.column) >= 0 ? std::optional(out) : std::nullopt;
 }
 
+bool is_counter_role(const std::string& role) {
+  return role == "charge_ah" || role == "charged_ah" || role == "discharged_ah";
+}
+
 RoleColumn role_column(const MeasuredTable& table, const RoleMap& map, const std::string& role,
                        std::vector<std::string>& said) {
   const std::optional<RoleSource> numbered = first_of_numbered(table, map, role);
@@ -60,7 +65,7 @@ RoleColumn role_column(const MeasuredTable& table, const RoleMap& map, const std
   if (holes.all() > holes.empty)
     said.push_back(
         fmt::format("{} (\"{}\"): {} fields are no numbers ({})", role, from->column, holes.all(), holes.text()));
-  if (holes.all() == table.rows() && role != "temperature_1" && role != "ambient" && role != "charge_ah") {
+  if (holes.all() == table.rows() && role != "temperature_1" && role != "ambient" && !is_counter_role(role)) {
     throw InputError(fmt::format("{}, column \"{}\"", table.path, from->column),
                      fmt::format("no number in any of {} rows ({})", table.rows(), holes.text()),
                      fmt::format("numbers for the role {}", role), "Correct the column in the map, or the file");
@@ -100,6 +105,31 @@ const char* name_of(CurrentHold hold) {
 }
 
 namespace {
+
+/// What one counter of a tester has counted since row 0; it begins at 0 again with a step, a cycle or a script.
+std::vector<double> counted_since_start(const std::vector<double>& counter) {
+  constexpr double kRestart = 0.5;  // of its value: what falls by less is rounding
+  std::vector<double> out(counter.size(), 0.0);
+  double total = 0.0, before = std::nan("");
+  for (std::size_t row = 0; row < counter.size(); ++row) {
+    const double now = counter[row];
+    out[row] = std::isfinite(now) ? total : std::nan("");
+    if (!std::isfinite(now)) continue;
+    if (std::isfinite(before)) total += now < kRestart * before ? now : now - before;
+    out[row] = total;
+    before = now;
+  }
+  return out;
+}
+
+/// The net charge, discharge positive, of testers that count what goes in and what comes out by themselves.
+std::vector<double> net_charge(const std::vector<double>& charged, const std::vector<double>& discharged) {
+  VOLTLAP_DEMAND(charged.size() == discharged.size());
+  const std::vector<double> in = counted_since_start(charged), drawn = counted_since_start(discharged);
+  std::vector<double> out(in.size());
+  std::transform(drawn.begin(), drawn.end(), in.begin(), out.begin(), std::minus<>());
+  return out;
+}
 
 /// What a recording of one battery holds, row by row of the file, in SI.
 struct RowValues {
@@ -165,6 +195,9 @@ RowValues values_of(const MeasuredTable& table, const RoleMap& map, const LogOpt
   out.ambient = role_column(table, map, "ambient", log.repairs).values;
   settle_temperature_unit(out.ambient, "ambient", log);
   out.charge = role_column(table, map, "charge_ah", log.repairs).values;
+  const std::vector<double> in = role_column(table, map, "charged_ah", log.repairs).values,
+                            drawn = role_column(table, map, "discharged_ah", log.repairs).values;
+  if (out.charge.empty() && !in.empty() && !drawn.empty()) out.charge = net_charge(in, drawn);
   return out;
 }
 

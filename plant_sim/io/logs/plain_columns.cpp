@@ -23,7 +23,8 @@ Quantity quantity_of_role(std::string_view role) {
                               std::pair{"bus_voltage", Quantity::kVoltage},
                               std::pair{"cell_voltage", Quantity::kVoltage},
                               std::pair{"temperature", Quantity::kTemperature},
-                              std::pair{"ambient", Quantity::kTemperature}, std::pair{"charge_ah", Quantity::kCharge}};
+                              std::pair{"ambient", Quantity::kTemperature}, std::pair{"charge", Quantity::kCharge},
+                              std::pair{"discharged", Quantity::kCharge}};
   for (const auto& [stem, quantity] : kStems) {
     if (role.starts_with(stem)) return quantity;
   }

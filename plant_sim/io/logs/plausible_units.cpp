@@ -255,7 +255,9 @@ static void scale_time(CellLog& log, double seconds) {
 
 void settle_time_unit(CellLog& log, const RoleMap& map) {
   constexpr double kMostDrop = 6.0;  // V at one C
-  const RoleSource *time = map.find("time"), *current = map.find("current"), *counter = map.find("charge_ah");
+  const RoleSource *time = map.find("time"), *current = map.find("current");
+  const RoleSource* counter = map.find("charge_ah");
+  if (counter == nullptr) counter = map.find("discharged_ah");
   const auto ratio = counter_ratio(log);
   const auto time_is = [&](const char* unit, double seconds, const std::string& why) {
     scale_time(log, seconds);

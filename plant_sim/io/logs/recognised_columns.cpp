@@ -29,7 +29,7 @@ struct RoleNames {
 // BioLogic time/s, I/mA or <I>/mA, Ecell/V or Ewe/V, (Q-Qo)/mA.h; Digatron Prog Time, Spannung, Strom, AhAccu; Basytec
 // ~Time[h], I[A], U[V], T1[°C], Ah[Ah]; Neware Time(h:min:s.ms), Total Time, Cur(mA), Realtime; the Chinese names are
 // test, total, absolute and relative time, current, voltage, capacity, temperature.
-const std::array<RoleNames, 7> kRoleNames{
+const std::array<RoleNames, 9> kRoleNames{
     RoleNames{"time",
               Quantity::kTime,
               {Names{"test time", "testtime", "test", "total time", "totaltime", "elapsed time", "elapsed", "run time",
@@ -75,6 +75,16 @@ const std::array<RoleNames, 7> kRoleNames{
               Quantity::kCharge,
               {Names{"q qo", "ah accu", "ahaccu", "charge ah", "net capacity", "ladungsbilanz"},
                Names{"capacity", "charge", "q", "ah", "amp hr", "ladung", "kapazität", "容量"}, Names{}, Names{}}},
+    RoleNames{"charged_ah",
+              Quantity::kCharge,
+              {Names{"charge capacity", "charged capacity", "chg capacity", "chg cap", "chg ah", "charge ah", "q charge",
+                     "ladekapazität", "充电容量"},
+               Names{}, Names{}, Names{}}},
+    RoleNames{"discharged_ah",
+              Quantity::kCharge,
+              {Names{"discharge capacity", "discharged capacity", "dchg capacity", "dchg cap", "dis ah",
+                     "discharge ah", "q discharge", "entladekapazität", "放电容量"},
+               Names{}, Names{}, Names{}}},
 };
 
 // A name that says current or voltage among other words; not with these.
@@ -228,6 +238,35 @@ void add_voltage(const MeasuredTable& table, RoleMap& map) {
   map.roles[cell ? "voltage" : "pack_voltage"] = source_of(table, voltage);
 }
 
+/// It only grows, but where it begins anew.
+bool is_one_way(const MeasuredTable& table, const Candidate& counter) {
+  constexpr double kRestart = 0.5, kRounding = 1e-3;  // of its value; of the largest
+  const auto& q = table.values[counter.column];
+  double before = 0.0, most = 0.0;
+  for (const double value : q) most = std::isfinite(value) ? std::max(most, value) : most;
+  for (const double value : q) {
+    if (!std::isfinite(value)) continue;
+    if (value < -kRounding * most) return false;
+    if (value < before - kRounding * most && value > kRestart * before) return false;
+    before = value;
+  }
+  return most > 0.0;
+}
+
+/// Testers that count what goes in and what comes out: only both together tell the net charge.
+void add_counter_pair(const MeasuredTable& table, RoleMap& map) {
+  if (map.find("charge_ah") != nullptr) return;
+  const auto counter = [&](const RoleNames& names) -> std::optional<Candidate> {
+    const auto all = named(table, names.tiers[0], names.quantity);
+    if (all.size() != 1 || !is_one_way(table, all[0])) return std::nullopt;
+    return all[0];
+  };
+  const auto in = counter(kRoleNames[7]), out = counter(kRoleNames[8]);
+  if (!in || !out) return;
+  map.roles["charged_ah"] = source_of(table, *in);
+  map.roles["discharged_ah"] = source_of(table, *out);
+}
+
 void note_columns(RoleMap& map) {
   std::vector<std::string> parts;
   for (const auto& [role, source] : map.roles) {
@@ -262,6 +301,7 @@ RoleMap recognised_map(const MeasuredTable& table) {
     map.roles["charge_ah"] = source_of(table, *at);
     break;
   }
+  add_counter_pair(table, map);
   note_columns(map);
   VOLTLAP_DEMAND(is_enough(map));
   return map;

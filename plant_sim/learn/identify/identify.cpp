@@ -259,7 +259,8 @@ void IdentificationProblem::hold_out_blocks() {
 /// By what instruments do all day long, and by the noise of the charge that was counted.
 void IdentificationProblem::widen_intervals(const FullFit& full) {
   const bool capacity_known = options.capacity_ah.has_value();
-  const Eigen::VectorXd lasting = systematic_error_variance(prepared, capacity_known, options.instruments, full),
+  const Eigen::VectorXd lasting = systematic_error_variance(
+                            {prepared, runs, options.block_s > 0.0, capacity_known}, options.instruments, full),
                         counted = charge_noise_variance(prepared, runs, capacity_known, full);
   VOLTLAP_DEMAND(lasting.size() == full.packed.size() && counted.size() == full.packed.size());
   Eigen::VectorXd& sigma = result.uncertainty.sigma;

@@ -176,10 +176,8 @@ struct Line {
             const std::array<Branch, kMostBranches>& branches, int open_state, bool with_tau) {
     count = 0;
     for (std::size_t k = 0; k < 4; ++k) put(row.em_node + static_cast<Index>(k), row.em_weight[k]);
-    if (row.current_a != 0.0) {
-      put(layout.r(0) + row.at.node, -law.drop_a * (1.0 - row.at.fraction));
-      put(layout.r(0) + row.at.node + 1, -law.drop_a * row.at.fraction);
-    }
+    put(layout.r(0) + row.at.node, -law.drop_a * (1.0 - row.at.fraction));
+    put(layout.r(0) + row.at.node + 1, -law.drop_a * row.at.fraction);
     for (Index k = 0; k < layout.branches; ++k) {
       const Branch& branch = branches[static_cast<std::size_t>(k)];
       for (int n = branch.low; n <= branch.high; ++n)
@@ -210,6 +208,44 @@ struct Line {
     put(layout.law() + ResistanceLaws::kEntropy, kMillivolt * row.warmer_k);
     put(layout.law() + ResistanceLaws::kHysteresis, with_hysteresis ? -kMillivolt * row.hysteresis : 0.0);
   }
+};
+
+/// Rows that follow each other mostly touch the same columns: their products are summed as one small dense matrix, which
+/// goes to its places when the columns change.
+class Panel {
+ public:
+  explicit Panel(Index parameters) : parameters_(parameters) {}
+  void add(const Line& line, double weight, double error, Eigen::MatrixXd& sums, Eigen::VectorXd& gradient) {
+    const bool same = line.count == columns_.size() && std::equal(columns_.begin(), columns_.end(), line.column.begin());
+    if (!same || filled_ == kRows) flush(sums, gradient);
+    if (!same) {
+      columns_.assign(line.column.begin(), line.column.begin() + static_cast<std::ptrdiff_t>(line.count));
+      lines_.resize(static_cast<Index>(line.count), kRows);
+    }
+    const double root = std::sqrt(weight);
+    lines_.col(filled_) = root * Eigen::Map<const Eigen::VectorXd>(line.value.data(), lines_.rows());
+    errors_(filled_++) = root * error;
+  }
+  void flush(Eigen::MatrixXd& sums, Eigen::VectorXd& gradient) {
+    if (filled_ == 0) return;
+    const Index count = lines_.rows();
+    products_.setZero(count, count);
+    products_.selfadjointView<Eigen::Lower>().rankUpdate(lines_.leftCols(filled_));
+    const Eigen::VectorXd along = lines_.leftCols(filled_) * errors_.head(filled_);
+    for (Index a = 0; a < count; ++a) {
+      gradient(columns_[static_cast<std::size_t>(a)]) += along(a);
+      double* column = sums.data() + columns_[static_cast<std::size_t>(a)] * parameters_;
+      for (Index b = a; b < count; ++b) column[columns_[static_cast<std::size_t>(b)]] += products_(b, a);
+    }
+    filled_ = 0;
+  }
+
+ private:
+  static constexpr Index kRows = 64;
+  Index parameters_, filled_ = 0;
+  std::vector<int> columns_;
+  Eigen::MatrixXd lines_, products_;  ///< [column, row]; [column, column]
+  Eigen::Matrix<double, kRows, 1> errors_;
 };
 
 }  // namespace
@@ -271,22 +307,19 @@ NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const d
   out.rest = out.load = Eigen::MatrixXd::Zero(n, n);
   out.gradient = Eigen::VectorXd::Zero(n);
   Line line;
+  Panel rest(n), load(n);
   const bool with_laws = with_tau && (!rows.isothermal || rows.charge_transfer || rows.hysteresis);
   walk(rows, layout, x, true, kNegligible * most,
        [&](const CircuitRow& row, const LawRow& law, double error, const auto& branches, int open_state) {
          line.fill(row, law, layout, branches, open_state, with_tau);
          if (with_laws) line.add_laws(row, law, layout, branches, rows.hysteresis);
-         Eigen::MatrixXd& into = row.load ? out.load : out.rest;
          const double square = row.weight_s * error * error;
          (row.load ? out.load_square : out.rest_square) += square;
          ++(row.load ? out.load_rows : out.rest_rows);
-         for (std::size_t a = 0; a < line.count; ++a) {
-           const double weighted = row.weight_s * line.value[a];
-           out.gradient(line.column[a]) += weighted * error;
-           double* column = into.data() + line.column[a] * n;
-           for (std::size_t b = a; b < line.count; ++b) column[line.column[b]] += weighted * line.value[b];
-         }
+         (row.load ? load : rest).add(line, row.weight_s, error, row.load ? out.load : out.rest, out.gradient);
        });
+  rest.flush(out.rest, out.gradient);
+  load.flush(out.load, out.gradient);
   for (Eigen::MatrixXd* sums : {&out.rest, &out.load})
     sums->triangularView<Eigen::StrictlyUpper>() = sums->transpose();
   return out;

@@ -153,12 +153,15 @@ class FullFitter {
       plain = table_fit(coarse_, taus_, priors_);
     }
     priors_.laws = plain.fit.model.laws;
+    left_v2_s_ = noise_density(coarse_, errors_of(plain.fit, coarse_));
     if (!has_several_rates(runs_)) return;
     FitPriors bent = priors_;
     bent.laws.exchange_a = std::exp(bent.law_priors.mean(ResistanceLaws::kLogExchange));
     const TableFit with = table_fit(coarse_, taus_, bent);
     const double decisive = kDecisive * priors_.noise_v2_s;
-    if (with.cost < plain.cost + (runs_.size() > 1 ? decisive : -decisive)) priors_.laws = with.fit.model.laws;
+    if (with.cost >= plain.cost + (runs_.size() > 1 ? decisive : -decisive)) return;
+    priors_.laws = with.fit.model.laws;
+    left_v2_s_ = noise_density(coarse_, errors_of(with.fit, coarse_));
   }
   void take(const CircuitResiduals& cost, const Eigen::VectorXd& packed) {
     out_.packed = packed;
@@ -177,9 +180,16 @@ class FullFitter {
     return true;
   }
 
+  /// What tables over SOC leave of the coarse recordings is so much more than noise that no smoothing makes it noise.
+  [[nodiscard]] bool is_far_from_noise() const {
+    constexpr double kFar = 1e9;  // of the instrument's noise, as a power density
+    return left_v2_s_ > kFar * kFar * options_.instrument_v2_s;
+  }
+
   /// False when the residual is no noise.
   bool by_evidence() {
     constexpr double kFree = 2.0;  // of ln(tau): the search's single value for all SOC says little
+    if (is_far_from_noise()) return false;
     say("smoothness by evidence");
     FitPriors priors = priors_;
     if (!options_.tau_centre_s) priors.log_tau_sigma = kFree;
@@ -257,6 +267,7 @@ class FullFitter {
   std::vector<std::string>& notes_;
   Index branches_ = 2;
   Eigen::VectorXd taus_;
+  double left_v2_s_ = 0.0;  ///< density of what tables with laws leave, where these were settled
   FullFit out_;
 };
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "core/demand.hpp"
 
@@ -57,38 +58,53 @@ std::vector<PreparedLog> prepared_with(const Error& error, const std::vector<Pre
   double capacity = 0.0, before = 0.0;
   for (std::size_t k = 0; k < wrong.size(); ++k) {
     if (error.half_step && !wrong[k].hold_certain) wrong[k].run.hold = half_a_step_from(wrong[k].run.hold);
-    before = std::max(before, span_ah(*prepared[k].log, prepared[k].run.anchor.row, prepared[k].run.hold));
+    before = std::max(before, counted_ah(*prepared[k].log, prepared[k].run.anchor.row, prepared[k].run.hold));
     wrong[k].log = &logs[k];
-    capacity = std::max(capacity, span_ah(logs[k], wrong[k].run.anchor.row, wrong[k].run.hold));
+    capacity = std::max(capacity, counted_ah(logs[k], wrong[k].run.anchor.row, wrong[k].run.hold));
   }
+  VOLTLAP_DEMAND(before > 0.0);
   for (PreparedLog& one : wrong) one.run.capacity_ah *= capacity_known ? 1.0 : capacity / before;
   return wrong;
 }
 
-/// A^-1 g: the fit's answer to recordings with an error, but for its sign.
-Eigen::VectorXd change_by(const Error& error, const std::vector<PreparedLog>& prepared, bool capacity_known,
-                          const FullFit& full) {
-  std::vector<CellLog> logs;
-  const std::vector<MeasuredRun> runs = runs_of(prepared_with(error, prepared, capacity_known, logs));
-  const CircuitFit fit(runs, full.fit.model.branches(), full.priors);
-  const CircuitResiduals::Sums sums = CircuitResiduals(fit, full.tau_centre_s).sums(full.packed);
-  VOLTLAP_DEMAND(sums.gradient.size() == full.packed.size());
-  Eigen::MatrixXd whole = sums.whole();
-  whole.diagonal() *= 1.0 + 1e-12;
-  return whole.ldlt().solve(sums.gradient);
+/// Rows that the fit gave no weight have none here either.
+std::vector<MeasuredRun> with_weights_of(std::vector<MeasuredRun> runs, const std::vector<MeasuredRun>& fitted) {
+  VOLTLAP_DEMAND(runs.size() == fitted.size());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    if (runs[k].rows() != fitted[k].rows()) continue;
+    runs[k].weight_s = (fitted[k].weight_s.array() > 0.0).select(runs[k].weight_s, 0.0);
+  }
+  return runs;
 }
 
 }  // namespace
 
-Eigen::VectorXd systematic_error_variance(const std::vector<PreparedLog>& prepared, bool capacity_known,
-                                          const InstrumentLimits& limits, const FullFit& full) {
+Eigen::VectorXd systematic_error_variance(const FittedRecordings& recordings, const InstrumentLimits& limits,
+                                          const FullFit& full) {
+  const std::vector<PreparedLog>& prepared = recordings.prepared;
   VOLTLAP_DEMAND(!prepared.empty() && full.packed.allFinite());
+  const auto sums_of = [&](const std::vector<PreparedLog>& logs) {
+    const std::vector<MeasuredRun> runs =
+        with_weights_of(runs_of(logs, recordings.every_row), recordings.runs);
+    const CircuitFit fit(runs, full.fit.model.branches(), full.priors);
+    return CircuitResiduals(fit, full.tau_centre_s).sums(full.packed);
+  };
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(full.packed.size());
+  std::optional<CircuitResiduals::Sums> base;
   for (const Error& error : errors_at_one_sigma(prepared, limits)) {
     if (!error.is_any()) continue;
+    if (!base) base = sums_of(prepared);
+    std::vector<CellLog> logs;
+    const CircuitResiduals::Sums wrong =
+        sums_of(prepared_with(error, prepared, recordings.capacity_known, logs));
+    Eigen::MatrixXd whole = wrong.whole();
+    whole.diagonal() *= 1.0 + 1e-12;
+    // The fit's answer to the error: what it adds to a gradient that is not quite zero before.
+    const Eigen::VectorXd change = whole.ldlt().solve(wrong.gradient - base->gradient);
     const double sigmas = error.half_step ? kSigmaOfBound : 1.0;
-    variance += (sigmas * change_by(error, prepared, capacity_known, full)).array().square().matrix();
+    variance += (sigmas * change).array().square().matrix();
   }
+  VOLTLAP_DEMAND(variance.allFinite());
   return variance;
 }
 

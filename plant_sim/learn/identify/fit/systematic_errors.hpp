@@ -21,9 +21,17 @@ struct InstrumentLimits {
   double rest_current_a = 0.0;                 ///< at rest
 };
 
+/// What was fitted, and how its rows were made.
+struct FittedRecordings {
+  const std::vector<PreparedLog>& prepared;
+  const std::vector<MeasuredRun>& runs;  ///< with the weights that the fit gave
+  bool every_row;                        ///< no means of rows
+  bool capacity_known;                   ///< SOC is not scaled by what the recordings span
+};
+
 /// Variance of each packed parameter. Where a recording's hold is an assumption, half a step of time is among the
-/// errors. `capacity_known`: SOC is not scaled by what the recordings span.
-[[nodiscard]] Eigen::VectorXd systematic_error_variance(const std::vector<PreparedLog>& prepared, bool capacity_known,
-                                                  const InstrumentLimits& limits, const FullFit& full);
+/// errors.
+[[nodiscard]] Eigen::VectorXd systematic_error_variance(const FittedRecordings& recordings,
+                                                        const InstrumentLimits& limits, const FullFit& full);
 
 }  // namespace voltlap::plant

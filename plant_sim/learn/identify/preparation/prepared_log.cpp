@@ -76,7 +76,7 @@ void choose_hold(PreparedLog& one, const std::vector<PreparedLog>& before, const
   for (const CurrentHold hold : {CurrentHold::kNext, CurrentHold::kPrevious, CurrentHold::kLinear}) {
     RunOptions tried = one.run;
     tried.hold = hold;
-    if (!known.capacity_ah) tried.capacity_ah = std::max(1e-3, span_ah(*one.log, tried.anchor.row, hold));
+    if (!known.capacity_ah) tried.capacity_ah = std::max(1e-3, counted_ah(*one.log, tried.anchor.row, hold));
     const double error = error_at_jumps(*one.log, tried);
     most = std::max(most, error);
     if (error < kClearly * least) {
@@ -134,14 +134,6 @@ double anchor_before_longest(PreparedLog& one) {
   return most;
 }
 
-/// What a charge up to a row puts back [Ah].
-double put_back_ah(const PreparedLog& one) {
-  const std::vector<double> drawn = charge_drawn_ah(*one.log, one.run.hold);
-  const std::size_t full = one.run.anchor.row;
-  VOLTLAP_DEMAND(full < drawn.size());
-  return *std::max_element(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(full) + 1) - drawn[full];
-}
-
 /// Without any full charge. Returns what the recording spans [Ah].
 double assume_full_at_least_drawn(PreparedLog& first) {
   first.anchored = true;
@@ -154,7 +146,7 @@ double assume_full_at_least_drawn(PreparedLog& first) {
 /// The charge after SOC 1, or that which was put back before it, and whether it is all that the cell holds.
 Capacity spanned_capacity(PreparedLog& one) {
   constexpr double kTrifle = 0.1;
-  const double drawn = anchor_before_longest(one), back = put_back_ah(one);
+  const double drawn = anchor_before_longest(one), back = put_back_ah(*one.log, one.run.anchor.row, one.run.hold);
   const bool ends_full = drawn < kTrifle * back;
   const RecordedEnds ends = recorded_ends(*one.log, one.run);
   if (!ends.full) one.run.anchor.from = "assumed";
@@ -231,6 +223,16 @@ double span_ah(const CellLog& log, std::size_t from, CurrentHold hold) {
   const std::vector<double> drawn = charge_drawn_ah(log, hold);
   VOLTLAP_DEMAND(from < drawn.size());
   return *std::max_element(drawn.begin() + static_cast<std::ptrdiff_t>(from), drawn.end()) - drawn[from];
+}
+
+double put_back_ah(const CellLog& log, std::size_t to, CurrentHold hold) {
+  const std::vector<double> drawn = charge_drawn_ah(log, hold);
+  VOLTLAP_DEMAND(to < drawn.size());
+  return *std::max_element(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(to) + 1) - drawn[to];
+}
+
+double counted_ah(const CellLog& log, std::size_t anchor, CurrentHold hold) {
+  return std::max(span_ah(log, anchor, hold), put_back_ah(log, anchor, hold));
 }
 
 void require_enough_rows(const std::vector<CellLog>& logs) {

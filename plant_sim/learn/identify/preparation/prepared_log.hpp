@@ -39,6 +39,10 @@ void require_enough_rows(const std::vector<CellLog>& logs);
 
 /// Charge from a row to the lowest point after it.
 [[nodiscard]] double span_ah(const CellLog& log, std::size_t from, CurrentHold hold);
+/// What is put back up to a row from the lowest point before it.
+[[nodiscard]] double put_back_ah(const CellLog& log, std::size_t to, CurrentHold hold);
+/// The larger of both: a recording may end where it is full.
+[[nodiscard]] double counted_ah(const CellLog& log, std::size_t anchor, CurrentHold hold);
 
 /// Gives the recordings that `prepare` could not anchor a SOC: from their first rest by the model's OCV, else the
 /// one at which the model predicts them best.
