@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -45,15 +46,41 @@ double drift_evidence(const CellLog& log) {
   return charge * (log.voltage_v.back() - log.voltage_v.front()) > 0.0 ? 1.0 : -1.0;
 }
 
+/// 1 where the counter counts the way of the current's sign, else -1.
+double counted_way(const CellLog& log) {
+  double with = 0.0;
+  for (std::size_t row = 1; row < log.charge_ah.size(); ++row) {
+    const double step = log.charge_ah[row] - log.charge_ah[row - 1];
+    if (std::isfinite(step)) with += step * (log.current_a[row] + log.current_a[row - 1]);
+  }
+  return with < 0.0 ? -1.0 : 1.0;
+}
+
+/// What a step of the counter must differ by from what the current says: a share of all that it counts, and no less than
+/// its own steps.
+double counter_tolerance(const CellLog& log) {
+  constexpr double kUnseen = 1e-4, kSteps = 1.5;
+  if (log.charge_ah.empty()) return 0.0;
+  const auto [low, high] = std::minmax_element(log.charge_ah.begin(), log.charge_ah.end());
+  double finest = *high - *low;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    const double step = std::abs(log.charge_ah[row] - log.charge_ah[row - 1]);
+    if (step > 0.0) finest = std::min(finest, step);
+  }
+  return std::max(kUnseen * (*high - *low), kSteps * finest);
+}
+
 /// The counter moved by what neither hold of the current explains.
 bool counter_disagrees(const CellLog& log, std::size_t row, double tolerance_ah) {
   constexpr double kShort = 5.0;  // s; within it a counter's step says little
+  constexpr double kClear = 0.2;  // of the charge: a counter of another scale
   const double seconds = log.time_s[row] - log.time_s[row - 1];
   if (log.charge_ah.empty() || seconds < kShort) return false;
   const double counted = log.charge_ah[row] - log.charge_ah[row - 1], hours = seconds / kSecondsPerHour;
   const double before = log.current_a[row - 1] * hours, after = log.current_a[row] * hours;
   for (const double charge : {before, after, 0.5 * (before + after)}) {
-    if (std::abs(counted - charge) <= tolerance_ah || std::abs(counted + charge) <= tolerance_ah) return false;
+    const double allowed = std::max(tolerance_ah, kClear * std::abs(charge));
+    if (std::abs(counted - charge) <= allowed || std::abs(counted + charge) <= allowed) return false;
   }
   return true;
 }
@@ -128,6 +155,8 @@ class LongInterval {
     habit_s_ = kTimes * quantile(differences(log.time_s), kUsual);
     for (const double current : log.current_a) largest_a_ = std::max(largest_a_, std::abs(current));
   }
+  /// A row when it is due: what lies between is not lost, only not written.
+  [[nodiscard]] bool is_habit(std::size_t row) const { return seconds(row) <= habit_s_; }
   [[nodiscard]] double seconds(std::size_t row) const { return log_.time_s[row] - log_.time_s[row - 1]; }
   [[nodiscard]] bool is_gap(std::size_t row) const {
     constexpr double kLeast_s = 600.0;
@@ -256,12 +285,7 @@ void settle_sign(CellLog& log, DischargeSign declared) {
 
 void settle_counter(CellLog& log) {
   if (log.charge_ah.empty()) return;
-  double with = 0.0;
-  for (std::size_t row = 1; row < log.rows(); ++row) {
-    const double step = log.charge_ah[row] - log.charge_ah[row - 1];
-    if (!log.gap[row] && std::isfinite(step)) with += step * (log.current_a[row] + log.current_a[row - 1]);
-  }
-  if (with < 0.0) {
+  if (counted_way(log) < 0.0) {
     for (double& q : log.charge_ah) q = -q;
     log.repairs.push_back("charge counter turned to count discharge");
   }
@@ -269,15 +293,19 @@ void settle_counter(CellLog& log) {
 
 void find_gaps(CellLog& log, const std::vector<bool>& joined) {
   VOLTLAP_DEMAND(joined.size() == log.rows());
-  constexpr double kUnseen = 0.001;
   const LongInterval interval(log);
-  const auto [low, high] = std::minmax_element(log.charge_ah.begin(), log.charge_ah.end());
-  const double unseen_ah = log.charge_ah.empty() ? 0.0 : kUnseen * (*high - *low);
+  const double unseen_ah = counter_tolerance(log);
   log.gap.assign(log.rows(), false);
   std::size_t gaps = 0, guesses = 0;
+  const double counts_discharge = counted_way(log);
+  std::vector<std::pair<std::size_t, double>> counted;  // row, current by the counter
   double longest = 0.0, longest_guess = 0.0;
   for (std::size_t row = 1; row < log.rows(); ++row) {
-    if (joined[row] || interval.is_gap(row) || counter_disagrees(log, row, unseen_ah)) {
+    const bool disagrees = !joined[row] && counter_disagrees(log, row, unseen_ah);
+    if (disagrees && interval.is_habit(row)) {
+      const double step_ah = counts_discharge * (log.charge_ah[row] - log.charge_ah[row - 1]);
+      counted.emplace_back(row, step_ah * kSecondsPerHour / interval.seconds(row));
+    } else if (joined[row] || interval.is_gap(row) || disagrees) {
       log.gap[row] = true;
       ++gaps;
       longest = std::max(longest, interval.seconds(row));
@@ -285,6 +313,12 @@ void find_gaps(CellLog& log, const std::vector<bool>& joined) {
       ++guesses;
       longest_guess = std::max(longest_guess, interval.seconds(row));
     }
+  }
+  for (const auto& [row, mean_a] : counted) log.current_a[row] = mean_a;
+  if (!counted.empty()) {
+    log.repairs.push_back(fmt::format(
+        "{} rows whose current would move another charge than the counter says: the counter's mean is taken",
+        counted.size()));
   }
   if (gaps > 0) {
     log.repairs.push_back(

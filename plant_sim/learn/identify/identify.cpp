@@ -14,7 +14,8 @@
 #include "learn/identify/preparation/contradictions.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/preparation/hysteresis.hpp"
-#include "learn/identify/preparation/recording_capacity.hpp"
+#include "learn/identify/preparation/recording_soc.hpp"
+#include "learn/identify/preparation/steep_ends.hpp"
 #include "learn/identify/recording/estimated_temperature.hpp"
 #include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/methods/identify_by_stage.hpp"
@@ -136,38 +137,30 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   result.seconds = seconds_since(begin);
 }
 
-namespace {
-
-/// Of recordings whose SOC was found by a first model, once the others' capacities have moved. False without any.
-bool forget_anchors_by_model(std::vector<PreparedLog>& prepared) {
-  bool any = false, others = false;
-  for (const PreparedLog& one : prepared) others = others || one.run.anchor.from == "full charge";
-  for (PreparedLog& one : prepared) {
-    const bool by_model = one.run.anchor.from == "rest" || one.run.anchor.from == "fitted";
-    if (!by_model || !others) continue;
-    one.anchored = false;
-    any = true;
-  }
-  return any;
-}
-
-}  // namespace
-
-/// Capacities first: another capacity is no contradiction, nor is hysteresis, for which the model has a state.
+/// SOC first: another capacity or another idea of full is no contradiction, nor is hysteresis, for which the model has a
+/// state.
 void IdentificationProblem::settle_recordings() {
-  std::vector<std::string> notes;
-  const double told_ah = prepared.front().run.capacity_ah;
-  const auto settled = [&] {
-    return options.capacity_ah ? told_ah : settle_capacities(prepared, priors, notes);
-  };
-  capacity_ah = settled();
-  if (hysteresis_excess(runs, capacity_ah) == 0.0 && leave_out_contradictions(prepared, priors, result.notes)) {
+  std::vector<std::string> notes, unsaid;
+  const std::vector<PreparedLog> before = prepared;
+  FitPriors with_state = priors;
+  const bool has_state = take_hysteresis(runs, capacity_ah, with_state, unsaid) > 0.0;
+  capacity_ah = settle_soc(prepared, with_state, options.capacity_ah.has_value(), notes);
+  if (!has_state && leave_out_contradictions(prepared, priors, result.notes)) {
     // Without the one that misled them.
     notes.clear();
-    for (PreparedLog& one : prepared) one.run.capacity_ah = told_ah;
-    capacity_ah = settled();
+    for (PreparedLog& one : prepared) {
+      const auto as_it_was = [&](const PreparedLog& other) { return other.log == one.log; };
+      one = *std::find_if(before.begin(), before.end(), as_it_was);
+    }
+    capacity_ah = settle_soc(prepared, priors, options.capacity_ah.has_value(), notes);
   }
   result.notes.insert(result.notes.end(), notes.begin(), notes.end());
+}
+
+std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
+  std::vector<MeasuredRun> out = runs_of(prepared, options.block_s > 0.0);
+  discount_steep_ends(out, linear_fit(out, first_taus(2), priors).model);
+  return out;
 }
 
 void IdentificationProblem::make_runs() {
@@ -195,9 +188,7 @@ void IdentificationProblem::make_runs() {
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
   settle_recordings();
-  if (forget_anchors_by_model(prepared))
-    anchor_by_model(prepared, linear_fit(runs_of(prepared), first_taus(2), priors).model);
-  runs = runs_of(prepared, every_row);
+  runs = weighed_runs();
 }
 
 /// Resistances of a drive are those that the cell had as it warmed: a slope on top would count the warming twice.
@@ -236,7 +227,7 @@ void IdentificationProblem::estimate_temperatures() {
                                        "cell went from {:.1f} to {:.1f} degC.",
                                        std::filesystem::path(log.path).filename().string(), start_c, warmest));
   }
-  if (any) runs = runs_of(prepared, options.block_s > 0.0);
+  if (any) runs = weighed_runs();
 }
 
 void IdentificationProblem::collect_rests() {

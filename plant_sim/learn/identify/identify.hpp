@@ -83,6 +83,7 @@ struct IdentificationProblem {
  private:
   void make_runs();
   void settle_recordings();
+  [[nodiscard]] std::vector<MeasuredRun> weighed_runs() const;
   void drop_slope_of_warmed_cell();
   void estimate_temperatures();
   void collect_rests();

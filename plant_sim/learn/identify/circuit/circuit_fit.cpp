@@ -58,7 +58,7 @@ CircuitFit::CircuitFit(const std::vector<MeasuredRun>& runs, Index branches, Fit
       grid_(std::move(grid)),
       branches_(branches),
       priors_(std::move(priors)),
-      rows_(runs, ocv_, grid_, branches, priors_.laws),
+      rows_(runs, ocv_, grid_, branches, priors_.laws, priors_.soc_doubts),
       em_rough_(ocv_.roughness()),
       r_rough_(priors_.constant ? grid_.slopes() : grid_.roughness()) {
   VOLTLAP_DEMAND(!runs_.empty() && branches_ >= 1);
@@ -95,7 +95,7 @@ LinearSolution CircuitFit::solve(const Eigen::MatrixXd& tau_s) const {
   const NormalSums sums = sums_of(rows_, at, x.data(), false);
   std::vector<Index> linear;
   for (Index k = 0; k < at.size(); ++k) {
-    if (k < at.tau(0) || (k >= at.state() && k < at.law())) linear.push_back(k);
+    if (k < at.tau(0) || (k >= at.state() && k < at.doubt())) linear.push_back(k);
   }
   // All resistances are zero here: the error is the voltage itself, with what the charge transfer takes.
   Eigen::MatrixXd normal = (sums.rest + sums.load)(linear, linear);

@@ -35,6 +35,7 @@ struct FitPriors {
   ResistanceLaws laws;             ///< at which linear fits are made, and from which full ones begin
   LawPriors law_priors;
   std::vector<OcvKnowledge> ocv;
+  std::vector<SocDoubt> soc_doubts;  ///< one a run, or none; full fits find them, linear ones take them as zero
   /// Weight of the roughness of each table [V s^0.5 over its unit]: Em, R0 .. RK, ln tau1 .. ln tauK. Empty: from
   /// `smoothness`.
   Eigen::VectorXd roughness_weights;
@@ -73,7 +74,9 @@ class CircuitFit {
   [[nodiscard]] const Eigen::MatrixXd& r_roughness() const { return r_rough_; }
 
   [[nodiscard]] const CircuitRows& rows() const { return rows_; }
-  [[nodiscard]] CircuitLayout layout() const { return {em_count(), r_count(), branches_, rows_.states}; }
+  [[nodiscard]] CircuitLayout layout() const {
+    return {em_count(), r_count(), branches_, rows_.states, 2 * static_cast<Eigen::Index>(priors_.soc_doubts.size())};
+  }
 
  private:
   void add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, double& square) const;

@@ -29,6 +29,17 @@ SocGrid::Weights SocGrid::weights(double soc) const {
   return out;
 }
 
+SocGrid::Weights SocGrid::slope_weights(double soc) const {
+  constexpr double kStep = 1e-6;
+  const Weights here = weights(soc);
+  const Weights up = weights(soc + kStep);
+  const bool same = up.first == here.first;
+  const Weights &high = same ? up : here, low = same ? here : weights(soc - kStep);
+  Weights out{here.first, {}};
+  for (std::size_t k = 0; k < 4; ++k) out.weight[k] = (high.weight[k] - low.weight[k]) / kStep;
+  return out;
+}
+
 double SocGrid::value(const Eigen::Ref<const Eigen::VectorXd>& y, double soc) const {
   if (shape_ == Shape::kStraight) {
     const Place p = find(soc);

@@ -30,6 +30,8 @@ class SocGrid {
     std::array<double, 4> weight;
   };
   [[nodiscard]] Weights weights(double soc) const;
+  /// Of the slope by SOC; zero beyond the ends.
+  [[nodiscard]] Weights slope_weights(double soc) const;
   struct Place {
     Eigen::Index node;  ///< the value is (1 - fraction) y[node] + fraction y[node + 1]
     double fraction;

@@ -31,6 +31,9 @@ Bounds bounds_of(const CircuitResiduals& cost) {
   out.low.segment(at.em, at.tau(0) - at.em).setConstant(std::log(kResistanceFloor * priors.resistance_scale));
   out.low.segment(at.tau(0), at.state() - at.tau(0)).setConstant(std::log(priors.tau_shortest_s));
   out.high.segment(at.tau(0), at.state() - at.tau(0)).setConstant(std::log(priors.tau_bound_s));
+  constexpr double kMostOff = 0.1;  // of SOC, in one step
+  out.low.segment(at.doubt(), at.doubts).setConstant(-kMostOff);
+  out.high.segment(at.doubt(), at.doubts).setConstant(kMostOff);
   const double exchange = priors.law_priors.mean(ResistanceLaws::kLogExchange);
   out.low.tail(ResistanceLaws::kCount) << 0.0, 0.0, -kMostEnergy, exchange - kMostOfExchange,
       -kMostEntropy, 0.0;
@@ -76,8 +79,8 @@ CircuitResiduals::CircuitResiduals(const CircuitFit& fit, Eigen::VectorXd tau_ce
       em_rough_(fit.ocv().roughness()),
       r_rough_(fit.r_roughness()) {
   prior_rows_ = em_rough_.rows() + r_rough_.rows() * (2 * at_.branches + 1) + at_.nodes * at_.branches +
-                static_cast<Index>(fit.priors().ocv.size()) + at_.states + ResistanceLaws::kCount +
-                at_.branches * (at_.nodes - 1);
+                static_cast<Index>(fit.priors().ocv.size()) + at_.states + at_.doubts + ResistanceLaws::kCount +
+                at_.branches * (at_.nodes - 1) + at_.em - 1;
   VOLTLAP_DEMAND(log_centre_.size() == at_.branches && log_centre_.allFinite());
 }
 
@@ -91,6 +94,7 @@ Eigen::VectorXd CircuitResiduals::pack(const LinearSolution& solution, const Eig
   p.segment(at_.em, resistances) = solution.x.segment(at_.em, resistances).array().max(floor).log();
   p.segment(at_.tau(0), tau_s.size()) = tau_s.reshaped().array().log();
   p.segment(at_.state(), at_.states) = solution.x.tail(at_.states);
+  p.segment(at_.doubt(), at_.doubts).setZero();
   p.tail(ResistanceLaws::kCount) = fit_.priors().laws.packed();
   if (!fit_.rows().charge_transfer) p(at_.law() + ResistanceLaws::kLogExchange) =
       fit_.priors().law_priors.mean(ResistanceLaws::kLogExchange);
@@ -152,6 +156,13 @@ void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
       put(w[1] * (p[node + 1] - p[node]), node, w, 2);
     }
   }
+  constexpr double kFalls = 1e-3;  // V: no OCV falls as SOC rises
+  for (Index node = 0; node + 1 < at_.em; ++node) {
+    const double rise = p[node + 1] - p[node];
+    w[0] = rise < 0.0 ? -noise / kFalls : 0.0;
+    w[1] = -w[0];
+    put(w[1] * rise, node, w, 2);
+  }
   for (const OcvKnowledge& known : prior.ocv) {
     const SocGrid::Weights em = fit_.ocv().weights(known.soc);
     double residual = -known.voltage_v;
@@ -161,9 +172,17 @@ void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
     }
     put(noise / known.sigma_v * residual, em.first, w, 4);
   }
-  for (Index k = at_.state(); k < at_.law(); ++k) {
+  for (Index k = at_.state(); k < at_.doubt(); ++k) {
     w[0] = noise / prior.state_sigma_v;
     put(w[0] * p[k], k, w, 1);
+  }
+  for (std::size_t run = 0; run < prior.soc_doubts.size(); ++run) {
+    const SocDoubt& doubt = prior.soc_doubts[run];
+    const Index at = at_.doubt() + 2 * static_cast<Index>(run);
+    w[0] = noise / doubt.offset_sigma;
+    put(w[0] * (p[at] - doubt.offset_mean), at, w, 1);
+    w[0] = noise / doubt.scale_sigma;
+    put(w[0] * (p[at + 1] - doubt.scale_mean), at + 1, w, 1);
   }
   constexpr double kFixed = 1e-3;  // of a sigma
   for (Index k = 0; k < ResistanceLaws::kCount; ++k) {

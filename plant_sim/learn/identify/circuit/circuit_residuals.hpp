@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The full fit: every parameter free, residuals with exact derivatives, trust-region least squares.
-// Parameters p = [Em | ln R0 | ln R1 .. ln RK | ln tau1 .. ln tauK | free states | laws]; resistances and time
+// Parameters p = [Em | ln R0 | ln R1 .. ln RK | ln tau1 .. ln tauK | free states | o, c | laws]; resistances and time
 // constants stay positive by their logarithm. The objective is that of CircuitFit, with the time constants' smoothness
 // and what is believed of the laws added.
 #pragma once
@@ -41,6 +41,10 @@ class CircuitResiduals {
   [[nodiscard]] CircuitModel model_of(const Eigen::VectorXd& p) const;
   [[nodiscard]] Eigen::VectorXd states_of(const Eigen::VectorXd& p) const {
     return p.segment(at_.state(), at_.states);
+  }
+  /// o and c of each run, where SOC is in doubt.
+  [[nodiscard]] Eigen::VectorXd doubts_of(const Eigen::VectorXd& p) const {
+    return p.segment(at_.doubt(), at_.doubts);
   }
 
  private:

@@ -72,6 +72,8 @@ struct Branch {
 /// voltage's derivatives by the laws that act at once.
 struct LawRow {
   double drop_a, begin_a, end_a, tau_factor = 1.0, tau_warm = 0.0;
+  const DoubtedRow* doubted = nullptr;  ///< where SOC is in doubt: how far it is off, and the OCV's slope
+  double soc_off = 0.0, slope_v = 0.0;
   double taken_v = 0.0, by_ohmic = 0.0, by_polarization = 0.0, by_log_exchange = 0.0;
 };
 
@@ -97,6 +99,14 @@ LawRow law_row(const CircuitRows& all, const CircuitRow& row, const double* laws
     out.by_polarization = -out.by_log_exchange * row.warm;
   }
   return out;
+}
+
+/// What a SOC that is off adds to the OCV, to first order.
+double doubted_v(const DoubtedRow& row, const double* doubts, const double* em, LawRow& law) {
+  law.doubted = &row;
+  law.soc_off = doubts[2 * row.run] + doubts[2 * row.run + 1] * row.from_anchor;
+  for (std::size_t k = 0; k < 4; ++k) law.slope_v += row.em_slope[k] * em[k];
+  return law.slope_v * law.soc_off;
 }
 
 /// A branch's table values at an interval: its time constant within, its resistance at the end.
@@ -142,9 +152,13 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
   int open_state = -1;
   for (const CircuitRow& row : all.rows) {
     const double r0_ohm = between(x + layout.r(0), row.at);
-    const LawRow law = law_row(all, row, x + layout.law(), r0_ohm);
+    LawRow law = law_row(all, row, x + layout.law(), r0_ohm);
     double v = -r0_ohm * law.drop_a - law.taken_v;
     for (std::size_t k = 0; k < 4; ++k) v += row.em_weight[k] * x[row.em_node + static_cast<int>(k)];
+    if (!all.in_doubt.empty()) {
+      const auto index = static_cast<std::size_t>(&row - all.rows.data());
+      v += doubted_v(all.in_doubt[index], x + layout.doubt(), x + row.em_node, law);
+    }
     if (row.reset) open_state = row.free_state;
     for (std::size_t k = 0; k < count; ++k) {
       Branch& branch = branches[k];
@@ -163,7 +177,7 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
 
 /// The non-zero derivatives of one row's voltage, column by column.
 struct Line {
-  static constexpr std::size_t kMost = 14 + 2 * kMostBranches * (kMostNodes + 1);
+  static constexpr std::size_t kMost = 16 + 2 * kMostBranches * (kMostNodes + 1);
   std::array<int, kMost> column;
   std::array<double, kMost> value;
   std::size_t count = 0;
@@ -175,7 +189,9 @@ struct Line {
   void fill(const CircuitRow& row, const LawRow& law, const CircuitLayout& layout,
             const std::array<Branch, kMostBranches>& branches, int open_state, bool with_tau) {
     count = 0;
-    for (std::size_t k = 0; k < 4; ++k) put(row.em_node + static_cast<Index>(k), row.em_weight[k]);
+    for (std::size_t k = 0; k < 4; ++k)
+      put(row.em_node + static_cast<Index>(k),
+          row.em_weight[k] + (law.doubted != nullptr ? law.soc_off * law.doubted->em_slope[k] : 0.0));
     put(layout.r(0) + row.at.node, -law.drop_a * (1.0 - row.at.fraction));
     put(layout.r(0) + row.at.node + 1, -law.drop_a * row.at.fraction);
     for (Index k = 0; k < layout.branches; ++k) {
@@ -192,6 +208,11 @@ struct Line {
     }
     for (Index k = 0; open_state >= 0 && k < layout.branches; ++k)
       put(layout.state() + open_state + k, -branches[static_cast<std::size_t>(k)].decay);
+  }
+  void add_doubt(const LawRow& law, const CircuitLayout& layout) {
+    if (law.doubted == nullptr) return;
+    put(layout.doubt() + 2 * law.doubted->run, law.slope_v);
+    put(layout.doubt() + 2 * law.doubted->run + 1, law.slope_v * law.doubted->from_anchor);
   }
   /// Of a run that is not all at one temperature, or with a charge transfer or hysteresis.
   void add_laws(const CircuitRow& row, const LawRow& law, const CircuitLayout& layout,
@@ -251,12 +272,18 @@ class Panel {
 }  // namespace
 
 CircuitRows::CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid,
-                         Index branches, const ResistanceLaws& laws)
+                         Index branches, const ResistanceLaws& laws, const std::vector<SocDoubt>& doubts)
     : charge_transfer(laws.has_charge_transfer()), hysteresis(laws.has_hysteresis()) {
+  VOLTLAP_DEMAND(doubts.empty() || doubts.size() == runs.size());
   VOLTLAP_DEMAND(branches >= 0 && branches <= kMostBranches && grid.size() <= kMostNodes);
   std::size_t count = 0;
   for (const MeasuredRun& run : runs) count += static_cast<std::size_t>(run.rows());
   rows.reserve(count);
+  in_doubt.reserve(doubts.empty() ? 0 : count);
+  for (std::size_t r = 0; r < doubts.size(); ++r) {
+    for (const double soc : runs[r].soc)
+      in_doubt.push_back({ocv.slope_weights(soc).weight, soc - doubts[r].anchor_soc, static_cast<int>(r)});
+  }
   for (const MeasuredRun& run : runs) {
     VOLTLAP_DEMAND(run.rows() > 0 && run.soc.size() == run.rows() && run.weight_s.size() == run.rows());
     const double quiet = kQuiet * run.current_a.cwiseAbs().maxCoeff();
@@ -312,6 +339,7 @@ NormalSums sums_of(const CircuitRows& rows, const CircuitLayout& layout, const d
   walk(rows, layout, x, true, kNegligible * most,
        [&](const CircuitRow& row, const LawRow& law, double error, const auto& branches, int open_state) {
          line.fill(row, law, layout, branches, open_state, with_tau);
+         if (with_tau) line.add_doubt(law, layout);
          if (with_laws) line.add_laws(row, law, layout, branches, rows.hysteresis);
          const double square = row.weight_s * error * error;
          (row.load ? out.load_square : out.rest_square) += square;
@@ -336,6 +364,7 @@ void residuals_of(const CircuitRows& rows, const CircuitLayout& layout, const do
          residuals[out] = root * error;
          if (derivatives != nullptr) {
            line.fill(row, law, layout, branches, open_state, true);
+           line.add_doubt(law, layout);
            line.add_laws(row, law, layout, branches, rows.hysteresis);
            for (std::size_t k = 0; k < line.count; ++k)
              derivatives[out * layout.size() + line.column[k]] = root * line.value[k];

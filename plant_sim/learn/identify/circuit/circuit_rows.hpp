@@ -32,24 +32,42 @@ struct CircuitRow {
   int free_state;  ///< with `reset`: index of the first free state, or -1 for branches at rest
 };
 
+/// How far the SOC of a recording may be off, to be found with the tables: SOC + o + c (SOC - SOC at its anchor), which
+/// is a start that is off by o and a capacity that is smaller by c, with what is believed of both.
+struct SocDoubt {
+  double anchor_soc = 1.0;
+  double offset_mean = 0.0, offset_sigma = 0.0;  ///< o [1]
+  double scale_mean = 0.0, scale_sigma = 0.0;    ///< c [1]
+};
+
+/// What a row adds to CircuitRow where SOC is in doubt.
+struct DoubtedRow {
+  std::array<double, 4> em_slope;  ///< weights of the OCV's slope, at the nodes of em_weight
+  double from_anchor;              ///< SOC less that of the anchor
+  int run;
+};
+
 struct CircuitRows {
   CircuitRows() = default;
-  /// `laws`: their reference temperature, and whether there is a charge transfer.
+  /// `laws`: their reference temperature, and whether there is a charge transfer. `doubts`: one a run, or none.
   CircuitRows(const std::vector<MeasuredRun>& runs, const SocGrid& ocv, const SocGrid& grid, Eigen::Index branches,
-              const ResistanceLaws& laws);
+              const ResistanceLaws& laws, const std::vector<SocDoubt>& doubts = {});
   std::vector<CircuitRow> rows;
   Eigen::Index states = 0, used = 0;  ///< free states; rows with a weight
   bool isothermal = true;             ///< x is 0 at every row
   bool charge_transfer = false, hysteresis = false;
+  std::vector<DoubtedRow> in_doubt;  ///< one a row, or none
 };
 
-/// Where each parameter stands in a vector: [Em | R0 .. RK | tau1 .. tauK | free states | laws].
+/// Where each parameter stands in a vector: [Em | R0 .. RK | tau1 .. tauK | free states | o, c of each run | laws]; o
+/// and c only where SOC is in doubt.
 struct CircuitLayout {
-  Eigen::Index em, nodes, branches, states;
+  Eigen::Index em, nodes, branches, states, doubts = 0;
   [[nodiscard]] Eigen::Index r(Eigen::Index k) const { return em + k * nodes; }
   [[nodiscard]] Eigen::Index tau(Eigen::Index k) const { return em + (branches + 1 + k) * nodes; }
   [[nodiscard]] Eigen::Index state() const { return em + (2 * branches + 1) * nodes; }
-  [[nodiscard]] Eigen::Index law() const { return state() + states; }
+  [[nodiscard]] Eigen::Index doubt() const { return state() + states; }
+  [[nodiscard]] Eigen::Index law() const { return doubt() + doubts; }
   [[nodiscard]] Eigen::Index size() const { return law() + ResistanceLaws::kCount; }
   /// First entry and number of nodes of table 0: Em, then R0 .. RK, tau1 .. tauK.
   [[nodiscard]] Eigen::Index tables() const { return 2 * branches + 2; }

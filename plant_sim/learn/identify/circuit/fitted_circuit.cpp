@@ -60,7 +60,17 @@ TableFit table_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& 
   const CircuitResiduals cost(circuit, taus);
   const Eigen::MatrixXd table = taus.transpose().replicate(circuit.r_count(), 1);
   const RefineResult refined = refine(cost, cost.pack(circuit.solve(table), table), kSteps, kStill);
-  return {{cost.model_of(refined.p), {}, states_by_run(runs, cost.states_of(refined.p), taus.size())}, refined.cost};
+  TableFit out{{cost.model_of(refined.p), {}, states_by_run(runs, cost.states_of(refined.p), taus.size())},
+               refined.cost,
+               cost.doubts_of(refined.p),
+               {}};
+  if (out.doubts.size() == 0) return out;
+  Eigen::MatrixXd whole = cost.sums(refined.p).whole();
+  whole.diagonal() *= 1.0 + 1e-12;
+  const Eigen::MatrixXd inverse = whole.ldlt().solve(Eigen::MatrixXd::Identity(whole.rows(), whole.cols()));
+  const Eigen::VectorXd square = inverse.diagonal().segment(cost.layout().doubt(), cost.layout().doubts);
+  out.doubts_sigma = (priors.noise_v2_s * square.array().max(0.0)).sqrt();
+  return out;
 }
 
 std::vector<Eigen::VectorXd> errors_of(const FittedCircuit& fit, const std::vector<MeasuredRun>& runs) {

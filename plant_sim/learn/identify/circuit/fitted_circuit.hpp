@@ -24,6 +24,7 @@ struct FittedCircuit {
 struct TableFit {
   FittedCircuit fit;
   double cost = 0.0;  ///< with what is believed beforehand [V^2 s]
+  Eigen::VectorXd doubts, doubts_sigma;  ///< o and c of each run, where SOC is in doubt
 };
 [[nodiscard]] TableFit table_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                  const FitPriors& priors);

@@ -83,13 +83,13 @@ class FullFitter {
     say("time constants");
     branches_ = options_.branches > 0 ? options_.branches : 2;
     priors_.smoothness = 1.0;
-    make_coarse();
+    coarse_ = coarsened_where_many(runs_);
     search(first_taus(branches_));
     settle_laws();
     auto errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     if (const std::size_t dropped = drop_outliers(runs_, errors); dropped > 0) {
       notes_.push_back(fmt::format("{} rows that no circuit follows are not used.", dropped));
-      make_coarse();
+      coarse_ = coarsened_where_many(runs_);
       settle_laws();
       errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     }
@@ -107,15 +107,6 @@ class FullFitter {
  private:
   void say(const char* what) const {
     if (options_.progress) options_.progress(what);
-  }
-  /// Choices are made on means of a second where there are many rows: they ask for more than single rows tell.
-  void make_coarse() {
-    constexpr Index kMany = 30000;
-    constexpr double kSeconds = 1.0;
-    Index rows = 0;
-    for (const MeasuredRun& run : runs_) rows += run.rows();
-    coarse_.clear();
-    for (const MeasuredRun& run : runs_) coarse_.push_back(rows > kMany ? coarsened(run, kSeconds) : run);
   }
   void search(const Eigen::VectorXd& from) {
     if (options_.tau_centre_s) {
@@ -182,8 +173,8 @@ class FullFitter {
 
   /// What tables over SOC leave of the coarse recordings is so much more than noise that no smoothing makes it noise.
   [[nodiscard]] bool is_far_from_noise() const {
-    constexpr double kFar = 1e9;  // of the instrument's noise, as a power density
-    return left_v2_s_ > kFar * kFar * options_.instrument_v2_s;
+    constexpr double kFar = 10.0, kLeast = 5e-3;  // of the instrument's noise, as a power density; V s^0.5
+    return left_v2_s_ > std::max(kLeast * kLeast, kFar * kFar * options_.instrument_v2_s);
   }
 
   /// False when the residual is no noise.

@@ -67,12 +67,11 @@ std::vector<PreparedLog> prepared_with(const Error& error, const std::vector<Pre
   return wrong;
 }
 
-/// Rows that the fit gave no weight have none here either.
+/// Rows count as they did in the fit.
 std::vector<MeasuredRun> with_weights_of(std::vector<MeasuredRun> runs, const std::vector<MeasuredRun>& fitted) {
   VOLTLAP_DEMAND(runs.size() == fitted.size());
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    if (runs[k].rows() != fitted[k].rows()) continue;
-    runs[k].weight_s = (fitted[k].weight_s.array() > 0.0).select(runs[k].weight_s, 0.0);
+    if (runs[k].rows() == fitted[k].rows()) runs[k].weight_s = fitted[k].weight_s;
   }
   return runs;
 }

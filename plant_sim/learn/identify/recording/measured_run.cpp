@@ -266,6 +266,18 @@ MeasuredRun coarsened(const MeasuredRun& run, double seconds) {
   return means_of(run, begins);
 }
 
+std::vector<MeasuredRun> coarsened_where_many(const std::vector<MeasuredRun>& runs) {
+  constexpr Index kMany = 30000;
+  constexpr double kSeconds = 1.0;
+  Index rows = 0;
+  for (const MeasuredRun& run : runs) rows += run.rows();
+  if (rows <= kMany) return runs;
+  std::vector<MeasuredRun> out;
+  for (const MeasuredRun& run : runs) out.push_back(coarsened(run, kSeconds));
+  VOLTLAP_DEMAND(out.size() == runs.size());
+  return out;
+}
+
 namespace {
 
 /// Rows that thinned() keeps: all under load, and of a rest one whenever `share` of its time has passed.

@@ -58,6 +58,9 @@ struct RunOptions {
 /// decide. Rows without a weight and the first after a gap stay by themselves.
 [[nodiscard]] MeasuredRun coarsened(const MeasuredRun& run, double seconds);
 
+/// Recordings for choices that single rows do not decide: means of a second where there are many rows.
+[[nodiscard]] std::vector<MeasuredRun> coarsened_where_many(const std::vector<MeasuredRun>& runs);
+
 /// The same run with fewer rows in its rests, none of them a mean, as the pulse and layered methods take it: a row is
 /// kept when `share` of the time since the last step has passed. Exact for a current held between rows, since nothing
 /// happens in between; weights are summed.

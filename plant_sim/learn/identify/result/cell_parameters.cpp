@@ -85,13 +85,31 @@ void set_voltage_limits(const std::vector<RecordingResult>& files, CellParameter
   cell.voltage_max_v = high;
 }
 
+struct SocPassed {
+  double low = 1.0, high = 0.0;
+};
+SocPassed soc_passed(const IdentifyResult& result) {
+  SocPassed out;
+  for (const RecordingResult& file : result.files) {
+    out.low = std::min(out.low, file.soc_low);
+    out.high = std::max(out.high, file.soc_high);
+  }
+  return out;
+}
+
 /// The reference's curve, levelled where it falls with SOC.
 void set_ocv(const IdentifyResult& reference, CellParameters& cell, std::vector<std::string>& notes) {
   constexpr double kNoCurve = 1.0, kWorthANote = 1e-3;  // V; beyond the first this is no open-circuit voltage
   const CircuitModel& model = reference.model;
+  const SocPassed passed = soc_passed(reference);
   cell.ocv_soc = fine(model.ocv.nodes());
   Eigen::VectorXd ocv(static_cast<Index>(cell.ocv_soc.size()));
-  for (Index k = 0; k < ocv.size(); ++k) ocv(k) = model.ocv.value(model.em, cell.ocv_soc[static_cast<std::size_t>(k)]);
+  for (Index k = 0; k < ocv.size(); ++k) {
+    const double soc = cell.ocv_soc[static_cast<std::size_t>(k)];
+    ocv(k) = model.ocv.value(model.em, soc);
+    // Beyond the SOC that was passed it may lead anywhere.
+    if (soc < passed.low || soc > passed.high) ocv(k) = std::clamp(ocv(k), cell.voltage_min_v, cell.voltage_max_v);
+  }
   cell.ocv_v = not_falling(ocv);
   VOLTLAP_DEMAND(increasing(cell.ocv_soc) && cell.ocv_v.size() == cell.ocv_soc.size() && all_finite(cell.ocv_v));
   double levelled = 0.0;

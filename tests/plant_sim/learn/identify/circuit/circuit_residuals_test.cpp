@@ -56,7 +56,7 @@ TEST(CircuitResiduals, JacobianAgreesWithDifferences) {
     for (Eigen::Index k = 0; k < branches; ++k) taus(k) = 5.0 * std::pow(8.0, static_cast<double>(k));
     const CircuitResiduals cost(fit, taus);
     LinearSolution start{Eigen::VectorXd::Constant(fit.linear_count(), 1e-3), 0.0};
-    start.x.head(fit.em_count()).setConstant(3.8);
+    start.x.head(fit.em_count()).setLinSpaced(3.4, 4.1);
     const Eigen::VectorXd p = cost.pack(start, taus.transpose().replicate(fit.r_count(), 1));
     Eigen::VectorXd residuals(cost.residual_count()), up = residuals, down = residuals;
     CircuitResiduals::RowMajor jacobian(cost.residual_count(), cost.parameter_count());
@@ -90,7 +90,11 @@ TEST(CircuitResiduals, AgreesWithTheLinearFitAtItsSolution) {
     for (Eigen::Index node = at.r(k); node + 1 < at.r(k + 1); ++node)
       neighbours += priors.noise_v2_s * std::pow(p(node + 1) - p(node), 2);
   }
-  DOUBLES_EQUAL(solution.cost + neighbours, residuals.squaredNorm(), 1e-3 * solution.cost);
+  // And no OCV falls.
+  double falls = 0.0;
+  for (Eigen::Index node = 0; node + 1 < at.em; ++node)
+    falls += priors.noise_v2_s * std::pow(std::min(0.0, p(node + 1) - p(node)) / 1e-3, 2);
+  DOUBLES_EQUAL(solution.cost + neighbours + falls, residuals.squaredNorm(), 1e-3 * solution.cost);
 }
 
 TEST(CircuitResiduals, ResidualsAreThoseOfTheSimulation) {

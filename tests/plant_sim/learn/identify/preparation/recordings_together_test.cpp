@@ -4,7 +4,7 @@
 
 #include "learn/identify/identify.hpp"
 #include "learn/identify/preparation/contradictions.hpp"
-#include "learn/identify/preparation/recording_capacity.hpp"
+#include "learn/identify/preparation/recording_soc.hpp"
 #include "plant_sim/learn/identify/laws_cell.hpp"
 
 #include <CppUTest/TestHarness.h>
