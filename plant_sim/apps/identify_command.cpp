@@ -70,14 +70,13 @@ IdentifyCommand::IdentifyCommand(CLI::App& app)
   command_->add_flag("--constant", constant_,
                      "A plain circuit: resistances and time constants with one value for all SOC; the OCV and the laws "
                      "over temperature and current stay free");
-  const std::map<std::string, IdentifyOptions::Tables> tables{{"chosen", IdentifyOptions::Tables::kChosen},
-                                                              {"laws", IdentifyOptions::Tables::kByLaws},
+  const std::map<std::string, IdentifyOptions::Tables> tables{{"laws", IdentifyOptions::Tables::kByLaws},
                                                               {"tests", IdentifyOptions::Tables::kByTest}};
   command_
       ->add_option("--tables", tables_,
-                   "Tests at several temperatures and currents: one table over SOC with laws (laws), a table for each "
-                   "test (tests), or what predicts better what was kept back (chosen, the default)")
-      ->type_name("chosen|laws|tests")
+                   "Tests at several temperatures and currents: one table over SOC with laws (laws, the default), or a "
+                   "table for each test, straight between them (tests)")
+      ->type_name("laws|tests")
       ->transform(CLI::Transformer(tables));
   command_->add_option("--ocv", ocv_, "OCV from a slow test (a table) or a cell file; default: from the rests");
   command_->add_option("--temperature", temperatures_, "degC of the files after it that have no temperature column")

@@ -72,7 +72,7 @@ class IdentifyCommand {
   std::vector<std::string> windows_;
   std::string method_, ocv_, blocks_, out_, json_, report_;
   int branches_ = 0;
-  IdentifyOptions::Tables tables_ = IdentifyOptions::Tables::kChosen;
+  IdentifyOptions::Tables tables_ = IdentifyOptions::Tables::kByLaws;
   bool constant_ = false;
   std::optional<CurrentHold> hold_;
   InstrumentLimits instruments_;

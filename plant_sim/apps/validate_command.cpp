@@ -13,6 +13,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/atomic_file.hpp"
+#include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/validate/count_hint.hpp"
 #include "learn/validate/validation_json.hpp"
 #include "learn/validate/validation_report.hpp"
@@ -64,6 +65,7 @@ std::vector<CellLog> ValidateCommand::read(const DataFolder& data, ProgressLine&
                   static_cast<double>(logs.size()) / static_cast<double>(recordings_.files.size()));
     const std::optional<RoleMap>& map = maps.at(logs.size());
     logs.push_back(read_cell_log(file, map ? &*map : nullptr, data, recordings_.whole()));
+    smooth_quantised_temperature(logs.back());  // as identify does: the file's tables belong to it
   }
   return logs;
 }

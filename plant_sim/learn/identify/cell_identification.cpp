@@ -172,34 +172,6 @@ CellIdentification identify_by_laws(const std::vector<CellLog>& logs, const std:
   return out;
 }
 
-/// Whether tables of their own predict what was kept back of the tests far better than the laws: to half of the error,
-/// and beyond chance. Less counts for nothing: they know nothing between and beyond the tests.
-bool is_better_by_point(const CellIdentification& by_point, const IdentifyResult& by_laws) {
-  constexpr double kBetter = 0.5, kSure = 2.0;  // of the mean; standard errors
-  BlockScore points;
-  for (const OperatingPoint& point : by_point.points) {
-    const auto& parts = point.result.heldout.parts;
-    points.parts.insert(points.parts.end(), parts.begin(), parts.end());
-  }
-  if (points.parts.empty() || by_laws.heldout.parts.empty()) return false;
-  const double gain = by_laws.heldout.mean() - points.mean();
-  const bool same_blocks = points.parts.size() == by_laws.heldout.parts.size();
-  const double sure = same_blocks ? kSure * standard_error_of_difference(points, by_laws.heldout) : 0.0;
-  return points.mean() < kBetter * by_laws.heldout.mean() && gain > sure;
-}
-
-std::string tables_note(const CellIdentification& by_point, const IdentifyResult& by_laws, bool chosen_by_point) {
-  BlockScore points;
-  for (const OperatingPoint& point : by_point.points) {
-    const auto& parts = point.result.heldout.parts;
-    points.parts.insert(points.parts.end(), parts.begin(), parts.end());
-  }
-  return fmt::format("What was kept back of the tests is predicted within {:.2f} mV by one table with laws over "
-                     "temperature and current, within {:.2f} mV by a table for each of the {} tests: {}.",
-                     1e3 * by_laws.heldout.mean(), 1e3 * points.mean(), by_point.points.size(),
-                     chosen_by_point ? "each its own" : "the laws");
-}
-
 }  // namespace
 
 CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<double>& temperatures_c,
@@ -210,15 +182,9 @@ CellIdentification identify_cell(std::vector<CellLog> logs, const std::vector<do
   cell.reference = nearest_to_usual_temperature(cell.points);
   cell.temperature_told = options.temperature_told;
   if (options.method) return identify_by_point(std::move(cell), options);
-  CellIdentification by_laws = identify_by_laws(all, temperatures_c, cell, options);
-  const bool by_laws_only = options.constant || options.tables == IdentifyOptions::Tables::kByLaws;
-  if (cell.points.size() == 1 || by_laws_only) return by_laws;
-  cell = identify_by_point(std::move(cell), options);
-  IdentifyResult& laws = by_laws.points[0].result;
-  const bool own = options.tables == IdentifyOptions::Tables::kByTest || is_better_by_point(cell, laws);
-  CellIdentification& chosen = own ? cell : by_laws;
-  chosen.reference_point().result.notes.push_back(tables_note(cell, laws, own));
-  return std::move(chosen);
+  const bool by_test = options.tables == IdentifyOptions::Tables::kByTest && !options.constant;
+  if (cell.points.size() == 1 || !by_test) return identify_by_laws(all, temperatures_c, cell, options);
+  return identify_by_point(std::move(cell), options);
 }
 
 }  // namespace voltlap::plant

@@ -159,7 +159,7 @@ void IdentificationProblem::settle_recordings() {
 
 std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
   std::vector<MeasuredRun> out = runs_of(prepared, options.block_s > 0.0);
-  discount_steep_ends(out, linear_fit(out, first_taus(2), priors).model);
+  discount_steep_ends(out, priors);
   return out;
 }
 
@@ -176,7 +176,7 @@ void IdentificationProblem::make_runs() {
   priors.resistance_scale = resistance_step_median(runs);
   if (priors.resistance_scale <= 0.0) {
     throw InputError(logs.front().path, "no step of the current that the voltage follows",
-                     "at least one pulse, or a drive, with rows at most 2 s apart", "Give a recording with steps");
+                     "at least one pulse, or a drive, with rows at most a minute apart", "Give a recording with steps");
   }
   capacity_ah = prepared.front().run.capacity_ah;
   const bool fixed = priors.law_priors.fixed;

@@ -29,8 +29,8 @@ struct IdentifyOptions {
   InstrumentLimits instruments;                ///< what the intervals must cover beside noise
   double block_s = 0.0;                        ///< > 0: fit every other block of this length, predict the rest
   bool fit_even_blocks = true;
-  /// Tests at several temperatures and currents: one table with laws, a table for each test, or what predicts better.
-  enum class Tables { kChosen, kByLaws, kByTest } tables = Tables::kChosen;
+  /// Tests at several temperatures and currents: one table with laws, or a table for each test.
+  enum class Tables { kByLaws, kByTest } tables = Tables::kByLaws;
   /// What keeps and sheds the heat of a cell of a capacity; empty: without a temperature it is held at its own.
   std::function<CellThermal(double capacity_ah)> thermal;
   bool constant = false;  ///< a plain circuit: one value of each resistance and time constant for all SOC

@@ -83,8 +83,8 @@ CellResponse respond(const CellModel& model, const MeasuredRun& run, const Recor
   Index next_free = 0;
   for (Index row = 0; row < rows; ++row) {
     recorded = at_row(temperature.cell_c, row, recorded);
-    // A surface was recorded: what is within is above it by as much as its own heat says.
-    const double at_c = recorded_cell ? recorded + (state.temperature_c - state.surface_c) : state.temperature_c;
+    // What was recorded is what the tables were identified with: nothing is put on top of it.
+    const double at_c = recorded_cell ? recorded : state.temperature_c;
     const CellPoint end{run.current_a(row), run.soc(row), at_c};
     if (run.is_reset(row) || row == 0) {
       cell.look_up(state, end);

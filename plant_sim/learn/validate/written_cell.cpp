@@ -12,6 +12,7 @@
 #include "core/signal.hpp"
 #include "io/atomic_file.hpp"
 #include "io/temporary_folder.hpp"
+#include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/validate/cell_response.hpp"
 
 namespace voltlap::plant {
@@ -137,7 +138,9 @@ void take_errors_of_file(const CellParameters& file, const std::vector<CellIdent
         return one->path == recording.path && static_cast<Index>(one->rows()) == recording.rows;
       });
       VOLTLAP_DEMAND(log != logs.end());
-      take_errors(model, **log++, point, recording);
+      CellLog seen = **log++;
+      smooth_quantised_temperature(seen);
+      take_errors(model, seen, point, recording);
     }
     point.result.rms_v = rms_of_used(point.result.files);
   }

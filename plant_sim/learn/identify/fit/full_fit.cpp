@@ -221,11 +221,28 @@ class FullFitter {
     return false;
   }
 
+  /// One value for all SOC where tables do not predict better what was kept back.
+  void choose_plain() {
+    if (priors_.constant || options_.tau_centre_s || options_.start) return;
+    say("a plain circuit beside tables over SOC");
+    const PlainScore score = score_plain(coarse_, taus_, priors_);
+    constexpr double kMillivolt = 1e3;
+    notes_.push_back(fmt::format("What was kept back is predicted within {:.1f} mV by a plain circuit, within {:.1f} mV "
+                                 "by tables over SOC: {}.",
+                                 kMillivolt * score.plain_v, kMillivolt * score.tables_v,
+                                 score.is_enough ? "one value of each resistance and time constant for all SOC"
+                                                 : "tables"));
+    if (!score.is_enough) return;
+    priors_.constant = true;
+    search(taus_);
+  }
+
   void by_prediction() {
     FitPriors own = priors_;
     priors_.ocv.insert(priors_.ocv.end(), options_.rests.begin(), options_.rests.end());
     say("smoothness by prediction");
     if (!priors_.constant) priors_.em_roughness_v = choose_ocv_roughness(coarse_, taus_, priors_);
+    choose_plain();
     priors_.smoothness = choose_smoothness(coarse_, taus_, priors_, out_.smoothness_scores);
     if (choose_order(static_cast<Index>(kMostCellBranches)) && branches_ > 2 && !priors_.constant) {
       if (fewest_that_leave_noise(std::move(own))) return;

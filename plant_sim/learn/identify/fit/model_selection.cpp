@@ -88,6 +88,19 @@ double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::V
   return best;
 }
 
+PlainScore score_plain(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+  const Blocks blocks = stretches_of(runs);
+  const auto score = [&](bool constant) {
+    FitPriors own = priors;
+    own.constant = constant;
+    const auto fit = [&](const std::vector<MeasuredRun>& kept) { return table_fit(kept, taus, own).fit; };
+    return score_by(fit, runs, blocks, false);
+  };
+  const BlockScore plain = score(true), tables = score(false);
+  return {plain.mean(), tables.mean(),
+          plain.mean() <= tables.mean() + standard_error_of_difference(plain, tables)};
+}
+
 double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors,
                          SmoothnessScores& scores) {
   constexpr int kWidest = 7;  // 2^-7 to 2^7

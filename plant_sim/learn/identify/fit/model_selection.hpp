@@ -24,6 +24,15 @@ using SmoothnessScores = std::vector<std::pair<double, double>>;
 [[nodiscard]] double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                           FitPriors priors);
 
+/// A plain circuit beside tables over SOC: what each predicts of stretches that were kept back, about ten of each
+/// recording in turn, the resistances and time constants free.
+struct PlainScore {
+  double plain_v = 0.0, tables_v = 0.0;
+  bool is_enough = false;  ///< not worse by more than one standard error of the difference
+};
+[[nodiscard]] PlainScore score_plain(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
+                                     const FitPriors& priors);
+
 /// Both halves kept back in turn and predicted from the other, by a linear fit. Pulses with their first two minutes,
 /// from their onset; without pulses, minutes.
 [[nodiscard]] BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,

@@ -47,7 +47,17 @@ std::vector<PulseSegment> segments(const MeasuredRun& run) {
 
 namespace {
 
-constexpr double kLongestStep = 2.0, kJump = 0.1;  // s; of the largest current
+constexpr double kJump = 0.1;  // of the largest current
+
+/// Within which a change of the current is a step [s]: two seconds, or the interval of a slower recorder.
+double longest_step(const MeasuredRun& run) {
+  constexpr double kShort = 2.0, kLong = 60.0, kInterval = 1.5;
+  std::vector<double> intervals;
+  for (Index row = 1; row < run.rows(); ++row) {
+    if (!run.is_reset(row)) intervals.push_back(run.dt_s(row));
+  }
+  return intervals.empty() ? kShort : std::clamp(kInterval * median(std::move(intervals)), kShort, kLong);
+}
 
 /// From one row to a later one; none where the voltage goes with the current.
 void add_step(const MeasuredRun& run, Index from, Index to, std::vector<StepEstimate>& out) {
@@ -56,19 +66,19 @@ void add_step(const MeasuredRun& run, Index from, Index to, std::vector<StepEsti
 }
 
 /// Where the current jumps between two rows.
-std::vector<StepEstimate> sharp_steps(const MeasuredRun& run, double least_a) {
+std::vector<StepEstimate> sharp_steps(const MeasuredRun& run, double least_a, double longest_s) {
   std::vector<StepEstimate> out;
   for (Index row = 1; row < run.rows(); ++row) {
     const double di = run.current_a(row) - run.current_a(row - 1);
     const bool usable = run.weight_s(row) > 0.0 && run.weight_s(row - 1) > 0.0 && !run.is_reset(row);
-    if (usable && run.dt_s(row) <= kLongestStep && std::abs(di) >= least_a) add_step(run, row - 1, row, out);
+    if (usable && run.dt_s(row) <= longest_s && std::abs(di) >= least_a) add_step(run, row - 1, row, out);
   }
   return out;
 }
 
-/// Where the current goes as far within kLongestStep, over any number of rows, of which some may have no voltage: a
+/// Where the current goes as far within two seconds or so, over any number of rows, of which some may have no voltage: a
 /// pedal takes half a second, and on a bus current and voltage come in turn. Steps do not overlap.
-std::vector<StepEstimate> gradual_steps(const MeasuredRun& run, double least_a) {
+std::vector<StepEstimate> gradual_steps(const MeasuredRun& run, double least_a, double longest_s) {
   std::vector<StepEstimate> out;
   Index begin = 0;
   for (Index row = 0; row < run.rows(); ++row) {
@@ -76,7 +86,7 @@ std::vector<StepEstimate> gradual_steps(const MeasuredRun& run, double least_a) 
     if (run.weight_s(row) <= 0.0) continue;
     Index from = row;
     double most = 0.0;
-    for (Index k = row - 1; k >= begin && run.time_s(row) - run.time_s(k) <= kLongestStep; --k) {
+    for (Index k = row - 1; k >= begin && run.time_s(row) - run.time_s(k) <= longest_s; --k) {
       const double change = std::abs(run.current_a(row) - run.current_a(k));
       if (run.weight_s(k) <= 0.0 || change <= most) continue;
       most = change;
@@ -94,8 +104,9 @@ std::vector<StepEstimate> gradual_steps(const MeasuredRun& run, double least_a) 
 std::vector<StepEstimate> resistance_steps(const MeasuredRun& run) {
   constexpr std::size_t kEnough = 3;  // a change over seconds has polarization in it, and at an empty cell a slope
   const double least_a = kJump * run.current_a.cwiseAbs().maxCoeff();
-  std::vector<StepEstimate> sharp = sharp_steps(run, least_a);
-  return sharp.size() >= kEnough || least_a <= 0.0 ? sharp : gradual_steps(run, least_a);
+  const double longest_s = longest_step(run);
+  std::vector<StepEstimate> sharp = sharp_steps(run, least_a, longest_s);
+  return sharp.size() >= kEnough || least_a <= 0.0 ? sharp : gradual_steps(run, least_a, longest_s);
 }
 
 double resistance_step_median(const std::vector<MeasuredRun>& runs) {

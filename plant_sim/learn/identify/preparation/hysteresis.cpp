@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 
+#include "car/battery/cell_effects.hpp"
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
@@ -24,6 +25,10 @@ constexpr double kExcited = 10.0;                 // s of fast current that make
 
 int bin_of(double soc) { return static_cast<int>(std::floor(soc / kBin)); }
 
+bool is_slow(double current_a, double capacity_ah) {
+  return std::abs(current_a) < kSlow * capacity_ah && std::abs(current_a) > 1e-3 * capacity_ah;
+}
+
 /// Sums over the rows of a bin in which the current went one way.
 struct Side {
   double weight = 0.0, voltage = 0.0, current = 0.0;
@@ -32,14 +37,32 @@ using Sides = std::array<Side, 2>;  // discharge, charge
 
 constexpr int kFirstBin = 2, kLastBin = 17;  // at the ends the OCV is too steep, and a step is no resistance
 
-/// Of R0 and the branches [ohm], by the steps between the ends; without any there at most what the cells of a car have.
+/// Mean temperature of the rows with a slow current [degC].
+double slow_temperature(const std::vector<MeasuredRun>& runs, double capacity_ah) {
+  double sum = 0.0, weight = 0.0;
+  for (const MeasuredRun& run : runs) {
+    for (Index row = 0; row < run.rows(); ++row) {
+      if (!is_slow(run.current_a(row), capacity_ah)) continue;
+      sum += run.weight_s(row) * run.temperature_c(row);
+      weight += run.weight_s(row);
+    }
+  }
+  return weight > 0.0 ? sum / weight : 25.0;
+}
+
+/// Of R0 and the branches at the temperature of the slow rows [ohm], by the steps between the ends, from other
+/// temperatures by a usual law; without any there at most what the cells of a car have.
 double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
   constexpr double kMost_v = 0.15;  // at 1C
+  CellEffects usual;
+  usual.activation_energy_j_per_mol = 25e3;
+  const double slow_c = slow_temperature(runs, capacity_ah);
   std::vector<double> resistances;
   for (const MeasuredRun& run : runs) {
+    const double factor = resistance_factor(usual, 1.0, slow_c, run.temperature_c.mean());
     for (const StepEstimate& step : resistance_steps(run)) {
       const int bin = bin_of(step.soc);
-      if (bin >= kFirstBin && bin <= kLastBin) resistances.push_back(step.resistance_ohm);
+      if (bin >= kFirstBin && bin <= kLastBin) resistances.push_back(factor * step.resistance_ohm);
     }
   }
   if (!resistances.empty()) return kWholeOverStep * median(std::move(resistances));
@@ -54,8 +77,7 @@ std::map<int, Sides> slow_sides(const std::vector<MeasuredRun>& runs, double cap
     double steady = 0.0;
     for (Index row = 1; row < run.rows(); ++row) {
       const double i = run.current_a(row);
-      const bool slow = std::abs(i) < kSlow * capacity_ah && std::abs(i) > 1e-3 * capacity_ah;
-      steady = slow && i * run.current_a(row - 1) > 0.0 ? steady + run.dt_s(row) : 0.0;
+      steady = is_slow(i, capacity_ah) && i * run.current_a(row - 1) > 0.0 ? steady + run.dt_s(row) : 0.0;
       if (steady < kSteady || run.weight_s(row) <= 0.0) continue;
       Side& side = bins[bin_of(run.soc(row))][i > 0.0 ? 0 : 1];
       side.weight += run.weight_s(row);
