@@ -21,10 +21,11 @@ constexpr double kCellVoltageMin = 0.5, kCellVoltageMax = 5.5;  // beyond any ch
 
 /// Sum of dI dV over the steps of the current, each part of a step's own size: negative when discharge is positive. A
 /// step is a change over at least half a second: between rows of 100 Hz stands noise, and on a bus current and voltage
-/// come in turn.
+/// come in turn. One of less than a fiftieth of the largest current is noise beside the drift of a slow test.
 double sign_evidence(const CellLog& log) {
-  constexpr double kStep_s = 0.5, kRounding = 1e-6;
-  double with = 0.0, size = 0.0;
+  constexpr double kStep_s = 0.5, kRounding = 1e-6, kNoise = 0.02;
+  double with = 0.0, size = 0.0, most = 0.0;
+  for (const double current : log.current_a) most = std::max(most, std::abs(current));
   std::optional<std::size_t> from;
   for (std::size_t row = 0; row < log.rows(); ++row) {
     if (log.gap[row]) from.reset();
@@ -32,8 +33,9 @@ double sign_evidence(const CellLog& log) {
     if (from && log.time_s[row] - log.time_s[*from] < kStep_s - kRounding) continue;
     if (from) {
       const double di = log.current_a[row] - log.current_a[*from], dv = log.voltage_v[row] - log.voltage_v[*from];
-      with += di * dv;
-      size += std::abs(di * dv);
+      const bool steps = std::abs(di) > kNoise * most;
+      with += steps ? di * dv : 0.0;
+      size += steps ? std::abs(di * dv) : 0.0;
     }
     from = row;
   }

@@ -129,7 +129,6 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   estimate_temperatures();
   if (options.ocv.empty()) collect_rests();
   result.hysteresis_v = take_hysteresis(runs, capacity_ah, priors, result.notes);
-  everything = runs;
   if (options.block_s > 0.0) hold_out_blocks();
   priors.tau_longest_s = longest_time_constant(runs, 0.5);
   priors.tau_bound_s = std::min(5000.0, longest_time_constant(runs, 1.0));
@@ -159,6 +158,11 @@ void IdentificationProblem::settle_recordings() {
 
 std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
   std::vector<MeasuredRun> out = runs_of(prepared, options.block_s > 0.0);
+  for (MeasuredRun& run : out) {
+    // Beyond the ends no curve says anything: a capacity that is told, or that of the others, may end before a recording.
+    constexpr double kBeyond = 5e-4;
+    run.weight_s = (run.soc.array() >= -kBeyond && run.soc.array() <= 1.0 + kBeyond).select(run.weight_s, 0.0);
+  }
   discount_steep_ends(out, priors);
   return out;
 }
@@ -211,7 +215,7 @@ void IdentificationProblem::estimate_temperatures() {
   const HeatEstimate heat{kWholeOverStep * priors.resistance_scale, priors.laws.reference_temperature_c,
                           kJoules * priors.laws.ohmic_kj_per_mol, {}, 0.0};
   bool any = false;
-  for (const PreparedLog& one : prepared) {
+  for (PreparedLog& one : prepared) {
     CellLog& log = logs[static_cast<std::size_t>(one.log - logs.data())];
     const bool recorded = std::any_of(log.temperature_c.begin(), log.temperature_c.end(),
                                       [](double t) { return std::isfinite(t); });
@@ -222,12 +226,53 @@ void IdentificationProblem::estimate_temperatures() {
     const double warmest = *std::max_element(warming.begin(), warming.end());
     if (warmest - warming.front() < kWorthIt_k) continue;
     log.temperature_c = std::move(warming);
-    any = true;
+    one.temperature_estimated = any = true;
     result.notes.push_back(fmt::format("{}: no temperature was recorded; by the heat that it makes and its body the "
                                        "cell went from {:.1f} to {:.1f} degC.",
                                        std::filesystem::path(log.path).filename().string(), start_c, warmest));
   }
-  if (any) runs = weighed_runs();
+  if (!any) return;
+  assume_laws_of_warming();
+  runs = weighed_runs();
+}
+
+/// A warming that was reckoned with an assumed body tells no law over the temperature: only recordings that began at
+/// other temperatures do.
+void IdentificationProblem::assume_laws_of_warming() {
+  constexpr double kOther_k = 5.0, kHeld = 0.02;  // of what is believed
+  double coldest = 1e9, warmest = -1e9;
+  for (const PreparedLog& one : prepared) {
+    const bool recorded = !one.log->temperature_c.empty() && !one.temperature_estimated;
+    const auto [low, high] = std::minmax_element(one.log->temperature_c.begin(), one.log->temperature_c.end());
+    coldest = std::min(coldest, recorded ? *low : one.run.temperature_c);
+    warmest = std::max(warmest, recorded ? *high : one.run.temperature_c);
+  }
+  if (warmest - coldest > kOther_k) return;
+  result.laws_assumed = true;
+  for (const auto law : {ResistanceLaws::kOhmic, ResistanceLaws::kPolarization, ResistanceLaws::kTimeConstant,
+                         ResistanceLaws::kEntropy})
+    priors.law_priors.sigma(law) *= kHeld;
+}
+
+/// The same by what a fit says of the heat: current times what the voltage lacks of the open-circuit one, which is what
+/// the file's own simulation makes of it. Returns by how much a temperature has changed at most [K].
+double IdentificationProblem::estimate_temperatures_by(const CircuitModel& model) {
+  constexpr double kMillivolt = 1e-3;
+  double most = 0.0;
+  for (const PreparedLog& one : prepared) {
+    if (!one.temperature_estimated) continue;
+    const MeasuredRun run = make_run(*one.log, one.run);
+    HeatEstimate heat{0.0, model.laws.reference_temperature_c, 0.0, {}, kMillivolt * model.laws.entropy_mv_per_k};
+    for (const double soc : run.soc) heat.ocv_v.push_back(model.ocv.value(model.em, soc));
+    CellLog& log = logs[static_cast<std::size_t>(one.log - logs.data())];
+    const double start_c = one.run.temperature_c;
+    std::vector<double> warming =
+        estimated_temperature(log, one.run.hold, options.thermal(capacity_ah), heat, {start_c, start_c});
+    for (std::size_t row = 0; row < warming.size(); ++row)
+      most = std::max(most, std::abs(warming[row] - log.temperature_c[row]));
+    log.temperature_c = std::move(warming);
+  }
+  return most;
 }
 
 void IdentificationProblem::collect_rests() {
@@ -241,6 +286,8 @@ void IdentificationProblem::collect_rests() {
 }
 
 void IdentificationProblem::hold_out_blocks() {
+  blocks.clear();
+  everything = runs;
   for (MeasuredRun& run : runs) {
     blocks.push_back(time_blocks(run, options.block_s));
     run = without_every_second(run, blocks.back(), options.fit_even_blocks ? 1 : 0);
@@ -276,6 +323,9 @@ double IdentificationProblem::rms_of_held_out_blocks(const FullFit& full) const 
 
 IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
   if (by_stage()) return identify_by_stage(logs, options);
+  constexpr int kWarmingPasses = 2;
+  constexpr std::size_t kEnoughRests = 5;
+  constexpr double kSameTemperature_k = 0.5;
   const auto begin = std::chrono::steady_clock::now();
   FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}, tau_centre_s};
   for (const PreparedLog& one : prepared)
@@ -283,7 +333,17 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
         std::max(fit_options.instrument_v2_s, instrument_noise(make_run(*one.log, one.run)));
   // The reference study's full optimization starts at its initial pulse optimization.
   if (options.method) fit_options.start = initial_pulse_model(prepared);
-  const FullFit full = full_fit(runs, priors, fit_options, result.notes);
+  const std::vector<std::string> notes = result.notes;
+  FullFit full = full_fit(runs, priors, fit_options, result.notes);
+  // Few rests do not tell an open-circuit voltage from a resistance, nor its heat.
+  const int passes = fit_options.rests.size() >= kEnoughRests || !options.ocv.empty() ? kWarmingPasses : 0;
+  for (int pass = 0; pass < passes; ++pass) {
+    if (estimate_temperatures_by(full.fit.model) < kSameTemperature_k) break;
+    runs = weighed_runs();
+    if (options.block_s > 0.0) hold_out_blocks();
+    result.notes = notes;
+    full = full_fit(runs, priors, fit_options, result.notes);
+  }
   take(full, capacity_ah, result);
   widen_intervals(full);
   if (options.block_s > 0.0) result.rms_other_blocks_v = rms_of_held_out_blocks(full);

@@ -49,6 +49,7 @@ struct IdentifyResult {
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
   Capacity capacity;  ///< and where it is from
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
+  bool laws_assumed = false;  ///< what changes with temperature is what is believed of cells, not what was recorded
   double rms_v = 0.0;  ///< of all rows that were used
   std::vector<SectionScore> sections;  ///< of a pulse or layered method its sections, of a full fit its recordings
   double noise_floor_v2 = 0.0;         ///< of the voltage's instrument, see noise_floor
@@ -86,6 +87,8 @@ struct IdentificationProblem {
   [[nodiscard]] std::vector<MeasuredRun> weighed_runs() const;
   void drop_slope_of_warmed_cell();
   void estimate_temperatures();
+  void assume_laws_of_warming();
+  double estimate_temperatures_by(const CircuitModel& model);
   void collect_rests();
   void hold_out_blocks();
   void widen_intervals(const FullFit& full);

@@ -17,8 +17,12 @@ SocGrid::Place SocGrid::find(double soc) const {
 }
 
 SocGrid::Weights SocGrid::weights(double soc) const {
+  return weights_within(std::clamp(soc, at_.front(), at_.back()));
+}
+
+SocGrid::Weights SocGrid::weights_within(double soc) const {
   const Eigen::Index first = std::clamp<Eigen::Index>(find(soc).node - 1, 0, size() - 4);
-  const double x = std::clamp(soc, at_.front(), at_.back());
+  const double x = soc;
   Weights out{first, {1.0, 1.0, 1.0, 1.0}};
   for (Eigen::Index k = 0; k < 4; ++k) {
     for (Eigen::Index other = 0; other < 4; ++other) {
@@ -31,10 +35,10 @@ SocGrid::Weights SocGrid::weights(double soc) const {
 
 SocGrid::Weights SocGrid::slope_weights(double soc) const {
   constexpr double kStep = 1e-6;
-  const Weights here = weights(soc);
-  const Weights up = weights(soc + kStep);
-  const bool same = up.first == here.first;
-  const Weights &high = same ? up : here, low = same ? here : weights(soc - kStep);
+  const double at_soc = std::clamp(soc, at_.front(), at_.back());
+  const Weights here = weights_within(at_soc);
+  const bool up = at_soc + kStep <= at_.back() && weights_within(at_soc + kStep).first == here.first;
+  const Weights high = up ? weights_within(at_soc + kStep) : here, low = up ? here : weights_within(at_soc - kStep);
   Weights out{here.first, {}};
   for (std::size_t k = 0; k < 4; ++k) out.weight[k] = (high.weight[k] - low.weight[k]) / kStep;
   return out;
@@ -87,7 +91,8 @@ SocGrid halved(const SocGrid& grid) {
 SocGrid ocv_grid() {
   std::vector<double> at;
   for (int k = 0; k < 12; ++k) at.push_back(k / 120.0);
-  for (int k = 4; k <= 40; ++k) at.push_back(k / 40.0);
+  for (int k = 4; k < 37; ++k) at.push_back(k / 40.0);
+  for (int k = 111; k <= 120; ++k) at.push_back(k / 120.0);
   return SocGrid(std::move(at), SocGrid::Shape::kSmooth);
 }
 

@@ -30,7 +30,7 @@ class SocGrid {
     std::array<double, 4> weight;
   };
   [[nodiscard]] Weights weights(double soc) const;
-  /// Of the slope by SOC; zero beyond the ends.
+  /// Of the slope by SOC.
   [[nodiscard]] Weights slope_weights(double soc) const;
   struct Place {
     Eigen::Index node;  ///< the value is (1 - fraction) y[node] + fraction y[node + 1]
@@ -47,6 +47,8 @@ class SocGrid {
   [[nodiscard]] Eigen::MatrixXd slopes() const;
 
  private:
+  [[nodiscard]] Weights weights_within(double soc) const;
+
   std::vector<double> at_;
   Shape shape_;
 };

@@ -53,13 +53,24 @@ FittedCircuit linear_fit(const std::vector<MeasuredRun>& runs, const Eigen::Vect
   return out;
 }
 
-TableFit table_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
+TableFit table_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors,
+                   const CircuitModel* start) {
   constexpr int kSteps = 15;
   constexpr double kStill = 1e-4;  // of the cost
   const CircuitFit circuit(runs, taus.size(), priors);
   const CircuitResiduals cost(circuit, taus);
-  const Eigen::MatrixXd table = taus.transpose().replicate(circuit.r_count(), 1);
-  const RefineResult refined = refine(cost, cost.pack(circuit.solve(table), table), kSteps, kStill);
+  const auto begin = [&]() -> Eigen::VectorXd {
+    const Eigen::MatrixXd table = taus.transpose().replicate(circuit.r_count(), 1);
+    if (start == nullptr) return cost.pack(circuit.solve(table), table);
+    VOLTLAP_DEMAND(start->branches() == taus.size());
+    LinearSolution given{Eigen::VectorXd::Zero(circuit.linear_count())};
+    given.x.head(start->em.size()) = start->em;
+    given.x.segment(start->em.size(), start->r.size()) = start->r.reshaped();
+    Eigen::VectorXd out = cost.pack(given, start->tau);
+    out.tail(ResistanceLaws::kCount) = start->laws.packed();
+    return out;
+  };
+  const RefineResult refined = refine(cost, begin(), kSteps, kStill);
   TableFit out{{cost.model_of(refined.p), {}, states_by_run(runs, cost.states_of(refined.p), taus.size())},
                refined.cost,
                cost.doubts_of(refined.p),

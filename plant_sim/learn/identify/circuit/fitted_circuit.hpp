@@ -26,8 +26,9 @@ struct TableFit {
   double cost = 0.0;  ///< with what is believed beforehand [V^2 s]
   Eigen::VectorXd doubts, doubts_sigma;  ///< o and c of each run, where SOC is in doubt
 };
+/// `start`: a model to begin with instead.
 [[nodiscard]] TableFit table_fit(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
-                                 const FitPriors& priors);
+                                 const FitPriors& priors, const CircuitModel* start = nullptr);
 /// Free states of each run, out of those of all.
 [[nodiscard]] std::vector<Eigen::VectorXd> states_by_run(const std::vector<MeasuredRun>& runs,
                                                          const Eigen::VectorXd& all, Eigen::Index branches);

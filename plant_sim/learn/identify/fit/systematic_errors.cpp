@@ -17,25 +17,33 @@ constexpr double kSigmaOfBound = 1.0 / std::numbers::sqrt3;  // of errors spread
 /// One error at one sigma; of the half step all of it.
 struct Error {
   double voltage_v, voltage_gain, current_a, current_gain, rest_current_a;
-  bool half_step;
+  bool half_step, body = false;
   [[nodiscard]] bool is_any() const {
-    return half_step || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
+    return half_step || body || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
   }
 };
 
-std::array<Error, 6> errors_at_one_sigma(const std::vector<PreparedLog>& prepared, const InstrumentLimits& limits) {
+std::array<Error, 7> errors_at_one_sigma(const std::vector<PreparedLog>& prepared, const InstrumentLimits& limits) {
   const bool uncertain =
       std::any_of(prepared.begin(), prepared.end(), [](const PreparedLog& one) { return !one.hold_certain; });
+  const bool reckoned =
+      std::any_of(prepared.begin(), prepared.end(), [](const PreparedLog& one) { return one.temperature_estimated; });
   return {{{kSigmaOfBound * limits.voltage_v, 0, 0, 0, 0, false},
            {0, kSigmaOfBound * limits.voltage_gain, 0, 0, 0, false},
            {0, 0, kSigmaOfBound * limits.current_a, 0, 0, false},
            {0, 0, 0, kSigmaOfBound * limits.current_gain, 0, false},
            {0, 0, 0, 0, kSigmaOfBound * limits.rest_current_a, false},
-           {0, 0, 0, 0, 0, uncertain}}};
+           {0, 0, 0, 0, 0, uncertain},
+           {0, 0, 0, 0, 0, false, reckoned}}};
 }
 
-CellLog with_error(const CellLog& log, const Error& error) {
+CellLog with_error(const PreparedLog& one, const Error& error) {
+  constexpr double kBody = 0.5;  // of a warming that was reckoned with an assumed body
+  const CellLog& log = *one.log;
   CellLog out = log;
+  if (error.body && one.temperature_estimated) {
+    for (double& at_c : out.temperature_c) at_c += kBody * (at_c - log.temperature_c.front());
+  }
   const std::vector<bool> resting = resting_rows(log);
   for (std::size_t row = 0; row < log.rows(); ++row) {
     out.voltage_v[row] += error.voltage_v + error.voltage_gain * log.voltage_v[row];
@@ -53,7 +61,7 @@ CurrentHold half_a_step_from(CurrentHold hold) {
 std::vector<PreparedLog> prepared_with(const Error& error, const std::vector<PreparedLog>& prepared,
                                        bool capacity_known, std::vector<CellLog>& logs) {
   logs.clear();
-  for (const PreparedLog& one : prepared) logs.push_back(with_error(*one.log, error));
+  for (const PreparedLog& one : prepared) logs.push_back(with_error(one, error));
   std::vector<PreparedLog> wrong = prepared;
   double capacity = 0.0, before = 0.0;
   for (std::size_t k = 0; k < wrong.size(); ++k) {

@@ -9,6 +9,7 @@
 
 #include "core/demand.hpp"
 #include "learn/identify/circuit/fitted_circuit.hpp"
+#include "learn/identify/preparation/steep_ends.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -74,9 +75,10 @@ Contradiction compared(std::size_t left_out, const std::vector<double>& with, co
   return out;
 }
 
-bool counts(const Contradiction& one) {
-  constexpr double kGain = 1.1, kLeast = 5e-3;  // a factor of three; V
-  return one.gain > kGain && one.with_v - one.without_v > kLeast;
+/// A circuit leaves some mV of what any two recordings differ by, and of two alone each fits itself.
+bool counts(const Contradiction& one, std::size_t recordings) {
+  constexpr double kGain = 1.1, kLeast = 0.015, kLeastOfTwo = 0.04;  // a factor of three; V
+  return one.gain > kGain && one.with_v - one.without_v > (recordings > 2 ? kLeast : kLeastOfTwo);
 }
 
 std::optional<Contradiction> worst_of(const std::vector<MeasuredRun>& runs, const FitPriors& priors) {
@@ -85,12 +87,12 @@ std::optional<Contradiction> worst_of(const std::vector<MeasuredRun>& runs, cons
   std::optional<Contradiction> worst;
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const Contradiction one = compared(k, with, rms_of_fit(without_one(runs, k), priors));
-    if (counts(one) && (!worst || one.gain > worst->gain)) worst = one;
+    if (counts(one, runs.size()) && (!worst || one.gain > worst->gain)) worst = one;
   }
   if (!worst) return worst;
   worst = compared(worst->recording, rms_of_free_fit(runs, priors),
                    rms_of_free_fit(without_one(runs, worst->recording), priors));
-  if (!counts(*worst)) return std::nullopt;
+  if (!counts(*worst, runs.size())) return std::nullopt;
   if (runs.size() > 2) return worst;
   // Of two recordings each is better off without the other.
   double most = 0.0;
@@ -108,8 +110,9 @@ bool leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPrior
                               std::vector<std::string>& notes) {
   bool any = false;
   while (prepared.size() > 1) {
-    const std::vector<MeasuredRun> runs = runs_of(prepared);
+    std::vector<MeasuredRun> runs = coarsened_where_many(runs_of(prepared));
     VOLTLAP_DEMAND(runs.size() == prepared.size());
+    discount_steep_ends(runs, priors);
     const std::optional<Contradiction> worst = worst_of(runs, priors);
     if (!worst) return any;
     any = true;

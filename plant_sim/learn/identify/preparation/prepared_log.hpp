@@ -17,6 +17,7 @@ struct PreparedLog {
   std::string hold_from;     ///< counter, voltage, like the first file
   bool anchored = false;     ///< SOC is known without a model
   bool hold_certain = true;  ///< false: the recording cannot tell, and the first candidate was taken
+  bool temperature_estimated = false;  ///< by the heat that it makes and an assumed body
   Capacity capacity{};       ///< the same for all recordings of a cell
 };
 

@@ -14,9 +14,9 @@
 
 namespace voltlap::plant {
 
-/// Moves the anchors and capacities of two recordings or more to where one table follows all of them best; `notes` says
-/// which have a capacity of their own. All are anchored. Without `capacity_told` the one that spans most keeps the
-/// capacity that all had. Returns the middle one [Ah]: the cell's.
+/// Moves the anchors and capacities of two recordings or more to where one table follows all of them best, if that is
+/// better than where they stood; `notes` says which have a capacity of their own. All are anchored. The fullest stands
+/// at SOC 1 and, where the capacity is what was drawn, the emptiest at 0. Returns the middle capacity [Ah]: the cell's.
 double settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool capacity_told,
                   std::vector<std::string>& notes);
 

@@ -298,7 +298,8 @@ TEST(Identify, HysteresisIsAStateThatThePulsesAndTheSlowTestHaveTogether) {
   DOUBLES_EQUAL(kSize, r.hysteresis_v, 6e-3);
   DOUBLES_EQUAL(1e3 * kSize, r.model.laws.hysteresis_mv, 2.0);
   CHECK(r.model.laws.hysteresis_per_soc >= 20.0 && r.model.laws.hysteresis_per_soc <= 40.0);  // 1 Ah of 30
-  DOUBLES_EQUAL(1.0, (r.model.r(8, 1) + r.model.r(8, 2)) / (KnownCell::r1(0.5) + KnownCell::r2(0.5)), 0.05);
+  // One value for all SOC predicts what was kept back no worse.
+  DOUBLES_EQUAL(1.0, (r.model.r(8, 1) + r.model.r(8, 2)) / (KnownCell::r1(0.5) + KnownCell::r2(0.5)), 0.1);
   CHECK(r.rms_v < 2e-3);
   // Alone the slow test holds no current that could tell the circuit: refused with the reason.
   STRCMP_CONTAINS("Hysteresis", complaint([&] { (void)identify({log}, options); }).c_str());
