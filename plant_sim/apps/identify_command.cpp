@@ -363,7 +363,7 @@ int IdentifyCommand::run(const DataFolder& data) {
   if (files.out) files.out->write(toml);
   if (files.report) {
     files.report->write(identification_report(
-        {cell, body, identified, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
+        {cell, body, identified, each, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
   }
   if (files.json) {
     const std::string all = json_text(body, each, names, mean ? &*mean : nullptr, text);

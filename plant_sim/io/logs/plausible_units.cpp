@@ -64,7 +64,7 @@ void settle_clock(std::vector<double>& time, const RoleSource& source, CellLog& 
                        "Correct the unit in the name or the map");
     }
     scale(time, size);
-    log.repairs.push_back(fmt::format("time is in {} since 1970 (median {:.4g}): brought to s", unit, middle));
+    log.repairs.push_back(fmt::format("time is in {} since 1970 (median {:.0f}): brought to s", unit, middle));
   }
   std::string name = source.column;
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -76,7 +76,7 @@ void settle_clock(std::vector<double>& time, const RoleSource& source, CellLog& 
     const double origin = std::floor(*low);
     for (double& t : time) t = (t - origin) * kSecondsPerDay;
     log.repairs.push_back(
-        fmt::format("time is in days of a spreadsheet ({:.5g}): brought to s since that day", origin));
+        fmt::format("time is in days of a spreadsheet ({:.0f}): brought to s since that day", origin));
   }
   std::size_t impossible = 0;
   for (double& t : time) {

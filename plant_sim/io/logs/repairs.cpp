@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/demand.hpp"
+#include "core/number_text.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
 
@@ -324,13 +325,13 @@ void find_gaps(CellLog& log, const std::vector<bool>& joined) {
   }
   if (gaps > 0) {
     log.repairs.push_back(
-        fmt::format("{} gaps (longest {:.3g} s): {}, nothing else is known of them", gaps, longest,
+        fmt::format("{} gaps (longest {} s): {}, nothing else is known of them", gaps, significant(longest, 3),
                     log.charge_ah.empty() ? "no charge assumed in them" : "charge from the counter"));
   }
   if (guesses > 0) {
-    log.repairs.push_back(fmt::format("{} intervals under current far longer than the others (longest {:.3g} s): the "
+    log.repairs.push_back(fmt::format("{} intervals under current far longer than the others (longest {} s): the "
                                       "current is taken as held over them; where rows were lost, that is wrong",
-                                      guesses, longest_guess));
+                                      guesses, significant(longest_guess, 3)));
   }
 }
 

@@ -15,10 +15,14 @@ struct RowBucket {
   std::size_t first, last;
 };
 
-/// A bucket lasts as long as `share` of the time since the last row that is a step. The share is doubled until no more
-/// than `points_max` points remain.
+/// A bucket lasts as long as a share of the time since the last row that is a step: 2 %, and more until no more than
+/// `points_max` points remain, but never so long that a chart shows it as a slope. None reaches over a row of `begins`,
+/// behind a gap of the recording; empty: none.
 [[nodiscard]] std::vector<RowBucket> growing_buckets(const std::vector<double>& time_s, const std::vector<bool>& step,
-                                                     std::size_t points_max, double share = 0.02);
+                                                     std::size_t points_max, const std::vector<bool>& begins = {});
+/// Points at which a line begins anew, the first of all left out.
+[[nodiscard]] std::vector<std::size_t> bucket_begins(const std::vector<RowBucket>& buckets,
+                                                     const std::vector<bool>& begins);
 /// Rows at which the current has jumped by more than a twentieth of its largest value.
 [[nodiscard]] std::vector<bool> current_steps(const std::vector<double>& current_a);
 

@@ -3,9 +3,21 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "io/page/html_page.hpp"
 
 namespace voltlap::plant {
+
+std::string page_words(std::string text) {
+  const auto replace = [&](std::string_view word, std::string_view by) {
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + by.size()))
+      text.replace(at, word.size(), by);
+  };
+  replace("degC", "°C");
+  replace("+-", "±");
+  return text;
+}
 
 std::string html_tile(const std::string& label, const std::string& value, const std::string& unit,
                  const std::string& note) {

@@ -6,6 +6,9 @@
 
 namespace voltlap::plant {
 
+/// A sentence that was written for a terminal, with the signs that a page has: °C, ±.
+[[nodiscard]] std::string page_words(std::string text);
+
 /// A key number with its unit and a remark, for a list of class "tiles". All plain text.
 [[nodiscard]] std::string html_tile(const std::string& label, const std::string& value, const std::string& unit,
                                     const std::string& note = {});

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/demand.hpp"
+#include "core/number_text.hpp"
 #include "core/signal.hpp"
 
 namespace voltlap::plant {
@@ -62,19 +63,26 @@ const StudyScore* study_score(const std::string& name) {
   return found == std::end(kStudy) ? nullptr : found;
 }
 
+std::string square_millivolts(double square_v2) {
+  constexpr double kPerSquareVolt = 1e6;
+  return significant(kPerSquareVolt * square_v2, 2);
+}
+
 std::string comparison_text(const std::vector<MethodScore>& scores) {
   VOLTLAP_DEMAND(!scores.empty());
   std::string out = fmt::format(
-      "Mean square error in V2 over {} tests; noise of the voltage's instrument {:.1e} V2\n"
+      "Mean square error in mV2 over {} tests; noise of the voltage's instrument {} mV2\n"
       "                 by section                    whole tests, as written        time    reference study, 2016\n"
       "  method  sections     mean   median    SNR        mean   median    "
       "  a test    mean   median    SNR      time\n",
-      scores.front().tests, scores.front().noise_floor_v2);
+      scores.front().tests, square_millivolts(scores.front().noise_floor_v2));
   for (const MethodScore& s : scores) {
-    out += fmt::format("  {:<6}  {:8}  {:7.1e}  {:7.1e}  {:5.0f}     {:7.1e}  {:7.1e}  {:8.2f} s", s.name, s.sections,
-                       s.mean_v2, s.median_v2, s.snr, s.whole_mean_v2, s.whole_median_v2, s.seconds);
+    out += fmt::format("  {:<6}  {:8}  {:>7}  {:>7}  {:5.0f}     {:>7}  {:>7}  {:8.2f} s", s.name, s.sections,
+                       square_millivolts(s.mean_v2), square_millivolts(s.median_v2), s.snr,
+                       square_millivolts(s.whole_mean_v2), square_millivolts(s.whole_median_v2), s.seconds);
     if (const StudyScore* study = study_score(s.name)) {
-      out += fmt::format("  {:7.1e}  {:7.1e}  {:5.0f}", study->mean_v2, study->median_v2, study->snr);
+      out += fmt::format("  {:>7}  {:>7}  {:5.0f}", square_millivolts(study->mean_v2),
+                         square_millivolts(study->median_v2), study->snr);
       out += study->minutes > 0.0 ? fmt::format("  {:4.0f} min", study->minutes) : "         -";
     }
     out += "\n";

@@ -27,6 +27,8 @@ struct StudyScore {
 /// Null for a name that the study does not have.
 [[nodiscard]] const StudyScore* study_score(const std::string& name);
 
+/// A mean square in mV2, as people read it: "190".
+[[nodiscard]] std::string square_millivolts(double square_v2);
 [[nodiscard]] std::string comparison_text(const std::vector<MethodScore>& scores);
 /// The text of an identification's JSON with the scores in it, as `methods`.
 [[nodiscard]] std::string with_methods(const std::string& identification, const std::vector<MethodScore>& scores);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/number_text.hpp"
 #include "learn/validate/reference_study.hpp"
 #include "learn/validate/thermal_system.hpp"
 
@@ -92,14 +93,14 @@ StudyTable tables_table(const CellParameters& cell, const ValidationStudy& study
   StudyTable out{
       "Sensitivity of the tables, Eq. 7.1 and 7.5", {"", "here %/A", "study %/A", "here %/K", "study %/K"}, {}, {}};
   const auto text = [](const std::optional<double>& value) {
-    return value ? fmt::format("{:.3g}", *value) : std::string(kNone);
+    return value ? significant(*value, 3) : std::string(kNone);
   };
   for (const TableSensitivity& own : study.tables) {
     const auto* beside = row_of(study::kTableSensitivity, name_of(own.parameter));
     out.rows.push_back({name_of(own.parameter), text(own.pct_per_ampere),
-                        beside != nullptr ? fmt::format("{:.3g}", beside->pct_per_ampere) : kNone,
+                        beside != nullptr ? significant(beside->pct_per_ampere, 3) : kNone,
                         text(own.pct_per_kelvin),
-                        beside != nullptr ? fmt::format("{:.3g}", beside->pct_per_kelvin) : kNone});
+                        beside != nullptr ? significant(beside->pct_per_kelvin, 3) : kNone});
   }
   if (!study.tables.front().pct_per_ampere && !study.tables.front().pct_per_kelvin)
     out.notes.emplace_back("em: this cell file has its OCV over SOC alone");
@@ -145,9 +146,15 @@ std::string kelvin_or_none(const std::optional<double>& rms) {
   return rms ? fmt::format("{:.2f} K", *rms) : std::string(kNone);
 }
 
+/// "54.3 +- 1.2"; the interval in words where there is none.
+std::string plus_minus(double value, double half_width) {
+  return significant(value, 4) + (std::isfinite(half_width) ? " +- " + significant(half_width, 2)
+                                                            : fmt::format(" ({})", kNotSettled));
+}
+
 /// Of one number: what is told of it.
 std::string interval_text(double value, double half_width, bool told, const char* unit) {
-  return fmt::format("{:.4g} +- {:.2g} {}{}", value, half_width, unit, told ? "" : " (not told)");
+  return fmt::format("{} {}{}", plus_minus(value, half_width), unit, told ? "" : " (not told)");
 }
 
 /// The heat capacity and what goes with it: one line for each two numbers that the data do not tell apart.
@@ -155,9 +162,11 @@ std::string class_text(const ThermalClass& one) {
   const bool entropy = one.other_unit == "V/K";  // in steps of a size that cells have
   const double step = entropy ? 1e-4 : 1.0;
   const std::string at = entropy ? std::string("without reversible heat")
-                                 : fmt::format("with {} {:.3g} {}", one.other, one.at, one.other_unit);
-  return fmt::format("not told apart: {} and {}. Together: {} {:.4g} +- {:.2g} {} {}, and {:+.3g} {} for each {}",
-                     one.number, one.other, one.number, one.value, one.ci95, one.unit, at, step * one.slope, one.unit,
+                                 : fmt::format("with {} {} {}", one.other, significant(one.at, 3), one.other_unit);
+  const double slope = step * one.slope;
+  return fmt::format("not told apart: {} and {}. Together: {} {} {} {}, and {}{} {} for each {}", one.number, one.other,
+                     one.number, plus_minus(one.value, one.ci95), one.unit, at, slope > 0.0 ? "+" : "",
+                     significant(slope, 3), one.unit,
                      entropy ? "+0.1 mV/K" : fmt::format("{} more", one.other_unit));
 }
 
@@ -169,13 +178,13 @@ std::vector<std::string> thermal_notes(const CellParameters& cell, const Thermal
       interval_text(m.conductance_w_per_k, m.conductance_w_per_k * m.conductance_ci95, m.conductance_told, "W/K"),
       interval_text(1e3 * m.entropy_v_per_k, 1e3 * m.entropy_ci95_v_per_k, m.entropy_told, "mV/K"),
       m.surface_lag_s > 0.0
-          ? fmt::format("surface {:.3g} +- {:.2g} s behind", m.surface_lag_s, m.surface_lag_ci95_s)
-          : fmt::format("no lag of the surface shows (at most {:.2g} s)", m.surface_lag_ci95_s))};
+          ? fmt::format("surface {} s behind", plus_minus(m.surface_lag_s, m.surface_lag_ci95_s))
+          : fmt::format("no lag of the surface shows (at most {} s)", significant(m.surface_lag_ci95_s, 2)))};
   for (const ThermalClass& one : m.classes) out.push_back(class_text(one));
   out.push_back(fmt::format(
       "assumed: dOCV/dT 0 +- {:.1f} mV/K (1 sigma) beforehand, one number for every SOC; per kg and m2 with the file's "
-      "{:.3g} kg and {:.3g} m2",
-      1e3 * kEntropySd_v_per_k, cell.mass_kg, cell.surface_area_m2));
+      "{} kg and {} m2",
+      1e3 * kEntropySd_v_per_k, significant(cell.mass_kg, 3), significant(cell.surface_area_m2, 3)));
   const char* how =
       thermal.files.size() > 1 ? "by a fit of the other files" : "in its second half by a fit of its first";
   for (const ThermalValidation::File& file : thermal.files) {
@@ -200,7 +209,9 @@ StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& th
   const auto row = [&](const char* name, double value, double half_width, bool told, double given,
                        const std::string& study, int digits) {
     out.rows.push_back({name, fmt::format("{:.{}f}", value, digits),
-                        fmt::format("+- {:.{}f}{}", half_width, digits, told ? "" : ", not told"),
+                        std::isfinite(half_width)
+                            ? fmt::format("+- {:.{}f}{}", half_width, digits, told ? "" : ", not told")
+                            : kNotSettled,
                         fmt::format("{:.{}f}", given, digits), study});
   };
   row("heat_capacity_j_per_kg_k", per_kg, per_kg * m.capacity_ci95, m.capacity_told, cell.heat_capacity_j_per_kg_k,
@@ -216,7 +227,7 @@ StudyTable thermal_table(const CellParameters& cell, const ThermalValidation& th
 StudyTable pack_table(const PackComparison& pack, const std::string& file) {
   constexpr double kRounding = 1e9;  // beyond it sigma is that of the computer's numbers
   const auto snr = [](double value) {
-    return value < kRounding ? fmt::format("{:.3g}", value) : std::string("no noise");
+    return value < kRounding ? significant(value, 3) : std::string("no noise");
   };
   const PackDifference &equal = pack.equal, &differing = pack.differing;
   StudyTable out{fmt::format("One cell for {}, through the current of {}; Appendix C (24 cells, an endurance)",
@@ -224,14 +235,13 @@ StudyTable pack_table(const PackComparison& pack, const std::string& file) {
                  {"difference of pack and one cell", "equal cells", "study", "differing"},
                  {},
                  {}};
-  const auto number = [](double value, const char* unit) { return fmt::format("{:.2g}{}", value, unit); };
+  const auto mv = [](double volts) { return significant(1e3 * volts, 2) + " mV"; };
+  const auto percent = [](double soc) { return significant(100.0 * soc, 2) + " %"; };
   out.rows = {
-      {"pack voltage, mean", number(equal.voltage_mean_v, " V"), number(study::kPackMean_v, " V"),
-       number(differing.voltage_mean_v, " V")},
-      {"pack voltage, largest", number(equal.voltage_max_v, " V"), kNone, number(differing.voltage_max_v, " V")},
-      {"signal to noise (range over sigma)", snr(equal.snr), fmt::format("{:.3g}", study::kPackSnr),
-       snr(differing.snr)},
-      {"SOC, largest", number(equal.soc_max, ""), number(study::kPackSocMax, ""), number(differing.soc_max, "")},
+      {"pack voltage, mean", mv(equal.voltage_mean_v), mv(study::kPackMean_v), mv(differing.voltage_mean_v)},
+      {"pack voltage, largest", mv(equal.voltage_max_v), kNone, mv(differing.voltage_max_v)},
+      {"signal to noise (range over sigma)", snr(equal.snr), significant(study::kPackSnr, 3), snr(differing.snr)},
+      {"SOC, largest", percent(equal.soc_max), percent(study::kPackSocMax), percent(differing.soc_max)},
       {"weakest cell below the mean", millivolts(equal.weakest_cell_v), kNone,
        millivolts(differing.weakest_cell_v)}};
   const CellSpread spread;

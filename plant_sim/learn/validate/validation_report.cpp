@@ -6,11 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "core/number_text.hpp"
 #include "io/page/html_page.hpp"
+#include "io/page/html_parts.hpp"
 #include "io/page/html_series.hpp"
+#include "learn/identify/result/recording_error.hpp"
 #include "learn/validate/validation_text.hpp"
 
 namespace voltlap::plant {
@@ -19,30 +23,55 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Eigen::Index;
 
-constexpr std::array<std::string_view, 5> kScripts = {"series.js", "time_charts.js", "time_chart.js",
-                                                      "chart_gestures.js", "validation.js"};
+constexpr std::array<std::string_view, 8> kScripts = {"series.js",          "time_charts.js",      "time_chart.js",
+                                                      "chart_gestures.js",  "chart_reach.js",      "small_multiples.js",
+                                                      "recording_charts.js", "validation.js"};
+
+std::string file_name(const FileValidation& file) { return std::filesystem::path(file.file).filename().string(); }
 
 double error_at(const ValidationStudy& study, std::size_t file, Index row) {
   return study.responses[file].voltage(row) - study.recordings[file].run.voltage_v(row);
 }
 
-/// One row of each bucket: where the error is largest, so that no spike is lost.
-std::vector<Index> charted_rows(const ValidationStudy& study, std::size_t file) {
-  const Index rows = study.recordings[file].run.rows();
-  const Index bucket = 1 + rows / static_cast<Index>(kChartedRows);
+/// One row of each bucket: where the error is largest, so that no spike is lost. None reaches over a gap; `begins` are
+/// the places in the result behind one.
+std::vector<Index> charted_rows(const ValidationStudy& study, std::size_t file, std::size_t most,
+                                std::vector<std::size_t>& begins) {
+  const PlacedRecording& placed = study.recordings[file];
+  const Index rows = placed.run.rows(), bucket = 1 + rows / static_cast<Index>(most);
   std::vector<Index> out;
-  for (Index first = 0; first < rows; first += bucket) {
-    Index best = first;
-    for (Index row = first; row < std::min(rows, first + bucket); ++row) {
-      const bool known = study.recordings[file].run.weight_s(row) > 0.0;
-      if (known && std::abs(error_at(study, file, row)) > std::abs(error_at(study, file, best))) best = row;
+  Index first = 0;
+  const auto error = [&](Index row) {
+    return placed.run.weight_s(row) > 0.0 ? std::abs(error_at(study, file, row)) : 0.0;
+  };
+  for (Index row = 0; row < rows; ++row) {
+    const bool anew = row > 0 && placed.log->gap[static_cast<std::size_t>(row)];
+    if (anew) begins.push_back(out.size());
+    if (anew || row == 0 || row - first >= bucket) {
+      out.push_back(row);
+      first = row;
+    } else if (error(row) > error(out.back())) {
+      out.back() = row;
     }
-    out.push_back(best);
   }
   return out;
 }
 
-Json file_json(const ValidationStudy& study, std::size_t file) {
+/// |error| [V] and weight of each row that counts.
+std::vector<std::pair<double, double>> counted_sizes(const ValidationStudy& study,
+                                                     const std::vector<std::size_t>& files) {
+  std::vector<std::pair<double, double>> out;
+  for (const std::size_t file : files) {
+    const PlacedRecording& placed = study.recordings[file];
+    for (Index row = 0; row < placed.run.rows(); ++row) {
+      if (!placed.counts[static_cast<std::size_t>(row)]) continue;
+      out.emplace_back(std::abs(error_at(study, file, row)), placed.run.weight_s(row));
+    }
+  }
+  return out;
+}
+
+Json file_json(const ValidationStudy& study, std::size_t file, std::size_t most) {
   const PlacedRecording& placed = study.recordings[file];
   const CellResponse& response = study.responses[file];
   const bool measured = !placed.temperature.cell_c.empty();
@@ -50,7 +79,8 @@ Json file_json(const ValidationStudy& study, std::size_t file) {
                          {"error_mv", 0.1}, {"current_a", 0.01},     {"soc", 1e-4},
                          {"counts", 1.0},   {"temperature_c", 0.01}, {"model_c", 0.01}};
   double voltage = 0.0, temperature = placed.temperature.start_c;
-  const std::vector<Index> rows = charted_rows(study, file);
+  std::vector<std::size_t> begins;
+  const std::vector<Index> rows = charted_rows(study, file, most, begins);
   for (const Index row : rows) {
     const auto at = static_cast<std::size_t>(row);
     const bool known = std::isfinite(placed.log->voltage_v[at]);
@@ -70,8 +100,15 @@ Json file_json(const ValidationStudy& study, std::size_t file) {
   Json columns = Json::object();
   for (const HtmlSeries& one : series)
     columns[one.name()] = {{"resolution", one.resolution()}, {"deltas", one.base64()}};
-  return {{"name", study.files[file].file},
+  const FileValidation& found = study.files[file];
+  return {{"name", file_name(found)},
+          {"note", kind_name(found)},
+          {"end_s", placed.run.time_s(placed.run.rows() - 1) - placed.run.time_s(0)},
+          {"rms_mv", 1e3 * found.rms_v},
+          {"max_mv", 1e3 * found.max_error_v},
+          {"most_mv", 1e3 * most_of(counted_sizes(study, {file}))},
           {"samples", rows.size()},
+          {"begins", begins},
           {"has_temperature", measured},
           {"columns", columns}};
 }
@@ -89,10 +126,7 @@ std::vector<std::size_t> charted_files(const ValidationStudy& study) {
 }
 
 std::string tile(const std::string& label, double volts, const std::string& note) {
-  return fmt::format(
-      "<div class=\"tile\"><dt>{}</dt><dd><b>{:.1f}</b> <span "
-      "class=\"unit\">mV</span><small>{}</small></dd></div>\n",
-      html_text(label), 1e3 * volts, html_text(note));
+  return html_tile(label, fmt::format("{:.1f}", 1e3 * volts), "mV", note);
 }
 
 std::string tiles(const ValidationStudy& study, const ErrorSum& all) {
@@ -108,7 +142,7 @@ std::string tiles(const ValidationStudy& study, const ErrorSum& all) {
     if (file.max_error_v > worst->max_error_v) worst = &file;
   }
   out += tile("RMS, capacities adjusted", adjusted.rms_v(), "each recording with the capacity that meets it best");
-  out += tile("Largest error", worst->max_error_v, worst->file);
+  out += tile("Largest error", worst->max_error_v, file_name(*worst));
   for (const SocBand& band : bands) {
     if (band.error.weight_s > 0.0) out += tile(band_name(band) + " SOC", band.error.rms_v(), "RMS");
   }
@@ -119,56 +153,51 @@ std::string file_rows(const ValidationStudy& study) {
   std::string out;
   for (const FileValidation& v : study.files) {
     out += fmt::format(
-        "<tr><th "
-        "scope=\"row\">{}</th><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:+.1f}</td><td>{:.0f}</td><td>{:.1f}</"
-        "td>"
-        "<td>{:+.2f}</td><td>{}</td></tr>\n",
-        html_text(v.file), html_text(kind_name(v)), 1e3 * v.rms_v, 1e3 * v.rms_v_above_10_soc, 1e3 * v.bias_v,
-        1e3 * v.max_error_v, 1e3 * v.capacity.rms_v, v.capacity.by_ah,
+        "<tr><th title=\"{}\" scope=\"row\">{}</th><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:+.1f}</td>"
+        "<td>{:.0f}</td><td>{:.1f}</td><td>{:+.2f}</td><td>{}</td></tr>\n",
+        html_text(v.file), html_text(file_name(v)), html_text(kind_name(v)), 1e3 * v.rms_v,
+        1e3 * v.rms_v_above_10_soc, shown(1e3 * v.bias_v, 1), 1e3 * v.max_error_v, 1e3 * v.capacity.rms_v,
+        shown(v.capacity.by_ah, 2),
         v.temperature_rms_c ? fmt::format("{:.2f}", *v.temperature_rms_c) : "–");
   }
   return out;
 }
 
-/// What was found and mended in the recordings.
+/// What was found and mended in the recordings, a paragraph for each.
 std::string remarks(const ValidationStudy& study) {
   std::string out;
-  const auto add = [&](const FileValidation& file, const std::string& text) {
-    out += fmt::format("<p class=\"note\">{}: {}</p>\n", html_text(file.file), html_text(text));
-  };
   for (const FileValidation& v : study.files) {
-    add(v, fmt::format("SOC {:.3f} at the start, from {}; current {} (found from {})", v.soc_start,
-                       v.soc_start_from, name_of(v.hold), v.hold_from));
+    std::string text = fmt::format("SOC {:.3f} at the start, from {}; current {} (found from {})",
+                                   shown(v.soc_start, 3), v.soc_start_from, name_of(v.hold), v.hold_from);
     if (v.voltage_lag_s > 0.0) {
-      add(v, fmt::format("its voltage trails its current by {:.2f} s: with that lag in the model {}",
-                         v.voltage_lag_s, millivolts(v.rms_v_with_lag)));
+      text += fmt::format("; its voltage trails its current by {:.2f} s: with that lag in the model {}",
+                          v.voltage_lag_s, millivolts(v.rms_v_with_lag));
     }
-    if (const std::string simulated = simulated_text(v); !simulated.empty()) add(v, simulated);
-    for (const std::string& repair : v.repairs) add(v, repair);
+    if (const std::string simulated = simulated_text(v); !simulated.empty()) text += "; " + simulated;
+    for (const std::string& repair : v.repairs) text += "; " + repair;
+    out += fmt::format("<p class=\"note\"><b>{}</b>: {}.</p>\n", html_text(file_name(v)),
+                       html_text(page_words(text)));
   }
   return out;
 }
 
 std::string table_html(const StudyTable& table, std::size_t number) {
   std::string out = fmt::format(
-      "<section aria-labelledby=\"table-{0}\">\n<h2 id=\"table-{0}\">{1}</h2>\n<div "
-      "class=\"card\">\n<table>\n<thead><tr>",
+      "<section aria-labelledby=\"table-{0}\">\n<h2 id=\"table-{0}\">{1}</h2>\n<div class=\"card\">\n<div "
+      "class=\"scroll whole\" tabindex=\"0\" role=\"region\" aria-labelledby=\"table-{0}\">\n<table>\n<thead><tr>",
       number, html_text(table.title));
   for (const std::string& column : table.columns)
     out += fmt::format("<th scope=\"col\">{}</th>", html_text(column));
   out += "</tr></thead>\n<tbody>\n";
   for (const auto& row : table.rows) {
-    out += fmt::format("<tr><th scope=\"row\">{}</th>", html_text(row[0]));
-    for (std::size_t k = 1; k < row.size(); ++k) out += fmt::format("<td>{}</td>", html_text(row[k]));
+    out += fmt::format("<tr><th scope=\"row\">{}</th>", html_text(page_words(row[0])));
+    for (std::size_t k = 1; k < row.size(); ++k) out += fmt::format("<td>{}</td>", html_text(page_words(row[k])));
     out += "</tr>\n";
   }
-  out += "</tbody>\n</table>\n";
-  for (const std::string& note : table.notes) out += fmt::format("<p class=\"note\">{}</p>\n", html_text(note));
+  out += "</tbody>\n</table>\n</div>\n";
+  for (const std::string& note : table.notes)
+    out += fmt::format("<p class=\"note\">{}</p>\n", html_text(page_words(note)));
   return out + "</div>\n</section>\n";
-}
-
-std::string fact(const std::string& name, const std::string& value) {
-  return fmt::format("<div><dt>{}</dt><dd>{}</dd></div>\n", html_text(name), html_text(value));
 }
 
 }  // namespace
@@ -182,8 +211,14 @@ std::string validation_report(const CellParameters& cell, const ValidationStudy&
   const std::string headline = fmt::format("{} predicts {} recording{} within {} RMS.", cell.name, count,
                                            count == 1 ? "" : "s", millivolts(all.rms_v()));
   const std::vector<std::size_t> charted = charted_files(study);
-  Json data = {{"files", Json::array()}};
-  for (const std::size_t file : charted) data["files"].push_back(file_json(study, file));
+  double largest_v = 0.0;
+  for (const std::size_t file : charted) largest_v = std::max(largest_v, study.files[file].max_error_v);
+  Json data = {{"error", {{"rms_mv", 1e3 * all.rms_v()},
+                          {"max_mv", 1e3 * largest_v},
+                          {"most_mv", 1e3 * most_of(counted_sizes(study, charted))}}},
+               {"files", Json::array()}};
+  const std::size_t most = std::min(kChartedRows, kChartedRowsOfAll / charted.size());
+  for (const std::size_t file : charted) data["files"].push_back(file_json(study, file, most));
   std::string tables;
   const std::vector<StudyTable> found = study_tables(cell, study);
   for (std::size_t k = 0; k < found.size(); ++k) tables += table_html(found[k], k + 1);
@@ -201,8 +236,8 @@ std::string validation_report(const CellParameters& cell, const ValidationStudy&
                      {"remarks", remarks(study)},
                      {"charts_note", note},
                      {"tables", tables},
-                     {"run_facts", fact("command", reported.command) + fact("cell", cell.name) +
-                                       fact("version", reported.version)}});
+                     {"run_facts", html_fact("command", reported.command) + html_fact("cell", cell.name) +
+                                       html_fact("version", reported.version)}});
   return html_page({.title = cell.name + ", voltlap validate",
                     .description = headline,
                     .body = body,

@@ -14,9 +14,10 @@ struct ReportedValidation {
 };
 
 /// Recordings beyond so many have their numbers and no charts: those with the largest errors are drawn.
-inline constexpr std::size_t kChartedRecordings = 6;
-/// Of so many rows one is drawn, the one with the largest error: a recording has at most this many points.
-inline constexpr std::size_t kChartedRows = 6000;
+inline constexpr std::size_t kChartedRecordings = 24;
+/// Of so many rows one is drawn, the one with the largest error: a recording has at most about this many points, all of
+/// them together the second number.
+inline constexpr std::size_t kChartedRows = 6000, kChartedRowsOfAll = 60'000;
 
 [[nodiscard]] std::string validation_report(const CellParameters& cell, const ValidationStudy& study,
                                             const ReportedValidation& reported);

@@ -24,6 +24,15 @@ const voltlap = (() => {
   /** A number with its unit, and a minus sign that is one. */
   const quantity = (value, digits, unit) => `${value.toFixed(digits).replace("-", "−")} ${unit}`;
 
+  /** So many significant digits, never with an exponent. */
+  const sensible = (value, digits) => {
+    if (!Number.isFinite(value)) return "not settled";
+    const size = value === 0 ? 0 : Math.floor(Math.log10(Math.abs(value)));
+    const places = digits - 1 - size;
+    const whole = places < 0 ? Math.round(value * 10 ** places) * 10 ** -places : value;
+    return String(Number(whole.toFixed(Math.min(6, Math.max(0, places))))).replace("-", "−");
+  };
+
   /** element("p", {class: "note"}, "text", child, ...) */
   const element = (tag, attributes = {}, ...children) => {
     const made = document.createElement(tag);
@@ -63,5 +72,5 @@ const voltlap = (() => {
     );
 
   const data = JSON.parse(document.getElementById("voltlap-data").textContent);
-  return { data, color, onThemeChange, clock, quantity, element, font, searchable, tellReady };
+  return { data, color, onThemeChange, clock, quantity, sensible, element, font, searchable, tellReady };
 })();

@@ -45,6 +45,22 @@ voltlap.indexAt = (times, time) => {
   return low;
 };
 
+/** x, value, x, value ... with a point without a value before each break, so that the line ends there. */
+voltlap.broken = (points, breaks) => {
+  if (!breaks?.length) return points;
+  const out = new Float64Array(points.length + 2 * breaks.length);
+  let from = 0,
+    at = 0;
+  for (const index of [...breaks, points.length / 2]) {
+    out.set(points.subarray(2 * from, 2 * index), at);
+    at += 2 * (index - from);
+    if (at < out.length) out.set([points[2 * index], NaN], at);
+    at += 2;
+    from = index;
+  }
+  return out;
+};
+
 /** Samples as x, value, x, value ..., with the true extreme {x, value} put in its place; values may end before x. */
 voltlap.withExtreme = (xs, values, extreme = null) => {
   const at = extreme ? voltlap.indexAt(xs, extreme.x) + (extreme.x >= xs[0] ? 1 : 0) : -1;
@@ -106,7 +122,7 @@ voltlap.chartLines = (spec, { layers, window, at }) => {
     const extreme = one.extreme ? { x: at(one.extreme.time_s), value: one.extreme.value } : null;
     return {
       name: one.name,
-      data: one.points ? null : voltlap.withExtreme(layer.x, layer.values(one), extreme),
+      data: one.points ? null : voltlap.broken(voltlap.withExtreme(layer.x, layer.values(one), extreme), layer.breaks),
       points: one.points,
       step: one.step,
       color: voltlap.color(one.color),
@@ -219,6 +235,34 @@ voltlap.markPoint = (extreme, borderColor, end, text) => {
     data: [{ coord: [extreme.x, extreme.value], value: extreme.value }],
   };
 };
+
+/** A number at an axis whose steps are round: sums of them are not. */
+voltlap.axisNumber = (value) => Number(value.toFixed(4)).toLocaleString("en");
+
+/** The axis of a chart's values. */
+voltlap.valueAxis = ({ low, high, interval, axis, title, unit }, reach, text) => ({
+  type: "value",
+  min: reach?.low ?? low,
+  max: reach?.high ?? high,
+  scale: true,
+  splitNumber: 4,
+  name: [axis ?? title, unit].filter(Boolean).join(", "),
+  nameLocation: "middle",
+  nameRotate: 90,
+  nameGap: 46,
+  nameTextStyle: text,
+  axisLabel: { ...text, hideOverlap: true, ...(reach ? { formatter: voltlap.axisNumber } : {}) },
+  splitLine: { lineStyle: { color: voltlap.color("grid") } },
+  interval: reach?.interval ?? interval,
+});
+
+/** What each curve of a series has at a place, highest first. */
+voltlap.layerValues = (layers, series, place) =>
+  layers
+    .map((layer) => ({ layer, to: layer.x[Math.min(layer.x.length, layer.values(series).length) - 1] }))
+    .filter(({ layer, to }) => place >= layer.x[0] && place <= to)
+    .map(({ layer }) => ({ layer, value: voltlap.valueAt(layer.x, layer.values(series), place) }))
+    .sort((a, b) => b.value - a.value);
 
 voltlap.levelArea = ({ low, high, color }) => {
   const itemStyle = { color: voltlap.color(color), opacity: 0.22 };

@@ -40,7 +40,7 @@ voltlap.SocChart = class {
   }
 
   draw() {
-    const { color, font, quantity } = voltlap;
+    const { color, font, quantity, sensible } = voltlap;
     const { x, y, curves } = this.#spec;
     const text = { color: color("muted"), fontFamily: font(), fontSize: 11.5 };
     const axis = (more) => ({
@@ -66,11 +66,11 @@ voltlap.SocChart = class {
           textStyle: { ...text, color: color("text"), fontSize: 12.5 },
           formatter: (items) =>
             [
-              `${x.name} ${items[0].value[0].toPrecision(3)}`,
+              `${x.name} ${sensible(items[0].value[0], 3)}`,
               ...items
                 .filter(({ seriesType }) => seriesType === "line")
                 .map(({ seriesName, value }) => {
-                  const between = value[2] == null ? "" : ` (${value[2].toPrecision(4)} to ${value[3].toPrecision(4)})`;
+                  const between = value[2] == null ? "" : ` (${sensible(value[2], 4)} to ${sensible(value[3], 4)})`;
                   return `${seriesName} <b>${quantity(value[1], y.digits, y.unit)}</b>${between}`;
                 }),
             ].join("<br>"),

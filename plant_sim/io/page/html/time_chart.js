@@ -2,8 +2,9 @@
 // One chart over time or distance, a member of voltlap.TimeCharts.
 //
 // A chart is {id, title, axis, unit, digits, low, high, interval, means, series, bands, bandNames, level, ruler,
-// events, note, family, tall}; a level {low, high, color, text} is a stretch of the value axis that is coloured all
-// along, a ruler {value, text} a line across.
+// events, note, family, tall, reach}; a level {low, high, color, text} is a stretch of the value axis that is coloured
+// all along, a ruler {value, text} a line across. A reach {low, high} is the scale of a chart whose values may run
+// beyond it: where they do an arrow stands at the edge, the legend says how far, and a button shows all of it.
 // A series is {name, color, role, values, extreme, remark}: values at the shared times; role "reference" is drawn broad
 // and pale under the others, "pale" thin and pale, "limit" dashed; a true extreme {time_s, value, text, below} may fall
 // between two samples.
@@ -34,6 +35,7 @@ voltlap.TimeChart = class {
   #meanNote;
   #legend;
   #pointerY = null;
+  #whole = false;
   #emphasised;
   #lines = [];
   #outputs = [];
@@ -147,7 +149,23 @@ voltlap.TimeChart = class {
       this.#legend.append(element("li", {}, key, band.text));
     }
     this.#legend.append(this.#meanNote);
+    const beyond = this.#beyond;
+    const change = () => {
+      this.#whole = !this.#whole;
+      this.draw();
+    };
+    if (beyond.length) this.#legend.append(voltlap.beyondLegend(spec, beyond, this.#whole, change));
     if (spec.note) this.#legend.append(element("li", {}, spec.note));
+  }
+
+  /** The runs of samples beyond the chart's reach. */
+  get #beyond() {
+    return this.#spec.reach ? voltlap.beyondReach(this.#spec, this.#group) : [];
+  }
+
+  get #axis() {
+    const { axis } = this.#group.frame;
+    return axis.inView ? axis.inView(...this.#group.view) : axis;
   }
 
   /** Of a line with times of its own what the view can show. */
@@ -163,9 +181,11 @@ voltlap.TimeChart = class {
 
   draw() {
     const { color } = voltlap;
+    const { left, right, top, bottom } = voltlap.TimeChart;
     const spec = this.#spec;
     const text = { color: color("muted"), fontFamily: voltlap.font(), fontSize: 11.5 };
-    const { end, axis } = this.#group.frame;
+    const { end, layers } = this.#group.frame;
+    const reach = this.#whole ? null : spec.reach;
     this.#fillLegend();
     this.#lines = voltlap.chartLines(spec, this.#frame);
     this.#emphasised = undefined;
@@ -177,7 +197,8 @@ voltlap.TimeChart = class {
       dimensions: ["x", "value"],
       showSymbol: false,
       silent: true,
-      sampling: line.role === "means" || line.points ? undefined : "minmax",
+      // By index, which draws slopes and over breaks where the times of a recording are uneven.
+      sampling: line.role === "means" || line.points || layers[0].breaks ? undefined : "minmax",
       animation: false,
       z: line.z,
       lineStyle: { color: line.color, join: "round", ...line.stroke, ...this.#lineStyle(line) },
@@ -186,22 +207,17 @@ voltlap.TimeChart = class {
       markLine: i === 0 ? voltlap.markLines(spec, this.#group.frame, text) : undefined,
     }));
     if (this.#showsFamily) series.push(voltlap.emphasisSeries());
+    if (reach) series.push(voltlap.beyondSeries(this.#beyond, reach, color("open")));
     if (this.#showsBands) series.push(voltlap.bandSeries(spec.bands, this.#group.frame));
     this.#chart.setOption(
       {
         animation: false,
         textStyle: text,
-        grid: {
-          left: voltlap.TimeChart.left,
-          right: voltlap.TimeChart.right,
-          top: voltlap.TimeChart.top,
-          bottom: voltlap.TimeChart.bottom,
-        },
+        grid: { left, right, top, bottom, outerBoundsMode: "none" },
         xAxis: {
           type: "value",
           min: this.#group.begin,
           max: end,
-          name: axis.name(end),
           nameLocation: "middle",
           nameGap: 22,
           nameTextStyle: text,
@@ -209,27 +225,13 @@ voltlap.TimeChart = class {
           splitLine: { show: false },
           ...this.#viewAxis(text),
         },
-        yAxis: {
-          type: "value",
-          min: spec.low,
-          max: spec.high,
-          scale: true,
-          splitNumber: 4,
-          name: [spec.axis ?? spec.title, spec.unit].filter(Boolean).join(", "),
-          nameLocation: "middle",
-          nameRotate: 90,
-          nameGap: 46,
-          nameTextStyle: text,
-          axisLabel: { ...text, hideOverlap: true },
-          splitLine: { lineStyle: { color: color("grid") } },
-          interval: spec.interval,
-        },
+        yAxis: voltlap.valueAxis(spec, reach, text),
         dataZoom: [
           {
             type: "inside",
             disabled: true,
             xAxisIndex: 0,
-            filterMode: this.#showsBands ? "weakFilter" : "filter",
+            filterMode: this.#showsBands || reach ? "weakFilter" : "filter",
             ...this.#viewRange(),
           },
         ],
@@ -248,10 +250,12 @@ voltlap.TimeChart = class {
   /** Ticks at whole steps of the axis, about one for 80 pixels. */
   #viewAxis(text) {
     const [from, to] = this.#group.view;
-    const { axis, end } = this.#group.frame;
+    const { end } = this.#group.frame;
+    const axis = this.#axis;
     const { step, ticks } = voltlap.ticks(axis.steps, from, to, this.width / 80);
     const formatter = (value) => axis.text(value, step, end);
     return {
+      name: axis.name(end),
       axisTick: { customValues: ticks },
       axisLabel: { ...text, hideOverlap: true, formatter, customValues: ticks },
     };
@@ -329,6 +333,8 @@ voltlap.TimeChart = class {
 
   #valueText(series, index) {
     if (series.textAt) return series.textAt(this.#group.cursor);
+    const { x, breaks } = this.#frame.layers[0];
+    if (breaks?.includes(index + 1) && this.#group.cursor > x[index]) return "not recorded";
     const number = voltlap.quantity(series.values[index], this.#spec.digits, this.#spec.unit);
     return series.remark ? `${number}${series.remark(index)}` : number;
   }
@@ -338,11 +344,7 @@ voltlap.TimeChart = class {
     const { layers } = this.#frame;
     const place = this.#group.cursor;
     for (const series of this.#signals) {
-      const values = layers
-        .map((layer) => ({ layer, to: layer.x[Math.min(layer.x.length, layer.values(series).length) - 1] }))
-        .filter(({ layer, to }) => place >= layer.x[0] && place <= to)
-        .map(({ layer }) => ({ layer, value: voltlap.valueAt(layer.x, layer.values(series), place) }))
-        .sort((a, b) => b.value - a.value);
+      const values = voltlap.layerValues(layers, series, place);
       const few = values.length <= voltlap.TimeChart.#tipRows;
       const shown = few ? values : [values[0], values[values.length - 1]];
       if (this.#signals.length > 1) this.#tip.append(voltlap.element("div", { class: "when" }, series.name));

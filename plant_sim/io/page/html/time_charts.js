@@ -2,13 +2,48 @@
 // Charts over time or distance that show one stretch and one cursor together.
 //
 // A frame says what the charts draw along their axis: {axis, layers, begin, end, laps, window, at}
-//   axis    one of voltlap.axes
-//   layers  [{name, color, x, values(series)}]: curves of the same signal over each other. x increases; values may end
-//           before it does. With one layer alone each signal keeps its own colour
+//   axis    one of voltlap.axes; one with inView(from, to) is another in each view
+//   layers  [{name, color, x, values(series), breaks}]: curves of the same signal over each other. x increases; values
+//           may end before it does. With one layer alone each signal keeps its own colour. breaks: indices, in order,
+//           of points that are not joined to the one before: nothing was recorded in between
 //   end     where the axis ends; begin: where it begins, 0 without; laps: places of faint lines on it
 //   window  length of a lap, for running means, or null
 //   at      from a time of the run to a place on the axis; null where layers begin at different times
 "use strict";
+
+/** The unit in which a stretch of time has few digits: s below ten minutes, min below three hours, h above. */
+voltlap.elapsedUnit = (span_s) => {
+  if (span_s < 600) return { name: "s", seconds: 1 };
+  return span_s < 10800 ? { name: "min", seconds: 60 } : { name: "h", seconds: 3600 };
+};
+
+/** Digits behind the point that tell `step_s` apart. */
+voltlap.elapsedDigits = (step_s, unit) =>
+  Math.min(6, Math.max(0, Math.ceil(-Math.log10(step_s / unit.seconds) - 1e-9)));
+
+/** A time in a view from..to, to a thousandth of it: "12.34 h". */
+voltlap.elapsed = (time_s, from, to) => {
+  const unit = voltlap.elapsedUnit(to - from);
+  return voltlap.quantity(time_s / unit.seconds, voltlap.elapsedDigits((to - from) / 300, unit), unit.name);
+};
+
+/** The stretch itself: "0 to 344.05 h". */
+voltlap.elapsedStretch = (from, to) => {
+  const begin = from === 0 ? "0" : voltlap.elapsed(from, from, to).split(" ")[0];
+  return `${begin} to ${voltlap.elapsed(to, from, to)}`;
+};
+
+voltlap.elapsedAxis = {
+  inView: (from, to) => {
+    const unit = voltlap.elapsedUnit(to - from);
+    return {
+      name: () => `time, ${unit.name}`,
+      steps: [-2, -1, 0, 1, 2, 3, 4].flatMap((power) => [1, 2, 5].map((k) => k * 10 ** power * unit.seconds)),
+      text: (value, step) => (value / unit.seconds).toFixed(voltlap.elapsedDigits(step, unit)),
+    };
+  },
+  shortest: 1,
+};
 
 voltlap.axes = {
   time: {
@@ -41,15 +76,17 @@ voltlap.TimeCharts = class {
    * @param end_s    where the time axis ends
    * @param laps     [{end_s}], drawn as faint lines
    * @param window_s length of a lap, for running means; null for none
-   * @param frame    in place of these four: see above
+   * @param axis     in place of min:s
+   * @param breaks   of the only layer: see above
+   * @param frame    in place of all these: see above
    * @param specs    the charts
    * @param listener {view(from, to), cursor(index or null)}, told of each change
    */
-  constructor({ root, times, end_s, laps, window_s, specs, listener, describedBy, frame }) {
+  constructor({ root, times, end_s, laps, window_s, specs, listener, describedBy, frame, axis, breaks }) {
     this.#setFrame(
       frame ?? {
-        axis: { ...voltlap.axes.time, shortest: 10 * (times.length > 1 ? times[1] - times[0] : 1) },
-        layers: [{ x: times, values: (series) => series.values }],
+        axis: { ...(axis ?? voltlap.axes.time), shortest: 10 * (times.length > 1 ? times[1] - times[0] : 1) },
+        layers: [{ x: times, values: (series) => series.values, breaks }],
         end: end_s,
         laps: laps.map((lap) => lap.end_s),
         window: window_s,

@@ -42,7 +42,7 @@ const char* model_of(const std::optional<CellForm>& form, double capacity_ah) {
 }
 
 void settle_form(const ToldBody& told, const Capacity& capacity, CellBody& body) {
-  const std::string ah = fmt::format("{}{:.3g} Ah", capacity.is_lower_bound() ? "at least " : "", capacity.ah);
+  const std::string ah = (capacity.is_lower_bound() ? "at least " : "") + significant(capacity.ah, 3) + " Ah";
   const std::string why = told.mass_kg ? fmt::format("{} and {:g} kg", ah, *told.mass_kg) : ah;
   body.form = told.form;
   if (told.form) {
@@ -190,9 +190,10 @@ std::vector<std::string> implausible(const CellParameters& cell, const CellBody&
   const double energy = specific_energy_wh_per_kg(cell);
   if ((energy < kEnergyLow && !body.capacity_is_lower_bound) || energy > kEnergyHigh) {
     out.push_back(fmt::format(
-        "Implausible: {:.3g} Ah in {:.4g} kg ({}) are {:.0f} Wh/kg; cells have {:.0f} to {:.0f}. Check --mass, in kg, "
+        "Implausible: {} Ah in {:.4g} kg ({}) are {:.0f} Wh/kg; cells have {:.0f} to {:.0f}. Check --mass, in kg, "
         "and --cells-in-parallel: the cell that is meant is the one that the capacity is of.",
-        cell.capacity_ah, body.mass.value, name_of(body.mass.origin), energy, kEnergyLow, kEnergyHigh));
+        significant(cell.capacity_ah, 3), body.mass.value, name_of(body.mass.origin), energy, kEnergyLow,
+        kEnergyHigh));
   }
   return out;
 }

@@ -18,7 +18,8 @@ struct ReportedCell {
   const CellParameters& cell;
   const CellBody& body;
   const CellIdentification& identified;  ///< of one cell, or the mean of several
-  std::string json;        ///< identification_json of it
+  const std::vector<CellIdentification>& each;  ///< of each cell, with its logs
+  std::string json;                             ///< identification_json of it
   const MeanCell* mean;    ///< null for one cell
   std::vector<MethodScore> scores;
   std::vector<std::pair<std::string, std::string>> run;  ///< flags and their values

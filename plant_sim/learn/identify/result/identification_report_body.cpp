@@ -10,27 +10,22 @@
 #include "io/page/html_parts.hpp"
 #include "learn/identify/result/identification_report.hpp"
 #include "learn/identify/result/excitation.hpp"
+#include "learn/identify/result/law_facts.hpp"
+#include "learn/identify/result/recording_error.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 using Eigen::Index;
 
-std::string place_text(const OperatingPoint& point) {
-  return fmt::format("{:.1f} °C", point.temperature_c) +
-         (point.current_a > 0.0 ? fmt::format(", {:.0f} A", point.current_a) : "");
+/// "25.0 °C, 200 A", "25.0 °C (assumed)".
+std::string place_text(double temperature_c, double current_a, bool temperature_told) {
+  return fmt::format("{:.1f} °C{}{}", shown(temperature_c, 1), temperature_told ? "" : " (assumed)",
+                     current_a > 0.0 ? fmt::format(", {:.0f} A", current_a) : "");
 }
 
-/// Of all recordings together, weighted by their time.
-double rms_mv(const CellIdentification& identified) {
-  double square = 0.0, seconds = 0.0;
-  for (const OperatingPoint& point : identified.points) {
-    for (const RecordingResult& file : point.result.files) {
-      square += file.rms_v * file.rms_v * file.duration_s;
-      seconds += file.duration_s;
-    }
-  }
-  return 1e3 * std::sqrt(square / seconds);
+std::string place_text(const CellIdentification& identified, const OperatingPoint& point) {
+  return place_text(point.temperature_c, point.current_a, identified.temperature_told);
 }
 
 std::size_t recordings(const CellIdentification& identified) {
@@ -60,9 +55,13 @@ std::string tiles(const ReportedCell& reported) {
                    reported.mean != nullptr
                        ? fmt::format("±{:.2f} Ah between {} cells", reported.mean->capacity_spread_ah,
                                      reported.mean->capacity_ah.size())
-                       : std::string(name_of(reference.capacity.from)));
-  out += html_tile("Error", fmt::format("{:.2f}", rms_mv(identified)), "mV RMS",
-                   fmt::format("over {} recording{}", recordings(identified), recordings(identified) == 1 ? "" : "s"));
+                       : fmt::format("{}{}",
+                                     reported.body.capacity.origin == FactOrigin::kAssumed ? "assumed: " : "",
+                                     name_of(reference.capacity.from)));
+  const RecordingError error = error_of(identified);
+  out += html_tile("Error", fmt::format("{:.2f}", 1e3 * error.rms_v), "mV RMS",
+                   fmt::format("over {} recording{}, largest {:.0f} mV", recordings(identified),
+                               recordings(identified) == 1 ? "" : "s", 1e3 * error.largest_v));
   out += html_tile("Noise of the voltage", fmt::format("{:.2f}", 1e3 * std::sqrt(reference.noise_floor_v2)), "mV RMS",
                    "from neighbouring rows at rest");
   out += html_tile("RC branches", fmt::format("{}", reference.model.branches()), "",
@@ -70,7 +69,8 @@ std::string tiles(const ReportedCell& reported) {
   out += html_tile("Values settled by data", fmt::format("{}", excited), fmt::format("of {}", all),
                    "R and tau within ±20 % at 95 %");
   out += html_tile("Computed in", fmt::format("{:.2f}", reference.seconds), "s",
-                   fmt::format("{}, {} iterations", place_text(identified.reference_point()), reference.iterations));
+                   fmt::format("{}, {} iterations", place_text(identified, identified.reference_point()),
+                               reference.iterations));
   return out;
 }
 
@@ -103,7 +103,7 @@ std::string coverage_rows(const CellIdentification& identified) {
       std::string cells;
       if (!identified.was_tested(t, c)) {
         cells = fmt::format("<td class=\"filled\" colspan=\"{}\">not tested, filled from {}</td>",
-                            point.result.model.grid.size(), html_text(place_text(point)));
+                            point.result.model.grid.size(), html_text(place_text(identified, point)));
       } else {
         const auto seconds = load_seconds(point.result);
         const Index tables = 2 * point.result.model.branches() + 1;
@@ -116,12 +116,29 @@ std::string coverage_rows(const CellIdentification& identified) {
                                             excited, tables);
         }
       }
-      out += fmt::format("<tr><th scope=\"row\">{:.1f} °C{}</th>{}</tr>\n", identified.temperatures_c[t],
-                         identified.currents_a[c] > 0.0 ? fmt::format(", {:.0f} A", identified.currents_a[c]) : "",
+      out += fmt::format("<tr><th scope=\"row\">{}</th>{}</tr>\n",
+                         place_text(identified.temperatures_c[t], identified.currents_a[c],
+                                    identified.temperature_told),
                          cells);
     }
   }
   return out;
+}
+
+/// Classes of cells that are set otherwise than numbers: text that wraps, an assumption.
+constexpr const char *kWords = "words", *kAssumedMark = "assumed";
+
+struct TableCell {
+  std::string text, kind{};
+};
+
+std::string row_of(const std::vector<TableCell>& cells) {
+  std::string out = fmt::format("<tr><th scope=\"row\">{}</th>", html_text(cells.front().text));
+  for (std::size_t k = 1; k < cells.size(); ++k) {
+    out += fmt::format("<td{}>{}</td>", cells[k].kind.empty() ? "" : fmt::format(" class=\"{}\"", cells[k].kind),
+                       html_text(cells[k].text));
+  }
+  return out + "</tr>\n";
 }
 
 struct Surface {
@@ -148,11 +165,12 @@ std::string interval_of(const IdentifyResult& result, const Surface& s, Index no
   const CircuitModel& model = result.model;
   if (s.is_em) {
     const double sigma = model.ocv.value(result.uncertainty.sigma.head(model.em.size()), model.grid.at(node));
-    return std::isnan(sigma) ? "" : fmt::format("±{:.1f} mV", 1960.0 * sigma);
+    return std::isfinite(sigma) ? fmt::format("±{:.1f} mV", 1960.0 * sigma) : kNotSettled;
   }
   const Index table = s.is_tau ? model.branches() + 1 + s.column : s.column;
   const double sigma = result.uncertainty.sigma(model.em.size() + table * model.grid.size() + node);
-  return std::isnan(sigma) ? "" : fmt::format("±{:.0f} %", std::min(999.0, 196.0 * sigma));
+  constexpr double kMost_pct = 999.0;  // beyond it the data say nothing
+  return 196.0 * sigma < kMost_pct ? fmt::format("±{:.0f} %", 196.0 * sigma) : kNotSettled;
 }
 
 std::string surface_table(const CellIdentification& identified, const Surface& s) {
@@ -168,7 +186,7 @@ std::string surface_table(const CellIdentification& identified, const Surface& s
                                 "<th scope=\"col\"></th>{}</tr></thead>\n<tbody>\n",
                                 s.name, s.unit, soc_head(grid));
   for (const OperatingPoint& point : identified.points) {
-    out += fmt::format("<tr><th scope=\"row\">{}</th>", html_text(place_text(point)));
+    out += fmt::format("<tr><th scope=\"row\">{}</th>", html_text(place_text(identified, point)));
     for (Index node = 0; node < grid.size(); ++node) {
       const double value = value_of(point.result.model, s, node);
       out += fmt::format("<td style=\"--heat:{:.0f}%\">{}<small>{}</small></td>",
@@ -190,10 +208,13 @@ std::string choice_rows(const CellIdentification& identified) {
                             1e3 * order.heldout_rms_v, order.information_criterion);
     for (const auto& [value, rms] : r.smoothness_scores)
       smoothness += fmt::format("{}{}: {:.2f} mV", smoothness.empty() ? "" : "; ", short_number(value), 1e3 * rms);
-    out += html_row({place_text(point), fmt::format("{}", r.model.branches()), orders.empty() ? "as asked" : orders,
-                     r.smoothness > 0.0 ? short_number(r.smoothness) : "-",
-                     smoothness.empty() ? "-" : smoothness, fmt::format("{:.2f}", 1e3 * r.rms_v),
-                     fmt::format("{:.2f}", r.seconds)});
+    out += row_of({{place_text(identified, point)},
+                   {fmt::format("{}", r.model.branches())},
+                   {orders.empty() ? "as asked" : orders, kWords},
+                   {r.smoothness > 0.0 ? short_number(r.smoothness) : "-"},
+                   {smoothness.empty() ? "-" : smoothness, kWords},
+                   {fmt::format("{:.2f}", 1e3 * r.rms_v)},
+                   {fmt::format("{:.2f}", r.seconds)}});
   }
   return out;
 }
@@ -204,23 +225,46 @@ std::string file_rows(const CellIdentification& identified) {
     for (const RecordingResult& file : point.result.files) {
       std::string repairs;
       for (const std::string& repair : file.repairs) repairs += (repairs.empty() ? "" : "; ") + repair;
-      out += html_row({std::filesystem::path(file.path).filename().string(), place_text(point),
-                       fmt::format("{}", file.rows), fmt::format("{:.2f}", file.duration_s / 3600.0),
-                       fmt::format("{:.3f} to {:.3f}", shown(file.soc_low, 3), shown(file.soc_high, 3)),
-                       fmt::format("{:.3f} by {}", shown(file.anchor.soc, 3), file.anchor.from),
-                       fmt::format("{}, by {}", name_of(file.hold), file.hold_from),
-                       fmt::format("{:.2f}", 1e3 * file.rms_v), repairs.empty() ? "none" : repairs});
+      const RecordingError error = error_of(file);
+      out += row_of({{std::filesystem::path(file.path).filename().string()},
+                     {place_text(identified, point)},
+                     {fmt::format("{}", file.rows)},
+                     {fmt::format("{:.2f}", file.duration_s / 3600.0)},
+                     {fmt::format("{:.3f} to {:.3f}", shown(file.soc_low, 3), shown(file.soc_high, 3))},
+                     {fmt::format("{:.3f} by {}", shown(file.anchor.soc, 3), file.anchor.from), kWords},
+                     {fmt::format("{}, by {}", name_of(file.hold), file.hold_from), kWords},
+                     {fmt::format("{:.2f}", 1e3 * error.rms_v)},
+                     {fmt::format("{:.0f}", 1e3 * error.largest_v)},
+                     {fmt::format("{:.2f}", 1e3 * error.all_rms_v)},
+                     {repairs.empty() ? "none" : page_words(repairs), kWords}});
     }
   }
   return out;
 }
 
+/// Its origin marked where it is assumed.
+std::string fact_row(const std::string& name, const std::string& value, const std::string& unit, FactOrigin origin,
+                     const std::string& from) {
+  return row_of({{name},
+                 {value},
+                 {page_words(unit)},
+                 {std::string(name_of(origin)), origin == FactOrigin::kAssumed ? kAssumedMark : ""},
+                 {page_words(from), kWords}});
+}
+
 std::string fact_rows(const ReportedCell& reported) {
   const CellBody& body = reported.body;
-  std::string out = html_row({"form", body.form_text(), "", std::string(name_of(body.form_origin)), body.form_source});
+  std::string out = fact_row("form", body.form_text(), "", body.form_origin, body.form_source);
   for (const CellFact& fact : cell_facts(reported.cell, body, reported.identified.temperature_told)) {
-    out += html_row({std::string(fact.label), short_number(fact.value), std::string(fact.unit),
-                     std::string(name_of(fact.origin)), fact.source});
+    out += fact_row(std::string(fact.label), short_number(fact.value), std::string(fact.unit), fact.origin,
+                    fact.source);
+  }
+  for (const LawFact& law : law_facts(reported.identified.reference_point().result)) {
+    const LawUnit in = shown_unit(law.unit);
+    out += fact_row(std::string(law.label), short_number(in.scale * law.value), in.unit, law.origin,
+                    fmt::format("{}95 % interval: {}{}",
+                                law.origin == FactOrigin::kAssumed ? "as of cells of its kind; " : "",
+                                law_interval(law), law.at_bound ? ", at its bound" : ""));
   }
   return out;
 }
@@ -228,7 +272,7 @@ std::string fact_rows(const ReportedCell& reported) {
 std::string notes(const CellIdentification& identified) {
   std::string out;
   for (const std::string& note : identified.reference_point().result.notes)
-    out += "<li>" + html_text(note) + "</li>\n";
+    out += "<li>" + html_text(page_words(note)) + "</li>\n";
   return out;
 }
 
@@ -237,10 +281,10 @@ std::string method_section(const std::vector<MethodScore>& scores) {
   std::string rows;
   for (const MethodScore& s : scores) {
     const StudyScore* study = study_score(s.name);
-    const auto number = [&](double value) { return study == nullptr ? "-" : fmt::format("{:.1e}", value); };
-    rows += html_row({s.name, fmt::format("{}", s.sections), fmt::format("{:.1e}", s.mean_v2),
-                      fmt::format("{:.1e}", s.median_v2), fmt::format("{:.0f}", s.snr),
-                      fmt::format("{:.1e}", s.whole_mean_v2), fmt::format("{:.2f}", s.seconds),
+    const auto number = [&](double value) { return study == nullptr ? "-" : square_millivolts(value); };
+    rows += html_row({s.name, fmt::format("{}", s.sections), square_millivolts(s.mean_v2),
+                      square_millivolts(s.median_v2), fmt::format("{:.0f}", s.snr),
+                      square_millivolts(s.whole_mean_v2), fmt::format("{:.2f}", s.seconds),
                       number(study == nullptr ? 0.0 : study->mean_v2),
                       number(study == nullptr ? 0.0 : study->median_v2)});
   }
@@ -260,11 +304,13 @@ std::string identification_report_body(const ReportedCell& reported, const std::
   std::string tables;
   for (const Surface& s : surfaces(identified.reference_point().result.model.branches()))
     tables += surface_table(identified, s);
-  const std::string headline =
-      fmt::format("{}: {:.2f} Ah, {:.3f} to {:.3f} V; the model follows {} recording{} within {:.2f} mV RMS",
-                  reported.cell.name, reported.cell.capacity_ah, reported.cell.voltage_min_v,
-                  reported.cell.voltage_max_v, recordings(identified), recordings(identified) == 1 ? "" : "s",
-                  rms_mv(identified));
+  const RecordingError error = error_of(identified);
+  const bool left_out = error.all_rms_v > error.rms_v + 5e-6;
+  const std::string headline = fmt::format(
+      "{}: {:.2f} Ah, {:.3f} to {:.3f} V; the model follows {} recording{} within {:.2f} mV RMS{}",
+      reported.cell.name, reported.cell.capacity_ah, reported.cell.voltage_min_v, reported.cell.voltage_max_v,
+      recordings(identified), recordings(identified) == 1 ? "" : "s", 1e3 * error.rms_v,
+      left_out ? fmt::format(" ({:.2f} mV with the rows that were left out)", 1e3 * error.all_rms_v) : "");
   const std::string spread =
       reported.mean == nullptr
           ? ""

@@ -45,7 +45,7 @@ std::string value_text(const IdentifyResult& r, Eigen::Index table, Eigen::Index
                                            : r.model.tau(node, table - branches - 1);
   const double sigma = r.uncertainty.sigma(r.model.em.size() + table * r.model.grid.size() + node);
   const std::string interval =
-      std::isnan(sigma) ? "    -  " : fmt::format("{:4.0f} %", std::min(999.0, 196.0 * sigma));
+      !std::isfinite(sigma) ? "    -  " : 196.0 * sigma < 999.5 ? fmt::format("{:4.0f} %", 196.0 * sigma) : ">999 %";
   return fmt::format("  {:>9} {:6}{}", short_number(value), interval, is_excited(r, table, node) ? " " : "*");
 }
 

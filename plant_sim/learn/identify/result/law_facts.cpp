@@ -43,8 +43,9 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
   for (const Energy& energy : kEnergies) {
     const double value = laws.packed()(energy.place), sigma = sigma_of(energy.place);
     const bool bounded = energy.place != ResistanceLaws::kTimeConstant;
-    const double low = value - kInterval * sigma;
-    out.push_back({energy.key, energy.label, "J/mol", kJoules * value, kJoules * (bounded ? std::max(0.0, low) : low),
+    double low = value - kInterval * sigma;
+    if (bounded && low < 0.0) low = 0.0;  // stays no number where there is no interval
+    out.push_back({energy.key, energy.label, "J/mol", kJoules * value, kJoules * low,
                    kJoules * (value + kInterval * sigma),
                    sigma < kTold * priors.sigma(energy.place) ? FactOrigin::kMeasured : FactOrigin::kAssumed,
                    bounded && value <= 0.0});
@@ -75,11 +76,23 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
   return out;
 }
 
+LawUnit shown_unit(std::string_view unit) {
+  if (unit == "J/mol") return {1e-3, "kJ/mol"};
+  if (unit == "V/K" || unit == "V") return {1e3, "m" + std::string(unit)};
+  return {1.0, std::string(unit)};
+}
+
+std::string law_interval(const LawFact& fact) {
+  const double scale = shown_unit(fact.unit).scale;
+  return interval_words(scale * fact.ci95_low, scale * fact.ci95_high);
+}
+
 std::string law_origin(const std::vector<LawFact>& facts, std::string_view key) {
   for (const LawFact& fact : facts) {
     if (fact.key != key) continue;
-    return fmt::format("{}, {:.4g} to {:.4g} {}", fact.origin == FactOrigin::kMeasured ? "identified" : "assumed",
-                       fact.ci95_low, fact.ci95_high, fact.unit);
+    const bool settled = std::isfinite(fact.ci95_low) && std::isfinite(fact.ci95_high);
+    return fmt::format("{}, {}{}", fact.origin == FactOrigin::kMeasured ? "identified" : "assumed", law_interval(fact),
+                       settled ? " " + shown_unit(fact.unit).unit : "");
   }
   return "assumed";
 }
@@ -87,11 +100,9 @@ std::string law_origin(const std::vector<LawFact>& facts, std::string_view key) 
 std::string laws_text(const IdentifyResult& result) {
   std::string out;
   for (const LawFact& fact : law_facts(result)) {
-    const bool volts = fact.unit == "V/K";  // a few tenths of a millivolt
-    const double scale = volts ? 1e3 : 1.0;
-    out += fmt::format("  {:<21} {:>9} {:<5} {:<9} {} to {}{}\n", fact.label, short_number(scale * fact.value),
-                       volts ? "mV/K" : fact.unit, name_of(fact.origin), short_number(scale * fact.ci95_low),
-                       short_number(scale * fact.ci95_high), fact.at_bound ? ", at its bound" : "");
+    const LawUnit shown_in = shown_unit(fact.unit);
+    out += fmt::format("  {:<21} {:>9} {:<6} {:<9} {}{}\n", fact.label, short_number(shown_in.scale * fact.value),
+                       shown_in.unit, name_of(fact.origin), law_interval(fact), fact.at_bound ? ", at its bound" : "");
   }
   return out;
 }

@@ -23,7 +23,17 @@ struct LawFact {
 /// two thirds of what was believed of it before.
 [[nodiscard]] std::vector<LawFact> law_facts(const IdentifyResult& result);
 
-/// "identified, 18.2 to 21.4 kJ/mol", "assumed, 0.4 to 39.6 kJ/mol": of the fact with that key.
+/// The unit in which a number of a law has few digits before its point: kJ/mol, mV/K, mV.
+struct LawUnit {
+  double scale = 1.0;
+  std::string unit;
+};
+[[nodiscard]] LawUnit shown_unit(std::string_view unit);
+
+/// "0.4 to 39.6" in that unit; "not settled" where the fit gives no interval.
+[[nodiscard]] std::string law_interval(const LawFact& fact);
+
+/// "identified, 18.2 to 21.4 kJ/mol", "assumed, not settled": of the fact with that key.
 [[nodiscard]] std::string law_origin(const std::vector<LawFact>& facts, std::string_view key);
 
 /// For a person, a line each.

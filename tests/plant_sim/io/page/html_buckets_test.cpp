@@ -53,3 +53,33 @@ TEST(HtmlBuckets, DriveFullOfStepsIsGatheredEvenly) {
   CHECK(bucket_times(buckets, time_s).size() <= 1000);
   LONGS_EQUAL(5000, buckets.back().last);
 }
+
+TEST(HtmlBuckets, NoneReachesOverAGapAndTheLineBeginsAnewBehindIt) {
+  std::vector<bool> begins(time_s.size(), false);
+  begins[4321] = true;
+  for (const bool drive : {false, true}) {
+    for (std::size_t row = 0; drive && row < current_a.size(); ++row) current_a[row] = row % 2 == 0 ? 50.0 : -20.0;
+    const auto buckets = growing_buckets(time_s, current_steps(current_a), 400, begins);
+    std::size_t points = 0;
+    for (const RowBucket& b : buckets) {
+      CHECK(b.last <= 4321 || b.first >= 4321);
+      if (b.last <= 4321) points += b.last - b.first > 1 ? 2U : 1U;
+    }
+    const std::vector<std::size_t> found = bucket_begins(buckets, begins);
+    LONGS_EQUAL(1, found.size());
+    LONGS_EQUAL(points, found[0]);
+    CHECK(bucket_times(buckets, time_s).size() <= 400);
+  }
+}
+
+TEST(HtmlBuckets, ManyGapsEndTheSearchForFewerPoints) {
+  const std::vector<bool> begins(time_s.size(), true);
+  const auto buckets = growing_buckets(time_s, current_steps(current_a), 100, begins);
+  LONGS_EQUAL(5000, buckets.size());
+}
+
+TEST(HtmlBuckets, NoBucketIsSoLongThatItsExtremesDrawASlope) {
+  for (std::size_t row = 0; row < 500; ++row) current_a[2 * row] = 50.0;  // a drive, then a long rest
+  const auto buckets = growing_buckets(time_s, current_steps(current_a), 1000);
+  for (const RowBucket& b : buckets) CHECK(b.last - b.first <= 25);
+}

@@ -43,7 +43,7 @@ def test_five_methods_and_the_full_fit_stand_beside_the_studys_table(compared):
     assert list(rows) == [*METHODS, "full"]
     assert rows["ffo"]["study"] == {"mean_v2": 6.3e-6, "median_v2": 4.5e-6, "snr": 1834, "minutes_per_cell": 120}
     assert rows["full"]["study"] is None
-    for words in ("reference study, 2016", "1.9e-04", "1.5e-03", "120 min", "noise of the voltage's instrument"):
+    for words in ("reference study, 2016", " 190 ", " 1500 ", "mV2", "120 min", "noise of the voltage's instrument"):
         assert words in text
 
 

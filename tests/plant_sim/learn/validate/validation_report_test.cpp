@@ -3,6 +3,8 @@
 
 #include "straight_cell.hpp"
 
+#include <regex>
+
 #include <CppUTest/TestHarness.h>
 
 using namespace voltlap::plant;
@@ -52,11 +54,27 @@ TEST(ValidationReport, LongRecordingKeepsItsLargestError) {
 }
 
 TEST(ValidationReport, OfManyRecordingsTheWorstAreDrawn) {
-  for (int k = 0; k < 7; ++k) logs.push_back(logs[0]);
+  while (logs.size() < kChartedRecordings + 2) logs.push_back(logs[0]);
   logs[3].path = "worst.csv";
   for (double& v : logs[3].voltage_v) v -= 0.01;
   const std::string text = report();
   LONGS_EQUAL(kChartedRecordings, count(text, "\"has_temperature\""));
   STRCMP_CONTAINS("\"name\":\"worst.csv\"", text.c_str());
   STRCMP_CONTAINS("largest errors", text.c_str());
+}
+
+TEST(ValidationReport, LineBeginsAnewBehindAGap) {
+  logs = {StraightCell::record(std::vector<double>(20000, 1.0))};
+  STRCMP_CONTAINS("\"begins\":[]", report().c_str());
+  logs[0].gap[10001] = true;
+  STRCMP_CONTAINS("\"begins\":[2501]", report().c_str());  // one of four rows; the last piece before it is short
+}
+
+TEST(ValidationReport, WhatHasNoNumberIsSaidInWords) {
+  options.sensitivity = true;
+  options.pack_cells = 24;
+  const std::string text = report();
+  const std::string body = text.substr(text.find("<main>"), text.find("</main>") - text.find("<main>"));
+  CHECK(body.size() > 1000);
+  CHECK_FALSE(std::regex_search(body, std::regex("[0-9]e[-+][0-9]|[^a-z](nan|inf)[^a-z]")));
 }

@@ -51,7 +51,7 @@ TEST(ValidationStudy, TablesOfTheStudyStandBesideTheOwn) {
   const std::string all = text();
   STRCMP_CONTAINS("-0.034", all.c_str());      // Table 7.1, R0
   STRCMP_CONTAINS("(192.8)", all.c_str());     // Table 7.3, Em + 5 %
-  STRCMP_CONTAINS("-0.00027 V", all.c_str());  // Appendix C
+  STRCMP_CONTAINS("-0.27 mV", all.c_str());  // Appendix C
   STRCMP_CONTAINS("nothing to reduce", all.c_str());
 }
 

@@ -3,19 +3,20 @@
 "use strict";
 
 (() => {
-  const { data, clock, tellReady } = voltlap,
+  const { data, tellReady } = voltlap,
     $ = (id) => document.getElementById(id);
-  let charts = null;
   let residuals = [];
   let parameters = [];
 
-  const specs = (column) => [
+  const specs = (recording, column, bands, reach) => [
     {
       id: "chart-voltage",
       title: "Cell voltage",
       axis: "voltage",
       unit: "V",
       digits: 4,
+      bands,
+      reach: voltlap.reachAround(voltlap.followed(column.error_mv, reach), column.model_v, column.measured_v),
       series: [
         { name: "model", color: "blue", values: column.model_v },
         { name: "measured", color: "orange", role: "reference", values: column.measured_v },
@@ -27,6 +28,9 @@
       axis: "error",
       unit: "mV",
       digits: 2,
+      bands,
+      bandNames: bands.length ? [{ color: "grey", text: "does not count" }] : [],
+      reach,
       series: [{ name: "error", color: "purple", values: column.error_mv }],
     },
     {
@@ -35,6 +39,7 @@
       axis: "current",
       unit: "A",
       digits: 1,
+      bands,
       series: [{ name: "discharge positive", color: "green", values: column.current_a }],
     },
   ];
@@ -47,7 +52,7 @@
       new voltlap.SocChart($("residuals"), {
         id: "chart-histogram",
         title: "How often which error",
-        note: `RMS ${rms_mv.toFixed(2)} mV. The outer bins hold all that lies beyond.`,
+        note: `RMS ${rms_mv.toFixed(2)} mV, over the rows that count. The outer bins hold all that lies beyond.`,
         x: { name: "error, mV" },
         y: { name: "time", unit: "s", digits: 0, low: 0 },
         curves: [{ name: "time at this error", color: "purple", step: true, points: bins }],
@@ -62,37 +67,11 @@
     ];
   };
 
-  const showRecording = (recording) => {
-    const column = Object.fromEntries(
-      Object.entries(recording.columns).map(([name, packed]) => [name, voltlap.decode(packed, recording.samples)]),
-    );
-    const times = column.time_s;
-    $("strips").replaceChildren();
-    charts = new voltlap.TimeCharts({
-      root: $("strips"),
-      times,
-      end_s: recording.end_s,
-      laps: [],
-      window_s: null,
-      specs: specs(column),
-      describedBy: "hint",
-      listener: {
-        view: (from, to) => {
-          $("view").textContent = `${clock(from)} to ${clock(to)}`;
-          $("whole").disabled = from <= 0 && to >= recording.end_s;
-        },
-        cursor: (i) => {
-          $("cursor").textContent = i === null ? "" : clock(times[i], 1);
-        },
-        when: (i) => clock(times[i], 1),
-        stepLap: () => {},
-      },
-    });
-    showResiduals(recording);
-  };
-
   const placeName = ({ temperature_c, current_a }) =>
-    `${temperature_c.toFixed(1)} °C${current_a > 0 ? `, ${current_a.toFixed(0)} A` : ""}`;
+    [
+      `${temperature_c.toFixed(1)} °C${data.temperature_told ? "" : " (assumed)"}`,
+      ...(current_a > 0 ? [`${current_a.toFixed(0)} A`] : []),
+    ].join(", ");
 
   /** Name, unit, factor and digits of a table by its key, such as r0_ohm. */
   const meaning = (key) => {
@@ -138,6 +117,9 @@
     };
   };
 
+  /** Words under a chart whose values have no intervals. */
+  const noteOf = ({ ci95_low }) => (ci95_low.every((one) => one === null) ? "95 % intervals: not settled" : undefined);
+
   const showPlace = (chosen) => {
     const place = data.places[chosen];
     $("parameters").replaceChildren();
@@ -147,11 +129,13 @@
       const spec = {
         id: `chart-${key}`,
         title: name,
+        note: noteOf(place.parameters[key]),
         x: { name: "SOC", low: 0, high: 1 },
         y: { name, unit, digits, low },
         curves: [...others.map((other) => curveOf(other, key, true)), curveOf(place, key, false)],
       };
-      return (key === "em_v" ? [spec, ocvInterval(place)] : [spec]).map(
+      const settled = noteOf(place.parameters[key]) === undefined;
+      return (key === "em_v" && settled ? [spec, ocvInterval(place)] : [spec]).map(
         (one) => new voltlap.SocChart($("parameters"), one),
       );
     });
@@ -159,10 +143,8 @@
 
   const draw = () => {
     $("telemetry").hidden = false;
-    $("recording").append(...data.recordings.map(({ name }, i) => new Option(name, i)));
-    $("recording").addEventListener("change", () => showRecording(data.recordings[Number($("recording").value)]));
-    $("whole").addEventListener("click", () => charts.showAll());
-    showRecording(data.recordings[0]);
+    const { recordings, error } = data;
+    const charts = new voltlap.RecordingCharts({ recordings, error, specs, shown: showResiduals });
     $("parameter-charts").hidden = false;
     $("place").append(...data.places.map((place, i) => new Option(placeName(place), i)));
     $("place").value = data.reference;
