@@ -59,8 +59,8 @@ double counted_way(const CellLog& log) {
   return with < 0.0 ? -1.0 : 1.0;
 }
 
-/// What a step of the counter must differ by from what the current says: a share of all that it counts, and no less than
-/// its own steps.
+/// What a step of the counter must differ by from what the current says: a share of all that it counts, and no less
+/// than its own steps.
 double counter_tolerance(const CellLog& log) {
   constexpr double kUnseen = 1e-4, kSteps = 1.5;
   if (log.charge_ah.empty()) return 0.0;

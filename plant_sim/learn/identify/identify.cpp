@@ -136,8 +136,8 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   result.seconds = seconds_since(begin);
 }
 
-/// SOC first: another capacity or another idea of full is no contradiction, nor is hysteresis, for which the model has a
-/// state.
+/// SOC first: another capacity or another idea of full is no contradiction, nor is hysteresis, for which the model has
+/// a state.
 void IdentificationProblem::settle_recordings() {
   std::vector<std::string> notes, unsaid;
   const std::vector<PreparedLog> before = prepared;
@@ -159,7 +159,7 @@ void IdentificationProblem::settle_recordings() {
 std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
   std::vector<MeasuredRun> out = runs_of(prepared, options.block_s > 0.0);
   for (MeasuredRun& run : out) {
-    // Beyond the ends no curve says anything: a capacity that is told, or that of the others, may end before a recording.
+    // Beyond the ends no curve says anything: a told capacity, or that of the others, may end before a recording.
     constexpr double kBeyond = 5e-4;
     run.weight_s = (run.soc.array() >= -kBeyond && run.soc.array() <= 1.0 + kBeyond).select(run.weight_s, 0.0);
   }

@@ -119,6 +119,16 @@ Eigen::VectorXd CircuitResiduals::plain(const double* p) const {
   return x;
 }
 
+/// No OCV falls as SOC rises.
+template <class Put>
+void put_falls(const double* em, Index count, double noise, const Put& put) {
+  constexpr double kFalls = 1e-3;  // V
+  for (Index node = 0; node + 1 < count; ++node) {
+    const double rise = em[node + 1] - em[node], weight = rise < 0.0 ? noise / kFalls : 0.0;
+    put(weight * rise, node, {-weight, weight, 0.0, 0.0}, 2);
+  }
+}
+
 template <class Put>
 void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
   const FitPriors& prior = fit_.priors();
@@ -156,13 +166,7 @@ void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
       put(w[1] * (p[node + 1] - p[node]), node, w, 2);
     }
   }
-  constexpr double kFalls = 1e-3;  // V: no OCV falls as SOC rises
-  for (Index node = 0; node + 1 < at_.em; ++node) {
-    const double rise = p[node + 1] - p[node];
-    w[0] = rise < 0.0 ? -noise / kFalls : 0.0;
-    w[1] = -w[0];
-    put(w[1] * rise, node, w, 2);
-  }
+  put_falls(p, at_.em, noise, put);
   for (const OcvKnowledge& known : prior.ocv) {
     const SocGrid::Weights em = fit_.ocv().weights(known.soc);
     double residual = -known.voltage_v;

@@ -231,13 +231,14 @@ struct Line {
   }
 };
 
-/// Rows that follow each other mostly touch the same columns: their products are summed as one small dense matrix, which
-/// goes to its places when the columns change.
+/// Rows that follow each other mostly touch the same columns: their products are summed as one small dense matrix,
+/// which goes to its places when the columns change.
 class Panel {
  public:
   explicit Panel(Index parameters) : parameters_(parameters) {}
   void add(const Line& line, double weight, double error, Eigen::MatrixXd& sums, Eigen::VectorXd& gradient) {
-    const bool same = line.count == columns_.size() && std::equal(columns_.begin(), columns_.end(), line.column.begin());
+    const bool same =
+        line.count == columns_.size() && std::equal(columns_.begin(), columns_.end(), line.column.begin());
     if (!same || filled_ == kRows) flush(sums, gradient);
     if (!same) {
       columns_.assign(line.column.begin(), line.column.begin() + static_cast<std::ptrdiff_t>(line.count));

@@ -227,8 +227,8 @@ class FullFitter {
     say("a plain circuit beside tables over SOC");
     const PlainScore score = score_plain(coarse_, taus_, priors_);
     constexpr double kMillivolt = 1e3;
-    notes_.push_back(fmt::format("What was kept back is predicted within {:.1f} mV by a plain circuit, within {:.1f} mV "
-                                 "by tables over SOC: {}.",
+    notes_.push_back(fmt::format("What was kept back is predicted within {:.1f} mV by a plain circuit, within {:.1f} "
+                                 "mV by tables over SOC: {}.",
                                  kMillivolt * score.plain_v, kMillivolt * score.tables_v,
                                  score.is_enough ? "one value of each resistance and time constant for all SOC"
                                                  : "tables"));

@@ -96,9 +96,15 @@ PlainScore score_plain(const std::vector<MeasuredRun>& runs, const Eigen::Vector
     const auto fit = [&](const std::vector<MeasuredRun>& kept) { return table_fit(kept, taus, own).fit; };
     return score_by(fit, runs, blocks, false);
   };
+  const auto left = [&](bool constant) {
+    FitPriors own = priors;
+    own.constant = constant;
+    return std::sqrt(mean_square(runs, errors_of(table_fit(runs, taus, own).fit, runs)));
+  };
+  constexpr double kFollows = 1.25;
   const BlockScore plain = score(true), tables = score(false);
-  return {plain.mean(), tables.mean(),
-          plain.mean() <= tables.mean() + standard_error_of_difference(plain, tables)};
+  const bool no_worse = plain.mean() <= tables.mean() + standard_error_of_difference(plain, tables);
+  return {plain.mean(), tables.mean(), no_worse && left(true) <= kFollows * left(false)};
 }
 
 double choose_smoothness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors,

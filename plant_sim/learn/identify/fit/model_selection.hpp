@@ -28,7 +28,8 @@ using SmoothnessScores = std::vector<std::pair<double, double>>;
 /// recording in turn, the resistances and time constants free.
 struct PlainScore {
   double plain_v = 0.0, tables_v = 0.0;
-  bool is_enough = false;  ///< not worse by more than one standard error of the difference
+  /// Not worse by more than one standard error of the difference, and all rows are followed nearly as well.
+  bool is_enough = false;
 };
 [[nodiscard]] PlainScore score_plain(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                      const FitPriors& priors);

@@ -76,8 +76,8 @@ std::vector<StepEstimate> sharp_steps(const MeasuredRun& run, double least_a, do
   return out;
 }
 
-/// Where the current goes as far within two seconds or so, over any number of rows, of which some may have no voltage: a
-/// pedal takes half a second, and on a bus current and voltage come in turn. Steps do not overlap.
+/// Where the current goes as far within two seconds or so, over any number of rows, of which some may have no voltage:
+/// a pedal takes half a second, and on a bus current and voltage come in turn. Steps do not overlap.
 std::vector<StepEstimate> gradual_steps(const MeasuredRun& run, double least_a, double longest_s) {
   std::vector<StepEstimate> out;
   Index begin = 0;

@@ -93,8 +93,8 @@ class Agreement {
     return table_fit(runs(), first_taus(2), priors_, last_ ? &*last_ : nullptr).cost;
   }
   /// Most recordings of a cell agree: only one whose capacity is clearly off may be moved, one whose SOC a first model
-  /// has guessed always. What full means is left alone, but for cells with hysteresis: on their plateau some per cent of
-  /// the charge are missing without showing, and show at the ends.
+  /// has guessed always. What full means is left alone, but for cells with hysteresis: on their plateau some per cent
+  /// of the charge are missing without showing, and show at the ends.
   void choose_moved(const TableFit& found) {
     constexpr double kOffset = 0.005, kScale = 0.005, kSure = 3.0;
     const auto is_off = [&](Index at, double worth) {

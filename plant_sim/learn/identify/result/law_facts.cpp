@@ -29,8 +29,8 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
   const bool has_intervals = result.packed.size() > 0 && result.uncertainty.sigma.size() == result.packed.size();
   const auto sigma_of = [&](Index place) {
     const bool by_temperature = place != ResistanceLaws::kLogExchange && place != ResistanceLaws::kHysteresis;
-    return has_intervals && !(by_temperature && result.laws_assumed) ? result.uncertainty.sigma(result.packed.size() - ResistanceLaws::kCount + place)
-                         : priors.sigma(place);
+    if (!has_intervals || (by_temperature && result.laws_assumed)) return priors.sigma(place);
+    return result.uncertainty.sigma(result.packed.size() - ResistanceLaws::kCount + place);
   };
   struct Energy {
     std::string_view key, label;
