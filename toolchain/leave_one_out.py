@@ -204,6 +204,7 @@ def numbers(table, row, rungs):
         except Failed as failure:
             out[rung] = None
             failed.append(f"{row.name}, {rung}: {failure}")
+            print("leave_one_out: " + failed[-1], file=sys.stderr, flush=True)
     return out, facts, failed
 
 
@@ -224,8 +225,6 @@ def main():
             print(f"| {row.what} | " + " | ".join(shown(found[r]) for r in given.rungs) + " |", flush=True)
             every.append({"row": row.name, "what": row.what, "rms_mv": found, "rival": facts})
             failures += failed
-    for line in failures:
-        print("leave_one_out: " + line, file=sys.stderr)
     if given.json:
         given.json.write_text(json.dumps({"rows": every, "failed": failures}, indent=1) + "\n")
     return int(bool(failures))

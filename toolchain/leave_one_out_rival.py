@@ -70,7 +70,7 @@ class Problem:
     def __init__(self, recordings, curve):
         self.curve, self.recordings = curve, []
         for rows, seen in recordings:
-            used = seen & np.isfinite(rows.v) & np.isfinite(rows.soc)
+            used = seen & np.isfinite(rows.soc) & (rows.v > 1.0) & (rows.v < 5.0)  # others are of no cell
             weight = np.minimum(rows.dt, 30.0) * used
             self.recordings.append((rows, used, np.sqrt(weight / weight.sum())[used]))
         self.fixed = self.stacked(lambda rows: np.column_stack([curve(rows.soc), -rows.current * rows.warm]))

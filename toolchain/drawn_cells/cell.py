@@ -48,6 +48,7 @@ class Cell:
     heat_j_per_kg_k: float
     cooling_w_per_k: float
     size: str
+    surface_lag_s: float = 0.0  # of the thermometer behind the mass that counts
     ocv: object = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -122,6 +123,7 @@ class Response:
     h: np.ndarray
     v: np.ndarray
     temperature: np.ndarray
+    surface: np.ndarray  # where the thermometer is
 
 
 def charge_transfer(cell, current, temperature):
@@ -168,4 +170,8 @@ def respond(cell, t, current, air_c, begin=(1.0, -1.0)):
         temperature = 0.3 * temperature + 0.7 * new if moved > 3.0 else new
         if moved < 0.01:
             break
-    return Response(t, current, z, h, v, temperature)
+    surface = temperature
+    if cell.surface_lag_s > 0.0:
+        kept = np.exp(-dt / cell.surface_lag_s)
+        surface = lag(float(air_c), kept, (1.0 - kept) * temperature)
+    return Response(t, current, z, h, v, temperature, surface)

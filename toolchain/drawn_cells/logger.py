@@ -74,7 +74,7 @@ def read(rng, logger, program, response, mask):
     temperature = None
     if logger.temperature != "none":
         fine = logger.temperature == "fine"
-        temperature = steps(true_t + rng.normal(0, 0.03, n), 0.1 if fine else 1.0)
+        temperature = steps(response.surface[mask] + rng.normal(0, 0.03, n), 0.1 if fine else 1.0)
     v = steps(response.v[mask] + rng.normal(0, logger.noise_v, n), logger.step_v)
     return Rows(t, steps(current, logger.step_a), v, temperature, true_t)
 

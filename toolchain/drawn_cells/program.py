@@ -88,7 +88,8 @@ def make(rng, cell, kind, temperature_c, rate, logger):
     elif kind == "pair":
         sample = max(sample, 5.0)
     segments = KINDS[kind](rng, cell, rate, sample)
-    return Program(kind, temperature_c, rate, tuple(segments), sample, logger.phase * sample, logger.sparse or sample < 1.0)
+    return Program(kind, temperature_c, rate, tuple(segments), sample, logger.phase * sample,
+                   logger.sparse or sample < 1.0)
 
 
 def grid(program):

@@ -3,8 +3,8 @@
 
 Free are the OCV on its nodes, every resistance on its nodes, time constants, energies, exchange current, hysteresis and
 entropy; least squares by Gauss-Newton. Currents, voltages and the count of charge are the recorded ones, with all their
-errors. What few recordings cannot tell is held as identify holds it: energies 15 +- 10 kJ/mol, time constants 0 +- 10
-kJ/mol, entropy 0 +- 0.15 mV/K. The temperature is the recorded one, or the true one where it has steps or is missing.
+errors; the temperature is the true one. What few recordings cannot tell is held as identify holds it: energies 15 +- 10
+kJ/mol, of the time constants 0 +- 10 kJ/mol, entropy 0 +- 0.15 mV/K.
 """
 import numpy as np
 
@@ -33,7 +33,7 @@ class Recording:
         # A reading just before a change: its current has flowed; just after: the one before has; else between them.
         self.source = {0.0: self.current, 1e-3: before}.get(logger.phase, 0.5 * (self.current + before))
         self.z = 1.0 - np.cumsum(self.source * self.dt) / 3600.0 / cell.capacity_ah
-        self.temperature = rows.temperature if logger.temperature == "fine" else rows.true_temperature
+        self.temperature = rows.true_temperature
         self.h = cells.hysteresis(cell, self.z, self.source, -1.0)
         sigma = np.sqrt(logger.noise_v ** 2 + logger.step_v ** 2 / 12.0 + 2.5e-7 + (cell.r0[5] * logger.noise_a) ** 2)
         jump = np.abs(self.current - before) if logger.phase == 0.5 else np.zeros_like(before)

@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -50,6 +51,7 @@ class Trial:
         self.tool, self.folder, self.number = tool, folder, number
         rng = np.random.default_rng([seed, number])
         self.cell = cells.draw(rng)
+        self.cell.surface_lag_s = max(0.0, np.random.default_rng([seed, number, 1]).uniform(-10.0, 30.0))
         self.logger = loggers.draw(rng, self.cell.capacity_ah)
         self.plan = plan(rng, self.cell)
         self.told_capacity, self.told_body = rng.random() < 0.3, rng.random() < 0.5
@@ -66,6 +68,7 @@ class Trial:
             self.recs.append(reference.Recording(self.cell, self.logger, rows))
         self.found = {"cell": number, "chemistry": self.cell.chemistry, "branches": len(self.cell.r),
                       "charge_transfer": bool(self.cell.exchange_a), "sample_s": self.logger.sample_s,
+                      "surface_lag_s": round(self.cell.surface_lag_s, 1),
                       "phase": self.logger.phase, "noise_mv": round(1e3 * self.logger.noise_v, 3),
                       "step_mv": 1e3 * self.logger.step_v, "thermometer": self.logger.temperature,
                       "instrument": "sound" if self.logger.offset_a == 0 else
@@ -139,6 +142,12 @@ class Trial:
             self.fail("at a bound without a word", ", ".join(bounds))
         if "bound" not in said:
             self.at_same_extreme(test)
+        for one in found["tests"]:
+            for file in one["files"]:
+                written, fit = 1e3 * file["rms_v_used_rows"], 1e3 * file["fit_rms_v_used_rows"]
+                if written > 1.5 * fit + 0.5:
+                    self.fail("cell file loses what was fitted", f"{Path(file['file']).name}: {written:.2f} mV by the "
+                              f"file, {fit:.2f} mV in the fit, {len(found['tests'])} tables")
         for key, low, high, true in coverage_of(self, found, test):
             self.found["coverage"].append([key, low, high, true])
 
