@@ -20,8 +20,8 @@ PERFECT = loggers.Logger(1.0, 0.0, False, 0.0, 1e-7, 0.0, 1e-7, 0.0, 1.0, "fine"
 def plain(**changes):
     """10 Ah, 5 mOhm, a branch of 3 mOhm and 20 s; nothing moves with temperature or SOC but the OCV."""
     z, v, low, high = cells.CURVES["nmc"]
-    base = cells.Cell("nmc", 10.0, low, high, np.array(z), np.array(v), 5e-3 * FLAT, [3e-3 * FLAT], np.array([20.0]), 0.0,
-                      0.0, 0.0, 0.0, (), 0.0, 10.0, 0.0, 0.2, 1000.0, 0.5, "18650")
+    base = cells.Cell("nmc", 10.0, low, high, np.array(z), np.array(v), 5e-3 * FLAT, [3e-3 * FLAT], np.array([20.0]),
+                      0.0, 0.0, 0.0, 0.0, (), 0.0, 10.0, 0.0, 0.2, 1000.0, 0.5, "18650")
     return replace(base, **changes)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""toolchain/learn_bench.py counts what fails, says how to do it again, and a short campaign of the real tool goes through."""
+"""toolchain/learn_bench.py counts what fails, does a cell again, and takes the real tool through a short campaign."""
 import csv
 import json
 import os
@@ -56,8 +56,8 @@ def test_usage_that_cannot_be_meant_is_refused(tmp_path):
 
 def test_a_short_campaign_of_the_real_tool(tmp_path):
     cells = (2, 7, 17, 19, 20, 25)
-    run = bench("--tool", TOOL, "--seed", 1, *(w for k in cells for w in ("--cell", k)), "--json", tmp_path / "marks.json",
-                "--csv", tmp_path / "cells.csv")
+    run = bench("--tool", TOOL, "--seed", 1, *(w for k in cells for w in ("--cell", k)),
+                "--json", tmp_path / "marks.json", "--csv", tmp_path / "cells.csv")
     found = json.loads((tmp_path / "marks.json").read_text())["cells"]
     rows = list(csv.DictReader((tmp_path / "cells.csv").open()))
     assert [x["cell"] for x in found] == list(cells) == [int(row["cell"]) for row in rows]

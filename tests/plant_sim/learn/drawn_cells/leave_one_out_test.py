@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""toolchain/leave_one_out.py: its rival finds a known circuit; two cheap rows of measured cells (needs VOLTLAP_DATA)."""
+"""toolchain/leave_one_out.py: its rival finds a known circuit; two cheap rows of a measured cell (VOLTLAP_DATA)."""
 import json
 import os
 import pathlib
@@ -14,7 +14,8 @@ DATA = os.environ.get("VOLTLAP_DATA")
 sys.path.insert(0, str(ROOT / "toolchain"))
 import leave_one_out_rival as rivals  # noqa: E402
 
-HEAD = "# voltlap\n# file 1\nfile,time_s,counts,soc,current_a,voltage_v,model_v,error_v,temperature_c,model_temperature_c\n"
+HEAD = ("# voltlap\n# file 1\n"
+        "file,time_s,counts,soc,current_a,voltage_v,model_v,error_v,temperature_c,model_temperature_c\n")
 
 
 def run(*words, code=0, **environment):
