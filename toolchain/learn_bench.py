@@ -83,6 +83,7 @@ def quiet_worker():
 
 
 def run(given, seed, folder):
+    """(what was found, whether it was let to its end)."""
     numbers = given.cell or range(given.cells or (SHORT_CELLS if given.short else CELLS))
     out = []
     with ProcessPoolExecutor(given.jobs, initializer=quiet_worker) as pool:
@@ -100,8 +101,8 @@ def run(given, seed, folder):
             for process in list(pool._processes.values()):  # each leads its own group with what it runs
                 os.killpg(process.pid, signal.SIGKILL)
             pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return sorted(out, key=lambda one: one["cell"])
+            return sorted(out, key=lambda one: one["cell"]), False
+    return sorted(out, key=lambda one: one["cell"]), True
 
 
 def line_of(found):
@@ -181,16 +182,18 @@ def main():
     seed = secrets.randbelow(2 ** 31) if given.seed is None else given.seed
     print(f"learn_bench: seed {seed}", file=sys.stderr)
     with tempfile.TemporaryDirectory(prefix="learn-bench-") as scratch:
-        try:
-            found = run(given, seed, given.keep or Path(scratch))
-        except KeyboardInterrupt:
-            print("learn_bench: interrupted; nothing is kept", file=sys.stderr)
-            return 130
+        found, whole = run(given, seed, given.keep or Path(scratch))
+    if not whole:
+        print(f"learn_bench: interrupted after {len(found)} cells", file=sys.stderr)
+    if not found:
+        return 130
     print(text_of(found, seed))
     if given.json:
         given.json.write_text(json.dumps({"seed": seed, "coverage": coverage(found), "cells": found}, indent=1) + "\n")
     if given.csv:
         write_csv(given.csv, found)
+    if not whole:
+        return 130
     broken = ("crashed", "refused", "read back", "bench")
     return int(any(word in kind for x in found for kind, _ in x["failures"] for word in broken))
 

@@ -105,7 +105,7 @@ class Table:
     """Runs the commands of one row after the other; files stay in the folder."""
 
     def __init__(self, data, folder):
-        self.data, self.folder = data, folder
+        self.data, self.folder, self.done = data, folder, set()
 
     def voltlap(self, command, *words):
         words = [str(w) for w in words]
@@ -120,12 +120,15 @@ class Table:
         return ("--cells-in-series", row.series) if row.series > 1 else ()
 
     def fitted(self, row, rung):
-        """Cell file and JSON of `identify`."""
+        """Cell file and JSON of `identify`, once for the column and the rival."""
         cell, out = (self.folder / f"{row.name}_{rung}{end}" for end in (".toml", ".json"))
+        if (row.name, rung) in self.done:
+            return cell, json.loads(out.read_text())
         part = ("--window", f"0:{row.half_s:g}") if row.half_s else ()
         blocks = ("--blocks", f"{BLOCK_S}:even") if row.blocks else ()
         self.voltlap("identify", *RUNGS[rung], *self.series(row), *blocks, *part,
                      *(w for r in row.fit for w in r.words(self.data)), "--out", cell, "--json", out)
+        self.done.add((row.name, rung))
         return cell, json.loads(out.read_text())
 
     def rows(self, row, cell, recording, name):
