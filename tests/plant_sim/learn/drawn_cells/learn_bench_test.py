@@ -55,14 +55,14 @@ def test_usage_that_cannot_be_meant_is_refused(tmp_path):
 
 
 def test_a_short_campaign_of_the_real_tool(tmp_path):
-    cells = (2, 7, 17, 19, 20, 25)
+    cells = (2, 6, 14, 17)
     run = bench("--tool", TOOL, "--seed", 1, *(w for k in cells for w in ("--cell", k)),
                 "--json", tmp_path / "marks.json", "--csv", tmp_path / "cells.csv")
     found = json.loads((tmp_path / "marks.json").read_text())["cells"]
     rows = list(csv.DictReader((tmp_path / "cells.csv").open()))
     assert [x["cell"] for x in found] == list(cells) == [int(row["cell"]) for row in rows]
-    assert sorted(x["ratio"] for x in found)[len(found) // 2] < 4.0
+    assert sorted(x["ratio"] for x in found)[len(found) // 2] < 2.5
     for x in found:
-        assert 0.0 < x["reference_mv"] < 10.0 and x["rms_mv"] < 20.0
+        assert 0.0 < x["reference_mv"] < 10.0 and x["rms_mv"] < 10.0
         assert x["ratio"] > 0.9  # the true class with the same rows is not beaten: otherwise it is no measure
     assert "95 % intervals" in run.stdout and "worst cells" in run.stdout

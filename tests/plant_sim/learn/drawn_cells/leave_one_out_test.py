@@ -57,7 +57,7 @@ def test_the_rival_finds_a_known_circuit_and_predicts_it_elsewhere(tmp_path):
 
 def test_the_rival_sees_only_what_it_is_given(tmp_path):
     rows = circuit(tmp_path / "a.csv", 60, 25)
-    rows.v[rows.t > 3000] += 0.2
+    rows.v[rows.t > 3000] += 0.1
     rival = rivals.Rival([(rows, rows.t <= 3000)])
     assert rows.rms_mv(rival.predicted(rows), rows.counts & (rows.t < 3000)) < 0.5
 
