@@ -50,7 +50,7 @@ def test_heat_warms_the_mass_until_the_air_takes_it_and_resistance_follows_arrhe
     ratio = np.exp(20e3 / cells.GAS * (1 / 308.15 - 1 / 298.15))
     drop = [cell.ocv(x.z[1]) - x.v[1] for x in (warm, cold)]
     assert drop[0] / drop[1] == pytest.approx(ratio, rel=1e-3)
-    assert drop[1] == pytest.approx(20.0 * 5e-3 + 20.0 * 3e-3 * (1 - np.exp(-1 / 20)), rel=1e-4)  # 25 degC: the tables
+    assert drop[1] == pytest.approx(20.0 * 5e-3 + 20.0 * 3e-3 * (1 - np.exp(-1 / 20)), rel=1e-3)  # 25 degC: the tables
 
 
 def test_charge_transfer_hysteresis_and_entropy_stand_in_the_voltage():
