@@ -142,6 +142,10 @@ class Trial:
         if bounds and "at its bound" not in said:
             self.fail("at a bound without a word", ", ".join(bounds))
         self.stopped(test, said)
+        for law in test.get("laws", []):
+            there = {"exchange_current": self.cell.exchange_a, "hysteresis": self.cell.hysteresis_v}
+            if law["origin"] == "measured" and not there.get(law["key"], True):
+                self.fail("a law that is not there", f"{law['key']} {law['ci95_low']:.4g} to {law['ci95_high']:.4g}")
         for one in found["tests"]:
             for file in one["files"]:
                 written, fit = 1e3 * file["rms_v_used_rows"], 1e3 * file["fit_rms_v_used_rows"]
