@@ -11,6 +11,7 @@ the true circuit fitted to the same rows (toolchain/drawn_cells/reference.py).
 """
 import argparse
 import csv
+import importlib.util
 import json
 import os
 import secrets
@@ -58,6 +59,8 @@ def check(given):
             refuse(f"--{name} {value}: expected {low} or more")
     if any(k < 0 for k in given.cell):
         refuse(f"--cell {min(given.cell)}: expected 0 or more, as the lists of a run count them")
+    if importlib.util.find_spec("scipy") is None:
+        refuse("scipy is not there; pip install -r toolchain/requirements/fit.txt -r toolchain/requirements/test.txt")
     if not os.access(given.tool, os.X_OK):
         refuse(f"{given.tool} is not there; run ./voltlap build, or name it with --tool")
 

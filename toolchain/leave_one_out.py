@@ -9,6 +9,7 @@ weighted by time, as `validate` counts them. Of a car one drive is there: its se
 (--window), and its odd minutes from the even ones (--blocks 60:even). All of the table takes an hour on one core.
 """
 import argparse
+import importlib.util
 import json
 import os
 import subprocess
@@ -189,6 +190,8 @@ def arguments():
         parser.error(f"--only {wrong[0]}: expected a row or its beginning, of {', '.join(row.name for row in ROWS)}")
     if not os.environ.get("VOLTLAP_DATA"):
         parser.error("VOLTLAP_DATA is not set: no measured recordings on this machine")
+    if importlib.util.find_spec("scipy") is None:
+        parser.error("scipy is not there; pip install -r toolchain/requirements/fit.txt -r toolchain/requirements/test.txt")
     if not os.access(given.voltlap, os.X_OK):
         parser.error(f"{given.voltlap} is not there; run ./voltlap build, or name it with --voltlap")
     return given

@@ -84,7 +84,7 @@ class Problem:
     def __init__(self, recordings, curve):
         self.curve, self.recordings = curve, []
         for rows, seen in recordings:
-            # Rows far from Voltlap's own model are of open contactors, which no circuit follows: the rival is spared them.
+            # Rows far from Voltlap's own model are of open contactors, which no circuit follows: it is spared them.
             used = seen & np.isfinite(rows.soc) & (np.abs(rows.model - rows.v) < ASTRAY_V)
             weight = np.minimum(rows.dt, 30.0) * used
             self.recordings.append((rows, used, np.sqrt(weight / weight.sum())[used]))

@@ -121,6 +121,7 @@ class Trial:
                             done.stdout)
         except (OSError, ValueError) as error:
             self.fail("JSON not read back", repr(error))
+            return self.found
         self.predicted(model)
         if self.again:
             first = min(self.files[:-1], key=lambda p: p.stat().st_size)
@@ -162,7 +163,8 @@ class Trial:
             value = np.array(table["value"])
             met = np.abs(value / value.max() - 1.0) < 1e-4
             if name.startswith("tau") and 2 <= met.sum() < len(value) and "bound" not in said:
-                self.fail("at a bound without a word", f"{name}: {met.sum()} of {len(value)} nodes at {value.max():.4g} s")
+                self.fail("at a bound without a word",
+                          f"{name}: {met.sum()} of {len(value)} nodes at {value.max():.4g} s")
             if name[0] == "r" and name != "r0_ohm" and np.all(value < 0.01 * r0):
                 self.fail("a branch that is not there", f"{name}: at most {1e3 * value.max():.3g} mOhm")
 
@@ -177,8 +179,12 @@ class Trial:
         for line in done.stdout.splitlines():
             if "defect of the recording" in line:
                 self.fail("validate finds a defect in a sound recording", line)
-        file = json.loads(out.read_text())["files"][0]
-        rows = np.genfromtxt(errors, delimiter=",", skip_header=3, usecols=(1, 2, 7))
+        try:
+            file = json.loads(out.read_text())["files"][0]
+            rows = np.genfromtxt(errors, delimiter=",", skip_header=3, usecols=(1, 2, 7))
+        except (OSError, ValueError) as error:
+            self.fail("JSON not read back", f"validate: {error!r}")
+            return
         fit = reference.Fit(self.cell)
         answer = fit.solve(self.recs[:-1])
         rec = self.recs[-1]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+pytest.importorskip("scipy", reason="scipy is not there: pip install -r toolchain/requirements/fit.txt")
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "toolchain"))
 from drawn_cells import cell as cells  # noqa: E402
 from drawn_cells import logger as loggers  # noqa: E402

@@ -9,6 +9,7 @@ import sys
 
 import pytest
 
+pytest.importorskip("scipy", reason="scipy is not there: pip install -r toolchain/requirements/fit.txt")
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 TOOL = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
 
@@ -55,13 +56,13 @@ def test_usage_that_cannot_be_meant_is_refused(tmp_path):
 
 
 def test_a_short_campaign_of_the_real_tool(tmp_path):
-    cells = (2, 6, 14, 17)
+    cells = (2, 3, 17, 19)
     run = bench("--tool", TOOL, "--seed", 1, *(w for k in cells for w in ("--cell", k)),
                 "--json", tmp_path / "marks.json", "--csv", tmp_path / "cells.csv")
     found = json.loads((tmp_path / "marks.json").read_text())["cells"]
     rows = list(csv.DictReader((tmp_path / "cells.csv").open()))
     assert [x["cell"] for x in found] == list(cells) == [int(row["cell"]) for row in rows]
-    assert sorted(x["ratio"] for x in found)[len(found) // 2] < 2.5
+    assert sorted(x["ratio"] for x in found)[len(found) // 2] < 2.0
     for x in found:
         assert 0.0 < x["reference_mv"] < 10.0 and x["rms_mv"] < 10.0
         assert x["ratio"] > 0.9  # the true class with the same rows is not beaten: otherwise it is no measure

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+pytest.importorskip("scipy", reason="scipy is not there: pip install -r toolchain/requirements/fit.txt")
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 DATA = os.environ.get("VOLTLAP_DATA")
 sys.path.insert(0, str(ROOT / "toolchain"))
