@@ -191,7 +191,8 @@ def arguments():
     if not os.environ.get("VOLTLAP_DATA"):
         parser.error("VOLTLAP_DATA is not set: no measured recordings on this machine")
     if importlib.util.find_spec("scipy") is None:
-        parser.error("scipy is not there; pip install -r toolchain/requirements/fit.txt -r toolchain/requirements/test.txt")
+        parser.error("scipy is not there; "
+                     "pip install -r toolchain/requirements/fit.txt -r toolchain/requirements/test.txt")
     if not os.access(given.voltlap, os.X_OK):
         parser.error(f"{given.voltlap} is not there; run ./voltlap build, or name it with --voltlap")
     return given
