@@ -173,7 +173,7 @@ class FullFitter {
 
   /// What tables over SOC leave of the coarse recordings is so much more than noise that no smoothing makes it noise.
   [[nodiscard]] bool is_far_from_noise() const {
-    constexpr double kFar = 10.0, kLeast = 5e-3;  // of the instrument's noise, as a power density; V s^0.5
+    constexpr double kFar = 10.0, kLeast = 0.03;  // of the instrument's noise, as a power density; V s^0.5
     return left_v2_s_ > std::max(kLeast * kLeast, kFar * kFar * options_.instrument_v2_s);
   }
 
