@@ -12,7 +12,8 @@ namespace {
 using Eigen::Index;
 
 constexpr double kResistanceFloor = 1e-3;  // of the typical resistance: no recording tells less from nothing
-constexpr double kMostEnergy = 120.0;      // kJ/mol, of any law
+constexpr double kMostEnergy = 120.0;      // kJ/mol, of a resistance
+constexpr double kMostOfTau = 30.0;        // kJ/mol, either way: three sigma of what is believed, a factor of 1.9 in 15 K
 constexpr double kMostEntropy = 1.0;       // mV/K
 constexpr double kMostHysteresis = 100.0;  // mV
 constexpr double kMostOfExchange = 6.0;    // of ln i_0, from what is believed of it
@@ -35,9 +36,9 @@ Bounds bounds_of(const CircuitResiduals& cost) {
   out.low.segment(at.doubt(), at.doubts).setConstant(-kMostOff);
   out.high.segment(at.doubt(), at.doubts).setConstant(kMostOff);
   const double exchange = priors.law_priors.mean(ResistanceLaws::kLogExchange);
-  out.low.tail(ResistanceLaws::kCount) << 0.0, 0.0, -kMostEnergy, exchange - kMostOfExchange,
+  out.low.tail(ResistanceLaws::kCount) << 0.0, 0.0, -kMostOfTau, exchange - kMostOfExchange,
       -kMostEntropy, 0.0;
-  out.high.tail(ResistanceLaws::kCount) << kMostEnergy, kMostEnergy, kMostEnergy, exchange + kMostOfExchange,
+  out.high.tail(ResistanceLaws::kCount) << kMostEnergy, kMostEnergy, kMostOfTau, exchange + kMostOfExchange,
       kMostEntropy, kMostHysteresis;
   return out;
 }
