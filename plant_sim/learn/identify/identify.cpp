@@ -187,7 +187,9 @@ void IdentificationProblem::make_runs() {
   priors.law_priors = usual_law_priors(priors.resistance_scale, options.reference_temperature_c);
   priors.law_priors.fixed = fixed;
   if (runs.size() < prepared.size()) {
-    anchor_by_model(prepared, linear_fit(runs, first_taus(2), priors).model);
+    const CircuitModel first = linear_fit(runs, first_taus(2), priors).model;
+    anchor_by_model(prepared, first);
+    settle_full_in_doubt(prepared, first);
     runs = runs_of(prepared, every_row);
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
@@ -239,7 +241,7 @@ void IdentificationProblem::estimate_temperatures() {
 /// A warming that was reckoned with an assumed body tells no law over the temperature: only recordings that began at
 /// other temperatures do.
 void IdentificationProblem::assume_laws_of_warming() {
-  constexpr double kOther_k = 5.0, kHeld = 0.02;  // of what is believed
+  constexpr double kOther_k = 5.0, kHeld = 1e-3;  // of what is believed
   double coldest = 1e9, warmest = -1e9;
   for (const PreparedLog& one : prepared) {
     const bool recorded = !one.log->temperature_c.empty() && !one.temperature_estimated;

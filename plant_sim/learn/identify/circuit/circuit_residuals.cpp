@@ -13,7 +13,7 @@ using Eigen::Index;
 
 constexpr double kResistanceFloor = 1e-3;  // of the typical resistance: no recording tells less from nothing
 constexpr double kMostEnergy = 120.0;      // kJ/mol, of a resistance
-constexpr double kMostOfTau = 30.0;        // kJ/mol, either way: three sigma of what is believed, a factor of 1.9 in 15 K
+constexpr double kMostOfTau = 30.0;        // kJ/mol, either way: three sigma of what is believed, 1.9 in 15 K
 constexpr double kMostEntropy = 1.0;       // mV/K
 constexpr double kMostHysteresis = 100.0;  // mV
 constexpr double kMostOfExchange = 6.0;    // of ln i_0, from what is believed of it

@@ -143,6 +143,25 @@ double assume_full_at_least_drawn(PreparedLog& first) {
   return *high - *low;
 }
 
+/// A recording that begins at its own highest voltage need not begin full: others of the cell may stand higher.
+void doubt_full(std::vector<PreparedLog>& prepared) {
+  constexpr double kLower_v = 0.05;
+  const auto is_full = [](const PreparedLog& one) {
+    return one.anchored && (one.run.anchor.from == "full charge" || one.run.anchor.from == "assumed");
+  };
+  double highest = 0.0;
+  for (const PreparedLog& one : prepared) {
+    if (is_full(one)) highest = std::max(highest, one.log->voltage_v[one.run.anchor.row]);
+  }
+  for (PreparedLog& one : prepared) {
+    if (!is_full(one) || one.run.full_rows.size() > 1) continue;
+    if (one.log->voltage_v[one.run.anchor.row] > highest - kLower_v) continue;
+    one.full_in_doubt = one.run.anchor;
+    one.run.full_rows.clear();
+    one.anchored = false;
+  }
+}
+
 /// The charge after SOC 1, or that which was put back before it, and whether it is all that the cell holds.
 Capacity spanned_capacity(PreparedLog& one) {
   constexpr double kTrifle = 0.1;
@@ -270,6 +289,7 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKn
     moved = std::max(moved, moved_ah(log, one.run.hold));
     out.push_back(std::move(one));
   }
+  doubt_full(out);
   if (spanned.ah == 0.0) spanned = {assume_full_at_least_drawn(out.front()), CapacityFrom::kDrawnOnly};
   const Capacity capacity = settled_capacity(spanned, out, known);
   notes.push_back(capacity_note(capacity, moved));
@@ -297,6 +317,24 @@ void anchor_by_model(std::vector<PreparedLog>& prepared, const CircuitModel& mod
     } else {
       one.run.anchor = {0, kTrial + soc_of_ocv(model, rests.front().voltage_v) - rests.front().soc, "rest"};
     }
+  }
+}
+
+void settle_full_in_doubt(std::vector<PreparedLog>& prepared, const CircuitModel& model) {
+  constexpr double kNearTop = 0.98, kAround = 0.03, kFlat_v = 0.2;  // SOC; SOC; V over the whole of it
+  const auto is_flat = [&](double soc) {
+    const double low = model.ocv.value(model.em, soc - kAround), high = model.ocv.value(model.em, soc + kAround);
+    return high - low < 2.0 * kAround * kFlat_v;
+  };
+  for (PreparedLog& one : prepared) {
+    if (!one.full_in_doubt || !one.anchored) continue;
+    const auto row = static_cast<Eigen::Index>(one.full_in_doubt->row);
+    const double soc = make_run(*one.log, one.run).soc(row);
+    if (soc > kNearTop || is_flat(soc)) {
+      one.run.anchor = *one.full_in_doubt;
+      one.run.full_rows = {one.full_in_doubt->row};
+    }
+    one.full_in_doubt.reset();
   }
 }
 

@@ -16,6 +16,7 @@ struct PreparedLog {
   RunOptions run;
   std::string hold_from;     ///< counter, voltage, like the first file
   bool anchored = false;     ///< SOC is known without a model
+  std::optional<SocAnchor> full_in_doubt{};  ///< another recording stands higher where it is full
   bool hold_certain = true;  ///< false: the recording cannot tell, and the first candidate was taken
   bool temperature_estimated = false;  ///< by the heat that it makes and an assumed body
   Capacity capacity{};       ///< the same for all recordings of a cell
@@ -37,6 +38,10 @@ void require_enough_rows(const std::vector<CellLog>& logs);
 /// Capacity, anchors and holds. Throws InputError when there is no current in a recording, or it never changes.
 [[nodiscard]] std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKnowledge& known,
                                                std::vector<std::string>& notes);
+
+/// A recording that was full in doubt is so where the model that gave it a SOC puts it near the top, or on a plateau
+/// that tells nothing.
+void settle_full_in_doubt(std::vector<PreparedLog>& prepared, const CircuitModel& model);
 
 /// Charge from a row to the lowest point after it.
 [[nodiscard]] double span_ah(const CellLog& log, std::size_t from, CurrentHold hold);

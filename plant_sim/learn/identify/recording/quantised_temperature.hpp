@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thermometer in whole degrees hides what a pulse does: 1 K is 1.4 % of every resistance, 5 mV of 400 A. Between its
+// A thermometer in whole degrees hides what a pulse does: 1 K is 2 % of every resistance, 5 mV of 400 A. Between its
 // steps the cell's own heat tells the temperature:
 //
 //   T = b(t) + k h(t),   dh/dt = I^2 - h / tau        b: straight between a few knots; k >= 0

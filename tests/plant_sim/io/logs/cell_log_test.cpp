@@ -178,6 +178,61 @@ TEST(CellLog, GapTakesItsChargeFromTheCounter) {
   DOUBLES_EQUAL(0.5, drawn[25] - drawn[24], 1e-9);
 }
 
+TEST(CellLog, TwoCountersThatBeginAnewMakeTheNetCharge) {
+  MeasuredTable table = Square{}.table();
+  table.columns.insert(table.columns.end(), {"chg", "dis"});
+  table.values.resize(5);
+  double in = 0.0, out = 0.0;
+  for (std::size_t row = 0; row < 60; ++row) {
+    if (row == 40) in = out = 0.0;  // another step of the tester
+    out += table.values[1][row] / 3600.0;
+    in += 1e-4;
+    table.values[3].push_back(in);
+    table.values[4].push_back(out);
+  }
+  automatic.roles["charged_ah"] = {"chg"};
+  automatic.roles["discharged_ah"] = {"dis"};
+  const CellLog log = log_of(table);
+  LONGS_EQUAL(60, log.charge_ah.size());
+  // 10 A in rows 10 to 19, 30 to 39 and 50 to 59; row 0 is where it begins.
+  DOUBLES_EQUAL(30 * 10.0 / 3600.0 - 59 * 1e-4, log.charge_ah.back() - log.charge_ah.front(), 1e-9);
+}
+
+TEST(CellLog, AThinnedCurrentFollowsTheCounter) {
+  // +-0.2 A around nothing, of which one row a minute was written: always one with +0.2 A.
+  MeasuredTable table = Square{}.table(120);
+  table.columns.emplace_back("q");
+  table.values.emplace_back();
+  double counter = 0.0;
+  for (std::size_t row = 0; row < 120; ++row) {
+    table.values[0][row] = 60.0 * static_cast<double>(row);
+    if (row >= 60) {
+      table.values[1][row] = 0.2;
+      table.values[2][row] = 3.6;
+    }
+    counter += row < 60 ? table.values[1][row] * 60.0 / 3600.0 : (row % 2 == 0 ? 1e-5 : -1e-5);
+    table.values[3].push_back(counter);
+  }
+  automatic.roles["charge_ah"] = {"q"};
+  const CellLog log = log_of(table);
+  CHECK(has_repair(log, "the counter's mean is taken"));
+  const std::vector<double> drawn = charge_drawn_ah(log, CurrentHold::kNext);
+  DOUBLES_EQUAL(drawn[60], drawn[119], 2e-5);
+  DOUBLES_EQUAL(30 * 10.0 / 60.0, drawn[59] - drawn[0], 1e-9);
+}
+
+TEST(CellLog, NoiseOfASteadyCurrentTellsNoSign) {
+  // A slow discharge, declared as such, whose noise happens to fall with the voltage.
+  MeasuredTable table = Square{}.table(400);
+  for (std::size_t row = 0; row < 400; ++row) {
+    const double t = static_cast<double>(row);
+    table.values[1][row] = row < 10 ? 0.0 : 0.08 - 1e-6 * t;
+    table.values[2][row] = 3.6 - 1e-4 * t;
+  }
+  const CellLog log = cell_log_of(table, map_with(DischargeSign::kPositive), {});
+  CHECK(log.current_a[200] > 0.0);
+}
+
 TEST(CellLog, HoldIsFoundFromACounter) {
   MeasuredTable table = Square{}.table(2000);
   table.columns.emplace_back("q");

@@ -87,7 +87,7 @@ def test_panasonic_at_two_temperatures_has_laws_and_predicts_a_drive(tmp_path):
     ohmic = laws["ohmic_activation_energy"]
     assert ohmic["origin"] == "measured" and 5e3 < ohmic["ci95_low"] < ohmic["ci95_high"] < 60e3
     (us06,) = errors(cell, tmp_path, "panasonic_18650pf/us06_25C")
-    # From the pulses at 25 degC alone it is 28: one energy of all branches does not suit this cell's relaxations at 10 degC.
+    # From the pulses at 25 degC alone it is 28: one energy of all branches does not suit its relaxations at 10 degC.
     assert us06["rms_v"] <= 40e-3
 
 

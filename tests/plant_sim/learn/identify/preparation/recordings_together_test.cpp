@@ -39,6 +39,20 @@ TEST(RecordingsTogether, OneThatContradictsIsLeftOutAndNamed) {
   DOUBLES_EQUAL(1.0, with.model.r0_ohm(8, 5.0) / without.model.r0_ohm(8, 5.0), 0.01);
 }
 
+TEST(RecordingsTogether, WhereAnotherBeginsIsFoundWithTheTables) {
+  const auto plan = cell.pulses({1.0, 2.0});
+  std::vector<double> part = cell.pulses({1.5});
+  part.resize(part.size() / 2);
+  for (const double start : {0.62, 0.83, 0.95}) {
+    CellLog unknown = named("part.csv", cell.record(part, 25.0, start));
+    const IdentifyResult r = identify({named("whole.csv", cell.record(plan, 25.0)), unknown}, options);
+    // SOC 0 is where the whole one ends: at a tenth of the cell's.
+    const double first = r.files[1].trace.soc(0), truth = 1.0 - (1.0 - start) * cell.capacity_ah / r.model.capacity_ah;
+    DOUBLES_EQUAL(truth, first, 0.004);
+    CHECK(r.rms_v < 2e-3);
+  }
+}
+
 TEST(RecordingsTogether, OfACellThatAgedIsCountedWithItsOwnCapacity) {
   LawsCell aged = cell;
   aged.capacity_ah = 0.93 * cell.capacity_ah;
