@@ -20,6 +20,11 @@ NOT_RUN = {
     "./voltlap fuzz": "it builds everything with clang; its short form has a suite of its own",
     "./voltlap fuzz --for 1h": "as above, and it takes an hour",
     "./voltlap fuzz can dbc --each 10min": "as above",
+    "VOLTLAP_DATA=data python3 toolchain/leave_one_out.py --rungs chosen,constant2,rival":
+        "it takes an hour; two of its rows have a test of their own",
+    "python3 toolchain/learn_bench.py --seed 1 --json build/marks.json --csv build/cells.csv":
+        "it takes hours; its short form has a suite of its own",
+    "python3 toolchain/learn_bench.py --seed 1 --cell 6 --keep build/cells": "as above",
     "toolchain/bare_root_test.sh": "it downloads a system and takes minutes; its short form has a suite of its own",
 }
 # What differs from run to run, in what is shown and in what is printed.
