@@ -72,7 +72,7 @@ class Machine:
     def makes_environments(self, pip=""):
         """python3 -m venv --clear DIR; other calls are Python's own."""
         self.stand_in("python3", f"""[ "$1 $2" = "-m venv" ] || exec "{sys.executable}" "$@"
-            rm -rf "$4"; mkdir -p "$4/bin"
+            rm -rf "$4"/*; mkdir -p "$4/bin"
             printf '#!{BASH}\\necho "python $*" >>"{self.calls}"\\n{pip}\\n' >"$4/bin/python"
             {CHMOD} +x "$4/bin/python" """)
 

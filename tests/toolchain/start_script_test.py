@@ -283,6 +283,17 @@ def test_environment_that_was_broken_off_is_made_anew(machine):
     assert "setting up Python" in machine.start("lap", "--yes").stderr
 
 
+def test_environment_of_another_project_behind_a_link_is_left_alone(machine, tmp_path):
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "kept").write_text("")
+    (machine.project / "build").mkdir(exist_ok=True)
+    venv = machine.project / "build" / "venv"
+    venv.symlink_to(other)
+    machine.start("lap", "--yes")
+    assert (other / "kept").exists() and not venv.is_symlink()
+
+
 def test_moved_project_is_built_anew(machine):
     machine.start("lap", "--yes")
     machine.called("cmake")

@@ -166,6 +166,7 @@ install_packages() {
 fill_venv() {
   local log=$1
   shift
+  [ ! -L "$venv" ] || rm "$venv"  # --clear would empty what the link leads to: another project's environment
   { "$(base_python)" -m venv --clear "$venv" &&
     "$venv/bin/python" -m pip install --disable-pip-version-check -q "$@"; } >"$log" 2>&1
 }
