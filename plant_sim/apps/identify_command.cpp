@@ -137,7 +137,11 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
   std::vector<Recording> out;
   Recording next{"", "", kRoom, -1e300, 1e300, false};
   std::size_t temperature = 0, window = 0, cell = 0, file = 0;
+  const CLI::Option* waiting = nullptr;  // a flag that no file has followed yet
   for (const CLI::Option* option : command_->parse_order()) {
+    const std::string name = option->get_name();
+    if (name == "--temperature" || name == "--window" || name == "--cell") waiting = option;
+    if (name == "data") waiting = nullptr;
     if (option->get_name() == "--temperature") {
       next.temperature_c = temperatures_.at(temperature++);
       next.temperature_given = true;
@@ -149,6 +153,10 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
       next.path = recordings_.files.at(file++);
       out.push_back(next);
     }
+  }
+  if (waiting != nullptr) {
+    throw InputError(waiting->get_name(), "no file after it", "the files that it is of, after it on the command line",
+                     "Put it before them");
   }
   return out;
 }

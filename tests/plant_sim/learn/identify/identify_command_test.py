@@ -296,3 +296,9 @@ def test_no_number_is_shown_with_an_exponent_or_a_minus_before_a_zero(tmp_path):
     said = voltlap("identify", table, "--rc", 2).stdout
     assert not re.search(r"\d[eE][+-]\d", said) and not re.search(r"-0\.?0*(?![\d.])", said)
     assert "(assumed)" in said and re.search(r"R[^\n]*assumed", said)
+
+
+@pytest.mark.parametrize("flag", [("--window", "0:480"), ("--temperature", 30), ("--cell", "a")])
+def test_a_flag_of_the_files_after_it_needs_one(bench, flag):
+    run = voltlap("identify", bench[0][0], *flag, code=2)
+    assert f"{flag[0]}: found no file after it" in run.stderr
