@@ -154,7 +154,17 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
       out.push_back(next);
     }
   }
-  if (waiting != nullptr) {
+  if (waiting != nullptr && waiting->count() == 1) {
+    // Behind the files and alone: of all of them.
+    const std::string name = waiting->get_name();
+    for (Recording& one : out) {
+      if (name == "--cell") one.cell = next.cell;
+      if (name == "--temperature")
+        std::tie(one.temperature_c, one.temperature_given) = std::tuple(next.temperature_c, true);
+      if (name == "--window")
+        std::tie(one.window_begin_s, one.window_end_s) = std::tuple(next.window_begin_s, next.window_end_s);
+    }
+  } else if (waiting != nullptr) {
     throw InputError(waiting->get_name(), "no file after it", "the files that it is of, after it on the command line",
                      "Put it before them");
   }

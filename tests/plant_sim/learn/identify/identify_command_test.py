@@ -298,7 +298,10 @@ def test_no_number_is_shown_with_an_exponent_or_a_minus_before_a_zero(tmp_path):
     assert "(assumed)" in said and re.search(r"R[^\n]*assumed", said)
 
 
-@pytest.mark.parametrize("flag", [("--window", "0:480"), ("--temperature", 30), ("--cell", "a")])
-def test_a_flag_of_the_files_after_it_needs_one(bench, flag):
-    run = voltlap("identify", bench[0][0], *flag, code=2)
-    assert f"{flag[0]}: found no file after it" in run.stderr
+def test_a_flag_behind_the_files_is_of_all_and_one_more_behind_them_of_none(bench, tmp_path):
+    table, path = bench[0][0], tmp_path / "cell.json"
+    voltlap("identify", table, "--window", "0:4000", "--json", path)
+    (recording,) = json.loads(path.read_text())["tests"][0]["files"]
+    assert any("window" in repair for repair in recording["repairs"])
+    run = voltlap("identify", "--window", "0:4000", table, "--window", "0:5000", code=2)
+    assert "--window: found no file after it" in run.stderr
