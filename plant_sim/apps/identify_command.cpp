@@ -142,26 +142,26 @@ std::vector<IdentifyCommand::Recording> IdentifyCommand::recordings() const {
     const std::string name = option->get_name();
     if (name == "--temperature" || name == "--window" || name == "--cell") waiting = option;
     if (name == "data") waiting = nullptr;
-    if (option->get_name() == "--temperature") {
+    if (name == "--temperature") {
       next.temperature_c = temperatures_.at(temperature++);
       next.temperature_given = true;
-    } else if (option->get_name() == "--window") {
+    } else if (name == "--window") {
       std::tie(next.window_begin_s, next.window_end_s) = window_of(windows_.at(window++));
-    } else if (option->get_name() == "--cell") {
+    } else if (name == "--cell") {
       next.cell = cell_.at(cell++);
-    } else if (option->get_name() == "data") {
+    } else if (name == "data") {
       next.path = recordings_.files.at(file++);
       out.push_back(next);
     }
   }
   if (waiting != nullptr && waiting->count() == 1) {
     // Behind the files and alone: of all of them.
-    const std::string name = waiting->get_name();
+    const std::string behind = waiting->get_name();
     for (Recording& one : out) {
-      if (name == "--cell") one.cell = next.cell;
-      if (name == "--temperature")
+      if (behind == "--cell") one.cell = next.cell;
+      if (behind == "--temperature")
         std::tie(one.temperature_c, one.temperature_given) = std::tuple(next.temperature_c, true);
-      if (name == "--window")
+      if (behind == "--window")
         std::tie(one.window_begin_s, one.window_end_s) = std::tuple(next.window_begin_s, next.window_end_s);
     }
   } else if (waiting != nullptr) {

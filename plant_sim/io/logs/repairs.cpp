@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "core/demand.hpp"
-#include "core/number_text.hpp"
 #include "core/errors.hpp"
+#include "core/number_text.hpp"
 #include "core/signal.hpp"
 
 namespace voltlap::plant {
@@ -23,9 +23,11 @@ constexpr double kCellVoltageMin = 0.5, kCellVoltageMax = 5.5;  // beyond any ch
 /// Sum of dI dV over the steps of the current, each part of a step's own size: negative when discharge is positive. A
 /// step is a change over at least half a second: between rows of 100 Hz stands noise, and on a bus current and voltage
 /// come in turn. One of less than a fiftieth of the largest current is noise beside the drift of a slow test.
+/// No step counts for more than four usual ones: in an interval of a slow recorder an empty cell falls by itself.
 double sign_evidence(const CellLog& log) {
-  constexpr double kStep_s = 0.5, kRounding = 1e-6, kNoise = 0.02;
+  constexpr double kStep_s = 0.5, kRounding = 1e-6, kNoise = 0.02, kMostOfUsual = 4.0;
   double with = 0.0, size = 0.0, most = 0.0;
+  std::vector<double> di_a, dv_v, sizes_v;
   for (const double current : log.current_a) most = std::max(most, std::abs(current));
   std::optional<std::size_t> from;
   for (std::size_t row = 0; row < log.rows(); ++row) {
@@ -34,11 +36,20 @@ double sign_evidence(const CellLog& log) {
     if (from && log.time_s[row] - log.time_s[*from] < kStep_s - kRounding) continue;
     if (from) {
       const double di = log.current_a[row] - log.current_a[*from], dv = log.voltage_v[row] - log.voltage_v[*from];
-      const bool steps = std::abs(di) > kNoise * most;
-      with += steps ? di * dv : 0.0;
-      size += steps ? std::abs(di * dv) : 0.0;
+      if (std::abs(di) > kNoise * most) {
+        di_a.push_back(di);
+        dv_v.push_back(dv);
+        sizes_v.push_back(std::abs(dv));
+      }
     }
     from = row;
+  }
+  if (di_a.empty()) return 0.0;
+  const double cap = kMostOfUsual * median(std::move(sizes_v));
+  for (std::size_t k = 0; k < di_a.size(); ++k) {
+    const double part = di_a[k] * std::clamp(dv_v[k], -cap, cap);
+    with += part;
+    size += std::abs(part);
   }
   return size > 0.0 ? with / size : 0.0;
 }
@@ -294,17 +305,36 @@ void settle_counter(CellLog& log) {
   }
 }
 
+/// Rows before which the counter moved by what no current explains. None where it moves on the whole by a multiple of
+/// the current: then its unit, or that of the time or the current, is another one.
+static std::vector<bool> rows_of_the_counter(const CellLog& log, const std::vector<bool>& joined,
+                                             const LongInterval& interval) {
+  constexpr double kOtherUnit = 2.0;
+  const double unseen_ah = counter_tolerance(log);
+  std::vector<bool> out(log.rows(), false);
+  double counted = 0.0, integrated = 0.0;
+  for (std::size_t row = 1; row < log.rows() && !log.charge_ah.empty(); ++row) {
+    if (joined[row]) continue;
+    out[row] = counter_disagrees(log, row, unseen_ah);
+    if (!interval.is_habit(row)) continue;
+    counted += std::abs(log.charge_ah[row] - log.charge_ah[row - 1]);
+    integrated += 0.5 * std::abs(log.current_a[row] + log.current_a[row - 1]) * interval.seconds(row) / kSecondsPerHour;
+  }
+  if (counted > kOtherUnit * integrated || integrated > kOtherUnit * counted) out.assign(log.rows(), false);
+  return out;
+}
+
 void find_gaps(CellLog& log, const std::vector<bool>& joined) {
   VOLTLAP_DEMAND(joined.size() == log.rows());
   const LongInterval interval(log);
-  const double unseen_ah = counter_tolerance(log);
+  const std::vector<bool> by_counter = rows_of_the_counter(log, joined, interval);
   log.gap.assign(log.rows(), false);
   std::size_t gaps = 0, guesses = 0;
   const double counts_discharge = counted_way(log);
   std::vector<std::pair<std::size_t, double>> counted;  // row, current by the counter
   double longest = 0.0, longest_guess = 0.0;
   for (std::size_t row = 1; row < log.rows(); ++row) {
-    const bool disagrees = !joined[row] && counter_disagrees(log, row, unseen_ah);
+    const bool disagrees = by_counter[row];
     if (disagrees && interval.is_habit(row)) {
       const double step_ah = counts_discharge * (log.charge_ah[row] - log.charge_ah[row - 1]);
       counted.emplace_back(row, step_ah * kSecondsPerHour / interval.seconds(row));

@@ -70,7 +70,6 @@ void take(const FullFit& full, double capacity_ah, IdentifyResult& result) {
   result.smoothness_from = full.smoothness_from;
   result.smoothness_scores = full.smoothness_scores;
   result.orders = full.orders;
-  result.heldout = full.heldout;
   result.iterations = full.iterations;
 }
 

@@ -44,7 +44,6 @@ struct IdentifyResult {
   Eigen::VectorXd packed;
   std::vector<RecordingResult> files;
   std::vector<OrderScore> orders;
-  BlockScore heldout;  ///< of pulses or minutes that the others predict
   std::string smoothness_from;         ///< evidence, held-out pulses; --constant where too few are left out
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
   Capacity capacity;  ///< and where it is from

@@ -98,7 +98,6 @@ class FullFitter {
     bool settled = !priors_.constant && by_evidence();
     if (settled && choose_order(2)) settled = by_evidence();  // what two leave is noise: one may be enough
     if (!settled) by_prediction();
-    out_.heldout = heldout_score(coarse_, taus_, out_.priors);
     out_.tau_centre_s = taus_;
     VOLTLAP_DEMAND(out_.packed.size() == out_.uncertainty.sigma.size() && out_.fit.states.size() == runs_.size());
     return std::move(out_);

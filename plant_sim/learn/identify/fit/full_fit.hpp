@@ -36,7 +36,6 @@ struct FullFit {
   double smoothness = 0.0;      ///< of held-out pulses; 0 with evidence
   SmoothnessScores smoothness_scores;
   std::vector<OrderScore> orders;
-  BlockScore heldout;  ///< of pulses or minutes that the others predict
   double noise_v2_s = 0.0;
   int iterations = 0;
 };

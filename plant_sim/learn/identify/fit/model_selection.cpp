@@ -62,12 +62,13 @@ BlockScore score_by(const Fit& fit, const std::vector<MeasuredRun>& runs, const 
   return total;
 }
 
-}  // namespace
-
+/// By a linear fit, of pulses from their onset.
 BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, const FitPriors& priors) {
   const auto fit = [&](const std::vector<MeasuredRun>& kept) { return linear_fit(kept, taus, priors); };
   return score_by(fit, runs, pulses_of(runs), true);
 }
+
+}  // namespace
 
 double choose_ocv_roughness(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus, FitPriors priors) {
   constexpr double kFactor = 4.0;

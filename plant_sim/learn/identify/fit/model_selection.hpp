@@ -34,11 +34,6 @@ struct PlainScore {
 [[nodiscard]] PlainScore score_plain(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
                                      const FitPriors& priors);
 
-/// Both halves kept back in turn and predicted from the other, by a linear fit. Pulses with their first two minutes,
-/// from their onset; without pulses, minutes.
-[[nodiscard]] BlockScore heldout_score(const std::vector<MeasuredRun>& runs, const Eigen::VectorXd& taus,
-                                       const FitPriors& priors);
-
 struct OrderScore {
   int branches;
   double heldout_rms_v, information_criterion;

@@ -233,6 +233,36 @@ TEST(CellLog, NoiseOfASteadyCurrentTellsNoSign) {
   CHECK(log.current_a[200] > 0.0);
 }
 
+TEST(CellLog, OneStepThatAnEmptyCellFallsThroughTellsNoSign) {
+  // Steps of 0.2 A over 10 mOhm, and one row late in a discharge before which the voltage fell by half a volt.
+  MeasuredTable table = Square{}.table(400);
+  for (std::size_t row = 0; row < 400; ++row) {
+    table.values[1][row] *= 0.02;
+    table.values[2][row] = (row < 200 ? 3.6 : 3.1) - 0.01 * table.values[1][row];
+  }
+  table.values[2][199] = 3.6;  // under load; at rest in row 200
+  const CellLog log = cell_log_of(table, map_with(DischargeSign::kPositive), {});
+  CHECK(log.current_a[15] > 0.0);
+}
+
+TEST(CellLog, ACounterOfAnotherScaleChangesNoCurrent) {
+  // Rows 6 apart in minutes that nobody named: the counter moves 60 times as much as current and seconds say.
+  MeasuredTable table = Square{}.table(120);
+  table.columns.emplace_back("q");
+  table.values.emplace_back();
+  double counter = 0.0;
+  for (std::size_t row = 0; row < 120; ++row) {
+    table.values[0][row] = 6.0 * static_cast<double>(row);
+    counter += table.values[1][row] * 6.0 / 60.0 + 1e-4;  // a counter that drifts is a fine one
+    table.values[3].push_back(counter);
+  }
+  automatic.roles["charge_ah"] = {"q"};
+  const CellLog log = log_of(table);
+  DOUBLES_EQUAL(10.0, log.current_a[15], 1e-9);
+  CHECK_FALSE(has_repair(log, "the counter's mean is taken"));
+  CHECK(has_repair(log, "time is in min"));
+}
+
 TEST(CellLog, HoldIsFoundFromACounter) {
   MeasuredTable table = Square{}.table(2000);
   table.columns.emplace_back("q");
