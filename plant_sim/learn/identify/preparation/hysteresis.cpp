@@ -50,22 +50,24 @@ double slow_temperature(const std::vector<MeasuredRun>& runs, double capacity_ah
   return weight > 0.0 ? sum / weight : 25.0;
 }
 
-/// Of R0 and the branches at the temperature of the slow rows [ohm], by the steps between the ends, from other
-/// temperatures by a usual law; without any there at most what the cells of a car have.
+/// Of R0 and the branches at the temperature of the slow rows [ohm], by the steps between the ends, of the recordings
+/// nearest to it by a usual law (a law of its own may make three times that of the cold); without any there at most what
+/// the cells of a car have.
 double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
-  constexpr double kMost_v = 0.15;  // at 1C
+  constexpr double kMost_v = 0.15, kAlike_k = 5.0;  // at 1C
   CellEffects usual;
   usual.activation_energy_j_per_mol = 25e3;
   const double slow_c = slow_temperature(runs, capacity_ah);
-  std::vector<double> resistances;
+  std::map<int, std::vector<double>> by_distance;  // from that temperature, in steps of kAlike_k
   for (const MeasuredRun& run : runs) {
-    const double factor = resistance_factor(usual, 1.0, slow_c, run.temperature_c.mean());
+    const double mean_c = run.temperature_c.mean(), factor = resistance_factor(usual, 1.0, slow_c, mean_c);
     for (const StepEstimate& step : resistance_steps(run)) {
       const int bin = bin_of(step.soc);
-      if (bin >= kFirstBin && bin <= kLastBin) resistances.push_back(factor * step.resistance_ohm);
+      if (bin < kFirstBin || bin > kLastBin) continue;
+      by_distance[static_cast<int>(std::abs(mean_c - slow_c) / kAlike_k)].push_back(factor * step.resistance_ohm);
     }
   }
-  if (!resistances.empty()) return kWholeOverStep * median(std::move(resistances));
+  if (!by_distance.empty()) return kWholeOverStep * median(std::move(by_distance.begin()->second));
   return std::min(kWholeOverStep * resistance_step_median(runs), kMost_v / capacity_ah);
 }
 

@@ -37,6 +37,16 @@ TEST(CellResponse, WithoutCoolingTheHeatAddsUp) {
   DOUBLES_EQUAL(25.0 + 900.0 * 4.0 / 500.0, r.temperature(r.temperature.size() - 1), 0.01);
 }
 
+TEST(CellResponse, ARecordedTemperatureIsTheTablesHoweverTheSurfaceLags) {
+  log.temperature_c.assign(log.rows(), 25.0);
+  for (std::size_t row = 0; row < log.rows(); ++row) log.temperature_c[row] += 0.01 * static_cast<double>(row);
+  cell.effects.activation_energy_j_per_mol = 30e3;
+  cell.surface_lag_s = 0.0;
+  const Eigen::VectorXd at_once = response().voltage;
+  cell.surface_lag_s = 60.0;
+  DOUBLES_EQUAL(0.0, (response().voltage - at_once).cwiseAbs().maxCoeff(), 1e-12);
+}
+
 TEST(CellResponse, RecordedAmbientIsTheAirOfTheModel) {
   log.ambient_c.assign(log.rows(), 15.0);
   cell.r0_ohm.value = {1e-7, 1e-7};  // no heat: an exponential to 15 degC

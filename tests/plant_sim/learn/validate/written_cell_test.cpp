@@ -101,3 +101,26 @@ TEST(WrittenCell, AFileThatDoesNotFollowWhatWasFittedIsRefused) {
   take_errors_of_file(file, {identified()}, found);
   STRCMP_CONTAINS("misses half of its rows", complaint([&] { require_file_follows(found); }).c_str());
 }
+
+TEST(WrittenCell, OfPulsesWithoutAThermometerSaysWhatWasFitted) {
+  // 3C, by a body that warms by some ten kelvin: the file warms as the fit did.
+  KnownCell cell;
+  cell.noise_v = 3e-4;
+  IdentifyOptions options;
+  options.branches = 2;
+  const auto shipped = [](const std::string& name) { return load_cell(data(), name, "test"); };
+  options.thermal = [&](double capacity_ah) {
+    CellParameters parameters;
+    cell_body({}, {.ah = capacity_ah}, shipped).write_into(parameters);
+    return thermal_of(parameters);
+  };
+  CellIdentification hot = identify_cell({cell.record(cell.pulse_plan(90.0, 500, 0.0))}, {25.0}, options);
+  const CellIdentification as_fitted = hot;
+  const RecordingResult& file = hot.reference_point().result.files.front();
+  CHECK(file.warmest_c > 30.0);
+  std::vector<std::string> notes;
+  const CellBody body = cell_body({}, hot.reference_point().result.capacity, shipped);
+  take_errors_of_file(read_back(cell_toml(cell_parameters(hot, body, "known", notes), body, hot), data()), {as_fitted},
+                      hot);
+  CHECK(file.read_back->used_rms_v < 1.5 * file.read_back->fit_used_rms_v + 5e-4);
+}

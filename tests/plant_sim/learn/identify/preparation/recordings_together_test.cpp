@@ -67,3 +67,60 @@ TEST(RecordingsTogether, OfACellThatAgedIsCountedWithItsOwnCapacity) {
   DOUBLES_EQUAL(1.0, result.model.capacity_ah / (0.9 * cell.capacity_ah), 0.01);
   CHECK(result.rms_v < 2e-3);
 }
+
+TEST(RecordingsTogether, OneThatACircuitFollowsWorseIsLeftOutByNothing) {
+  // A third of the resistance lags by half an hour: no two branches follow pulses and a discharge alike.
+  const auto lagging = [&](std::vector<double> plan) {
+    CellLog log = cell.record(plan, 25.0);
+    double v = 0.0;
+    for (std::size_t row = 0; row < log.rows(); ++row) {
+      v += (0.7 * cell.r0_ohm * plan[row] - v) / 1800.0;
+      log.voltage_v[row] -= v;
+    }
+    return log;
+  };
+  std::vector<double> discharge(300, 0.0);
+  discharge.insert(discharge.end(), static_cast<std::size_t>(0.9 * 3600.0 / 2.0), 2.0 * cell.capacity_ah);
+  discharge.insert(discharge.end(), 600, 0.0);
+  const IdentifyResult r = identify({named("pulses.csv", lagging(cell.pulses({1.0}))),
+                                     named("discharge.csv", lagging(discharge))}, options);
+  CHECK(!says(r, "contradicts"));
+  LONGS_EQUAL(2, r.files.size());
+}
+
+TEST(RecordingsTogether, HysteresisOfASlowPairIsSeenBesideAColdTest) {
+  cell.polarization_kj = cell.ohmic_kj = 45.0;  // ten times the resistance at -10 degC
+  std::vector<double> pair(300, 0.0);
+  const auto hours = static_cast<std::size_t>(18 * 3600);
+  pair.insert(pair.end(), hours, 0.05 * cell.capacity_ah);
+  pair.insert(pair.end(), hours, -0.05 * cell.capacity_ah);
+  const auto with_state = [&](const std::vector<double>& plan, double at_c) {
+    CellLog log = cell.record(plan, at_c);
+    double state = -0.012;
+    for (std::size_t row = 0; row < log.rows(); ++row) {
+      const double turn = 60.0 * std::abs(plan[row]) / (3600.0 * cell.capacity_ah);
+      if (plan[row] != 0.0) state += ((plan[row] > 0.0 ? 0.012 : -0.012) - state) * turn;
+      log.voltage_v[row] -= state;
+    }
+    return log;
+  };
+  const IdentifyResult r = identify({named("warm.csv", with_state(cell.pulses({1.0}), 25.0)),
+                                     named("cold.csv", with_state(cell.pulses({0.5}), -10.0)),
+                                     named("pair.csv", with_state(pair, 25.0))}, options);
+  DOUBLES_EQUAL(0.012, r.hysteresis_v, 0.002);
+}
+
+TEST(RecordingsTogether, WithoutAThermometerLawsAreLessSure) {
+  options.temperatures_c = {25.0, 5.0};
+  options.thermal = [&](double) { return CellThermal{cell.capacity_ah * 12.0, 0.05, 0.0}; };
+  std::vector<CellLog> logs{named("a.csv", cell.record(cell.pulses({3.0}), 25.0)),
+                            named("b.csv", cell.record(cell.pulses({3.0}), 5.0))};
+  const auto sigma = [](const IdentifyResult& r) {
+    return r.uncertainty.sigma(r.packed.size() - ResistanceLaws::kCount + ResistanceLaws::kOhmic);
+  };
+  const double recorded = sigma(identify(logs, options));
+  for (CellLog& log : logs) log.temperature_c.clear();
+  const IdentifyResult without = identify(logs, options);
+  CHECK(without.files[0].warmest_c > 26.0);
+  CHECK(sigma(without) > 1.5 * recorded);
+}

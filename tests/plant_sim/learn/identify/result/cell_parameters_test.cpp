@@ -33,6 +33,18 @@ TEST(CellParameters, OcvThatFallsIsLevelledALittleAndRefusedBeyond) {
   STRCMP_CONTAINS("no rest tells it", complaint([&] { (void)cell_parameters(found, body, "known", notes); }).c_str());
 }
 
+TEST(CellParameters, OcvBeyondWhatWasPassedStaysWithinWhatWasMeasured) {
+  CellIdentification found = identified();
+  const CellBody body = cell_body({}, {30.0}, [](const std::string& name) {
+    return load_cell(DataFolder{VOLTLAP_DATA_FOLDER}, name, "test");
+  });
+  IdentifyResult& result = found.points[0].result;
+  for (RecordingResult& file : result.files) file.soc_low = 0.1;
+  result.model.em(0) = -3.0;  // where no row was
+  const CellParameters cell = cell_parameters(found, body, "known", notes);
+  DOUBLES_EQUAL(cell.voltage_min_v, cell.ocv_v.front(), 1e-12);
+}
+
 TEST(CellParameters, PolynomialFollowsTheOcv) {
   const OcvPolynomial polynomial = ocv_polynomial(identified().points[0].result.model);
   LONGS_EQUAL(6, polynomial.coefficients_v.size());
