@@ -209,7 +209,8 @@ def coverage_of(trial, found, test):
         return out
     if found.get("capacity_ci95_ah"):
         out.append(("capacity", *found["capacity_ci95_ah"], cell.capacity_ah))
-    energies = {"ohmic_activation_energy": cell.e0, "polarization_activation_energy": cell.e_branch,
+    energies = {"ohmic_activation_energy": cell.e0, "r1_activation_energy": cell.e_branch,
+                "r2_activation_energy": cell.e_branch,
                 "time_constant_activation_energy": cell.e_tau}
     for law in test.get("laws", []):
         true = energies.get(law["key"])

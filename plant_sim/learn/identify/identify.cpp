@@ -250,9 +250,8 @@ void IdentificationProblem::assume_laws_of_warming() {
   }
   if (warmest - coldest > kOther_k) return;
   result.laws_assumed = true;
-  for (const auto law : {ResistanceLaws::kOhmic, ResistanceLaws::kPolarization, ResistanceLaws::kTimeConstant,
-                         ResistanceLaws::kEntropy})
-    priors.law_priors.sigma(law) *= kHeld;
+  priors.law_priors.sigma.segment(ResistanceLaws::kOhmic, ResistanceLaws::kLogExchange) *= kHeld;
+  priors.law_priors.sigma(ResistanceLaws::kEntropy) *= kHeld;
 }
 
 /// The same by what a fit says of the heat: current times what the voltage lacks of the open-circuit one, which is what

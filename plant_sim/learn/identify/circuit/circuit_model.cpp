@@ -120,7 +120,8 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
   for (Eigen::Index row = 0; row < run.rows(); ++row) {
     const SocGrid::Place p = model.grid.find(run.soc(row));
     const LawFactors laws = law_factors(model.laws, run.temperature_c(row));
-    for (Eigen::Index k = 0; k < branches; ++k) resistance(k) = laws.polarization * entry(model.r, k + 1, p);
+    for (Eigen::Index k = 0; k < branches; ++k)
+      resistance(k) = laws.branch[static_cast<std::size_t>(k)] * entry(model.r, k + 1, p);
     if (run.is_reset(row)) {
       state.setZero();
       if (!run.at_rest_before[static_cast<std::size_t>(row)] && next_state + branches <= states_v.size()) {

@@ -36,10 +36,10 @@ Bounds bounds_of(const CircuitResiduals& cost) {
   out.low.segment(at.doubt(), at.doubts).setConstant(-kMostOff);
   out.high.segment(at.doubt(), at.doubts).setConstant(kMostOff);
   const double exchange = priors.law_priors.mean(ResistanceLaws::kLogExchange);
-  out.low.tail(ResistanceLaws::kCount) << 0.0, 0.0, -kMostOfTau, exchange - kMostOfExchange,
-      -kMostEntropy, 0.0;
-  out.high.tail(ResistanceLaws::kCount) << kMostEnergy, kMostEnergy, kMostOfTau, exchange + kMostOfExchange,
-      kMostEntropy, kMostHysteresis;
+  const auto energies = Eigen::Vector<double, 1 + kMostCellBranches>::Constant(kMostEnergy);
+  out.low.tail(ResistanceLaws::kCount) << 0.0 * energies, -kMostOfTau, exchange - kMostOfExchange, -kMostEntropy, 0.0;
+  out.high.tail(ResistanceLaws::kCount) << energies, kMostOfTau, exchange + kMostOfExchange, kMostEntropy,
+      kMostHysteresis;
   return out;
 }
 

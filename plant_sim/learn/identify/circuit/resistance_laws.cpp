@@ -8,14 +8,16 @@
 namespace voltlap::plant {
 
 ResistanceLaws::Packed ResistanceLaws::packed() const {
-  return {ohmic_kj_per_mol, polarization_kj_per_mol, time_constant_kj_per_mol,
+  const auto& e = branch_kj_per_mol;
+  return {ohmic_kj_per_mol, e[0], e[1], e[2], e[3], time_constant_kj_per_mol,
           has_charge_transfer() ? std::log(exchange_a) : 0.0, entropy_mv_per_k, hysteresis_mv};
 }
 
 void ResistanceLaws::take(const Packed& packed) {
   VOLTLAP_DEMAND(packed.allFinite());
   ohmic_kj_per_mol = packed(kOhmic);
-  polarization_kj_per_mol = packed(kPolarization);
+  for (std::size_t k = 0; k < branch_kj_per_mol.size(); ++k)
+    branch_kj_per_mol[k] = packed(kBranch + static_cast<Eigen::Index>(k));
   time_constant_kj_per_mol = packed(kTimeConstant);
   entropy_mv_per_k = packed(kEntropy);
   if (has_hysteresis()) hysteresis_mv = packed(kHysteresis);
@@ -42,13 +44,14 @@ ResistanceLaws assumed_laws(double reference_temperature_c) {
 LawFactors law_factors(const ResistanceLaws& laws, double temperature_c) {
   const double x = laws.inverse(temperature_c);
   if (x == 0.0) return {};
-  return {std::exp(laws.ohmic_kj_per_mol * x), std::exp(laws.polarization_kj_per_mol * x),
-          std::exp(laws.time_constant_kj_per_mol * x)};
+  LawFactors out{std::exp(laws.ohmic_kj_per_mol * x), std::exp(laws.time_constant_kj_per_mol * x)};
+  for (std::size_t k = 0; k < out.branch.size(); ++k) out.branch[k] = std::exp(laws.branch_kj_per_mol[k] * x);
+  return out;
 }
 
 double charge_transfer_drop_v(const ResistanceLaws& laws, double current_a, double temperature_c) {
   if (!laws.has_charge_transfer()) return 0.0;
-  const double exchange = laws.exchange_a * std::exp(-laws.polarization_kj_per_mol * laws.inverse(temperature_c));
+  const double exchange = laws.exchange_a * std::exp(-laws.branch_kj_per_mol[0] * laws.inverse(temperature_c));
   return charge_transfer_v(exchange, current_a, temperature_c);
 }
 

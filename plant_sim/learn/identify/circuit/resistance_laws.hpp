@@ -3,12 +3,12 @@
 // recordings of the cell have together, and that reach beyond the temperatures and currents that were tested.
 //
 //   R0(T, I) = R0 exp(E_0 x) + v_ct(|I|, T) / |I|     x = (1/T - 1/T_ref) / R_g [mol/kJ], T in K        Arrhenius
-//   R_k(T)   = R_k exp(E_p x)                         k = 1 .. K
+//   R_k(T)   = R_k exp(E_k x)                         k = 1 .. K; a slow branch is diffusion, a fast one the surface
 //   tau_k(T) = tau_k exp(E_tau x)
 //   Em(T)    = Em + e (T - T_ref)                     e: entropy over the Faraday constant, one for all SOC
 //   V       -= M h,  dh/dSOC_drawn = g (1 - h sign(I)) sign(I)      hysteresis, h from -1 after a charge to 1 (G. L.
 //                                                     Plett, J. Power Sources 134, 2004); g is chosen, not fitted
-//   v_ct(I)  = 4 R_g T / F asinh(I / 2 i_0(T)),  i_0(T) = i_0 exp(-E_p x)   Butler-Volmer, two electrodes alike
+//   v_ct(I)  = 4 R_g T / F asinh(I / 2 i_0(T)),  i_0(T) = i_0 exp(-E_1 x)   Butler-Volmer, two electrodes alike
 //
 // The charge transfer is on or off as a whole: recordings at one rate cannot tell it from R0. What they do not tell is
 // held by what is known of lithium-ion cells: conduction in the electrolyte 10 to 20 kJ/mol (J. Landesfeind and
@@ -17,17 +17,23 @@
 // SOC, less in its mean (V. Viswanathan et al., J. Power Sources 195, 2010, 3720).
 #pragma once
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
 
 #include "car/battery/cell_effects.hpp"
+#include "core/parameters.hpp"
 
 namespace voltlap::plant {
 
 struct ResistanceLaws {
-  /// Places in `packed()`.
-  enum Place : Eigen::Index { kOhmic, kPolarization, kTimeConstant, kLogExchange, kEntropy, kHysteresis, kCount };
+  /// Places in `packed()`; the branches' energies one behind the other.
+  enum Place : Eigen::Index {
+    kOhmic, kBranch, kTimeConstant = kBranch + kMostCellBranches, kLogExchange, kEntropy, kHysteresis, kCount
+  };
 
   double reference_temperature_c = 25.0;
-  double ohmic_kj_per_mol = 0.0, polarization_kj_per_mol = 0.0, time_constant_kj_per_mol = 0.0;
+  double ohmic_kj_per_mol = 0.0, time_constant_kj_per_mol = 0.0;
+  std::array<double, kMostCellBranches> branch_kj_per_mol{};
   double entropy_mv_per_k = 0.0;
   double hysteresis_mv = 0.0, hysteresis_per_soc = 0.0;  ///< M and g; g is 0 without hysteresis
   double exchange_a = 0.0;  ///< i_0 at the reference temperature; 0: R0 does not change with the current
@@ -41,21 +47,22 @@ struct ResistanceLaws {
            (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_temperature_c + kZeroCelsius));
   }
   using Packed = Eigen::Vector<double, kCount>;
-  /// The numbers as a fit has them: three energies [kJ/mol], ln i_0 (any value without charge transfer), e [mV/K],
+  /// The numbers as a fit has them: the energies [kJ/mol], ln i_0 (any value without charge transfer), e [mV/K],
   /// M [mV].
   [[nodiscard]] Packed packed() const;
   /// Takes them back; a law without charge transfer stays without.
   void take(const Packed& packed);
   /// Whether anything moves with the temperature.
   [[nodiscard]] bool has_temperature() const {
-    return ohmic_kj_per_mol != 0.0 || polarization_kj_per_mol != 0.0 || time_constant_kj_per_mol != 0.0 ||
-           entropy_mv_per_k != 0.0;
+    return ohmic_kj_per_mol != 0.0 || time_constant_kj_per_mol != 0.0 || entropy_mv_per_k != 0.0 ||
+           std::any_of(branch_kj_per_mol.begin(), branch_kj_per_mol.end(), [](double e) { return e != 0.0; });
   }
 };
 
 /// What is believed of the numbers before any recording, normal, in the units of packed().
 struct LawPriors {
-  ResistanceLaws::Packed mean{15.0, 15.0, 0.0, 0.0, 0.0, 0.0}, sigma{10.0, 10.0, 10.0, 1.0, 0.15, 1.0};
+  ResistanceLaws::Packed mean{15.0, 15.0, 15.0, 15.0, 15.0, 0.0, 0.0, 0.0, 0.0};
+  ResistanceLaws::Packed sigma{10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 1.0, 0.15, 1.0};
   bool fixed = false;  ///< the laws stay as they are given
 };
 /// The usual ones: energies 15 +- 10 kJ/mol, 2 %/K at 25 degC, of the time constants 0 +- 10; a charge transfer of a
@@ -66,7 +73,8 @@ struct LawPriors {
 
 /// What the laws make of one temperature.
 struct LawFactors {
-  double ohmic = 1.0, polarization = 1.0, time_constant = 1.0;
+  double ohmic = 1.0, time_constant = 1.0;
+  std::array<double, kMostCellBranches> branch{1.0, 1.0, 1.0, 1.0};
 };
 [[nodiscard]] LawFactors law_factors(const ResistanceLaws& laws, double temperature_c);
 

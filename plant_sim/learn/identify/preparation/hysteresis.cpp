@@ -51,8 +51,8 @@ double slow_temperature(const std::vector<MeasuredRun>& runs, double capacity_ah
 }
 
 /// Of R0 and the branches at the temperature of the slow rows [ohm], by the steps between the ends, of the recordings
-/// nearest to it by a usual law (a law of its own may make three times that of the cold); without any there at most what
-/// the cells of a car have.
+/// nearest to it by a usual law (its own may make three times as much of the cold); without any there at most what the
+/// cells of a car have.
 double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
   constexpr double kMost_v = 0.15, kAlike_k = 5.0;  // at 1C
   CellEffects usual;

@@ -174,12 +174,12 @@ std::string cell_toml(const CellParameters& cell, const CellBody& body, const Ce
   }
   const std::vector<LawFact> laws = law_facts(identified.reference_point().result);
   const std::string ohmic = law_origin(laws, "ohmic_activation_energy"),
-                    polarization = law_origin(laws, "polarization_activation_energy"),
                     time_constant = law_origin(laws, "time_constant_activation_energy");
   out += section("r0", "ohm", cell.r0_ohm, ohmic);
   const std::size_t branches = cell.branch_count();
   for (std::size_t k = 0; k < branches; ++k)
-    out += section(fmt::format("r{}", k + 1), "ohm", cell.branches[k].r_ohm, polarization);
+    out += section(fmt::format("r{}", k + 1), "ohm", cell.branches[k].r_ohm,
+                   law_origin(laws, fmt::format("r{}_activation_energy", k + 1)));
   for (std::size_t k = 0; k < branches; ++k)
     out += section(fmt::format("tau{}", k + 1), "s", cell.branches[k].tau_s, time_constant);
   const CellEffects& effects = cell.effects;

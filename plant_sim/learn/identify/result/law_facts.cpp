@@ -17,12 +17,25 @@ using Eigen::Index;
 
 constexpr double kInterval = 1.96;
 
+struct Energy {
+  std::string_view key, label;
+  Index place;
+};
+constexpr std::array<Energy, 2 + kMostCellBranches> kEnergies{{
+    {"ohmic_activation_energy", "R0 with temperature", ResistanceLaws::kOhmic},
+    {"r1_activation_energy", "R1 with temperature", ResistanceLaws::kBranch},
+    {"r2_activation_energy", "R2 with temperature", ResistanceLaws::kBranch + 1},
+    {"r3_activation_energy", "R3 with temperature", ResistanceLaws::kBranch + 2},
+    {"r4_activation_energy", "R4 with temperature", ResistanceLaws::kBranch + 3},
+    {"time_constant_activation_energy", "tau with temperature", ResistanceLaws::kTimeConstant}}};
+
 }  // namespace
 
 std::vector<LawFact> law_facts(const IdentifyResult& result) {
   constexpr double kTold = 2.0 / 3.0;  // of what was believed before
   constexpr double kJoules = 1e3;
   const ResistanceLaws& laws = result.model.laws;
+  const Index model_branches = result.model.branches();
   std::vector<LawFact> out;
   if (!laws.has_temperature() && !laws.has_charge_transfer() && !laws.has_hysteresis()) return out;
   const LawPriors priors;
@@ -32,15 +45,9 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
     if (!has_intervals || (by_temperature && result.laws_assumed)) return priors.sigma(place);
     return result.uncertainty.sigma(result.packed.size() - ResistanceLaws::kCount + place);
   };
-  struct Energy {
-    std::string_view key, label;
-    Index place;
-  };
-  constexpr std::array<Energy, 3> kEnergies{{
-      {"ohmic_activation_energy", "R0 with temperature", ResistanceLaws::kOhmic},
-      {"polarization_activation_energy", "R1.. with temperature", ResistanceLaws::kPolarization},
-      {"time_constant_activation_energy", "tau with temperature", ResistanceLaws::kTimeConstant}}};
   for (const Energy& energy : kEnergies) {
+    const Index branch = energy.place - ResistanceLaws::kBranch;
+    if (branch >= model_branches && branch < static_cast<Index>(kMostCellBranches)) continue;
     const double value = laws.packed()(energy.place), sigma = sigma_of(energy.place);
     const bool bounded = energy.place != ResistanceLaws::kTimeConstant;
     double low = value - kInterval * sigma;
@@ -72,7 +79,7 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
                    sigma < kTold * priors.sigma(ResistanceLaws::kLogExchange) ? FactOrigin::kMeasured
                                                                              : FactOrigin::kAssumed});
   }
-  VOLTLAP_DEMAND(out.size() >= kEnergies.size());
+  VOLTLAP_DEMAND(out.size() >= 2 + static_cast<std::size_t>(model_branches));
   return out;
 }
 
