@@ -209,12 +209,13 @@ def coverage_of(trial, found, test):
         return out
     if found.get("capacity_ci95_ah"):
         out.append(("capacity", *found["capacity_ci95_ah"], cell.capacity_ah))
-    energies = {"ohmic_activation_energy": cell.e0, "r1_activation_energy": cell.e_branch,
+    energies = {"r0_activation_energy": cell.e0, "r1_activation_energy": cell.e_branch,
                 "r2_activation_energy": cell.e_branch,
-                "time_constant_activation_energy": cell.e_tau}
+                "tau1_activation_energy": cell.e_tau,
+                "tau2_activation_energy": cell.e_tau}
     for law in test.get("laws", []):
         true = energies.get(law["key"])
-        if law["key"] == "ohmic_activation_energy" and cell.exchange_a and not any(
+        if law["key"] == "r0_activation_energy" and cell.exchange_a and not any(
                 "exchange" in x["key"] for x in test["laws"]):
             true = None  # then both are one
         if true is not None and law["origin"] == "measured":

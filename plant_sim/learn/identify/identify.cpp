@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 #include "learn/identify/fit/charge_noise.hpp"
 #include "learn/identify/preparation/contradictions.hpp"
 #include "learn/identify/preparation/first_estimates.hpp"
@@ -126,6 +128,7 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   make_runs();
   drop_slope_of_warmed_cell();
   estimate_temperatures();
+  assume_laws_of_one_temperature();
   if (options.ocv.empty()) collect_rests();
   result.hysteresis_v = take_hysteresis(runs, capacity_ah, priors, result.notes);
   if (options.block_s > 0.0) hold_out_blocks();
@@ -232,25 +235,36 @@ void IdentificationProblem::estimate_temperatures() {
                                        "cell went from {:.1f} to {:.1f} degC.",
                                        std::filesystem::path(log.path).filename().string(), start_c, warmest));
   }
-  if (!any) return;
-  assume_laws_of_warming();
-  runs = weighed_runs();
+  if (any) runs = weighed_runs();
 }
 
-/// A warming that was reckoned with an assumed body tells no law over the temperature: only recordings that began at
-/// other temperatures do.
-void IdentificationProblem::assume_laws_of_warming() {
-  constexpr double kOther_k = 5.0, kHeld = 1e-3;  // of what is believed
-  double coldest = 1e9, warmest = -1e9;
-  for (const PreparedLog& one : prepared) {
-    const bool recorded = !one.log->temperature_c.empty() && !one.temperature_estimated;
-    const auto [low, high] = std::minmax_element(one.log->temperature_c.begin(), one.log->temperature_c.end());
-    coldest = std::min(coldest, recorded ? *low : one.run.temperature_c);
-    warmest = std::max(warmest, recorded ? *high : one.run.temperature_c);
+/// How far apart the temperatures are at which the same SOC was passed under load, in the median over SOC [K]: where a
+/// cell warms as it empties, what the SOC does and what the temperature does are one. A warming that was reckoned with
+/// an assumed body tells no law: such a recording counts as at the temperature at which it began.
+double IdentificationProblem::temperature_spread() const {
+  constexpr double kBins = 20.0, kLoad = 0.05;  // of SOC; of the largest current
+  std::map<int, std::pair<double, double>> ends;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const MeasuredRun& run = runs[k];
+    const double most = run.current_a.cwiseAbs().maxCoeff();
+    for (Index row = 0; row < run.rows(); ++row) {
+      if (std::abs(run.current_a(row)) < kLoad * most || run.weight_s(row) <= 0.0) continue;
+      const double at_c = prepared[k].temperature_estimated ? prepared[k].run.temperature_c : run.temperature_c(row);
+      const auto [at, is_new] = ends.try_emplace(static_cast<int>(std::floor(kBins * run.soc(row))), at_c, at_c);
+      at->second = {std::min(at->second.first, at_c), std::max(at->second.second, at_c)};
+    }
   }
-  if (warmest - coldest > kOther_k) return;
+  std::vector<double> spreads;
+  for (const auto& [bin, end] : ends) spreads.push_back(end.second - end.first);
+  return spreads.empty() ? 0.0 : median(std::move(spreads));
+}
+
+/// Only recordings at other temperatures tell a law over the temperature.
+void IdentificationProblem::assume_laws_of_one_temperature() {
+  constexpr double kOther_k = 8.0, kHeld = 1e-3;  // of what is believed
+  if (priors.law_priors.fixed || temperature_spread() > kOther_k) return;
   result.laws_assumed = true;
-  priors.law_priors.sigma.segment(ResistanceLaws::kOhmic, ResistanceLaws::kLogExchange) *= kHeld;
+  priors.law_priors.sigma.head(ResistanceLaws::kLogExchange) *= kHeld;
   priors.law_priors.sigma(ResistanceLaws::kEntropy) *= kHeld;
 }
 
@@ -294,7 +308,8 @@ void IdentificationProblem::hold_out_blocks() {
   }
 }
 
-/// By what instruments do all day long, and by the noise of the charge that was counted.
+/// By what instruments do all day long, and by the noise of the charge that was counted; laws that were held are as
+/// sure as what is believed of cells.
 void IdentificationProblem::widen_intervals(const FullFit& full) {
   const bool capacity_known = options.capacity_ah.has_value();
   const Eigen::VectorXd lasting = systematic_error_variance(
@@ -303,6 +318,11 @@ void IdentificationProblem::widen_intervals(const FullFit& full) {
   VOLTLAP_DEMAND(lasting.size() == full.packed.size() && counted.size() == full.packed.size());
   Eigen::VectorXd& sigma = result.uncertainty.sigma;
   sigma = (sigma.array().square() + lasting.array() + counted.array()).sqrt();
+  if (!result.laws_assumed) return;
+  const LawPriors believed;
+  auto laws = sigma.tail(ResistanceLaws::kCount);
+  laws.head(ResistanceLaws::kLogExchange) = believed.sigma.head(ResistanceLaws::kLogExchange);
+  laws(ResistanceLaws::kEntropy) = believed.sigma(ResistanceLaws::kEntropy);
 }
 
 double IdentificationProblem::rms_of_held_out_blocks(const FullFit& full) const {

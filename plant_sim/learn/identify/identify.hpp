@@ -86,7 +86,8 @@ struct IdentificationProblem {
   [[nodiscard]] std::vector<MeasuredRun> weighed_runs() const;
   void drop_slope_of_warmed_cell();
   void estimate_temperatures();
-  void assume_laws_of_warming();
+  [[nodiscard]] double temperature_spread() const;
+  void assume_laws_of_one_temperature();
   double estimate_temperatures_by(const CircuitModel& model);
   void collect_rests();
   void hold_out_blocks();

@@ -121,7 +121,7 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
     const SocGrid::Place p = model.grid.find(run.soc(row));
     const LawFactors laws = law_factors(model.laws, run.temperature_c(row));
     for (Eigen::Index k = 0; k < branches; ++k)
-      resistance(k) = laws.branch[static_cast<std::size_t>(k)] * entry(model.r, k + 1, p);
+      resistance(k) = laws.resistance[static_cast<std::size_t>(k)] * entry(model.r, k + 1, p);
     if (run.is_reset(row)) {
       state.setZero();
       if (!run.at_rest_before[static_cast<std::size_t>(row)] && next_state + branches <= states_v.size()) {
@@ -131,7 +131,8 @@ Eigen::VectorXd simulate(const CircuitModel& model, const MeasuredRun& run,
     } else {
       const SocGrid::Place middle = model.grid.find(0.5 * (run.soc(row) + run.soc(row - 1)));
       for (Eigen::Index k = 0; k < branches; ++k) {
-        state(k) = first_order_step(run.dt_s(row), laws.time_constant * entry(model.tau, k, middle))
+        const double tau_s = laws.time_constant[static_cast<std::size_t>(k)] * entry(model.tau, k, middle);
+        state(k) = first_order_step(run.dt_s(row), tau_s)
                        .after(state(k), before(k) * run.current_begin_a(row), resistance(k) * run.current_end_a(row));
       }
     }

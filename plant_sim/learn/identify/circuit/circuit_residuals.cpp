@@ -13,7 +13,7 @@ using Eigen::Index;
 
 constexpr double kResistanceFloor = 1e-3;  // of the typical resistance: no recording tells less from nothing
 constexpr double kMostEnergy = 120.0;      // kJ/mol, of a resistance
-constexpr double kMostOfTau = 30.0;        // kJ/mol, either way: three sigma of what is believed, 1.9 in 15 K
+constexpr double kLeastOfTau = -30.0;      // kJ/mol
 constexpr double kMostEntropy = 1.0;       // mV/K
 constexpr double kMostHysteresis = 100.0;  // mV
 constexpr double kMostOfExchange = 6.0;    // of ln i_0, from what is believed of it
@@ -36,10 +36,12 @@ Bounds bounds_of(const CircuitResiduals& cost) {
   out.low.segment(at.doubt(), at.doubts).setConstant(-kMostOff);
   out.high.segment(at.doubt(), at.doubts).setConstant(kMostOff);
   const double exchange = priors.law_priors.mean(ResistanceLaws::kLogExchange);
-  const auto energies = Eigen::Vector<double, 1 + kMostCellBranches>::Constant(kMostEnergy);
-  out.low.tail(ResistanceLaws::kCount) << 0.0 * energies, -kMostOfTau, exchange - kMostOfExchange, -kMostEntropy, 0.0;
-  out.high.tail(ResistanceLaws::kCount) << energies, kMostOfTau, exchange + kMostOfExchange, kMostEntropy,
-      kMostHysteresis;
+  const auto energies = Eigen::Vector<double, ResistanceLaws::kLogExchange>::Constant(kMostEnergy);
+  auto low = out.low.tail(ResistanceLaws::kCount), high = out.high.tail(ResistanceLaws::kCount);
+  low << 0.0 * energies, exchange - kMostOfExchange, -kMostEntropy, 0.0;
+  high << energies, exchange + kMostOfExchange, kMostEntropy, kMostHysteresis;
+  for (Index k = 0; k < static_cast<Index>(kMostCellBranches); ++k)
+    low(ResistanceLaws::time_constant(k)) = kLeastOfTau;
   return out;
 }
 
@@ -130,6 +132,25 @@ void put_falls(const double* em, Index count, double noise, const Put& put) {
   }
 }
 
+/// What is believed of the laws; of a time constant's energy, of its difference to that of the resistance.
+template <class Put>
+void put_laws(const FitPriors& prior, const double* laws, Index first, const Put& put) {
+  constexpr double kFixed = 1e-3;  // of a sigma
+  const bool fixed = prior.law_priors.fixed;
+  const auto from = [&](Index k) {
+    return fixed && k != ResistanceLaws::kLogExchange ? prior.laws.packed()(k) : prior.law_priors.mean(k);
+  };
+  for (Index k = 0; k < ResistanceLaws::kCount; ++k) {
+    const double weight = std::sqrt(prior.noise_v2_s) / (prior.law_priors.sigma(k) * (fixed ? kFixed : 1.0));
+    if (!fixed && ResistanceLaws::is_time_constant(k)) {
+      const double apart = from(k) - from(k - 1);
+      put(weight * (laws[k] - laws[k - 1] - apart), first + k - 1, {-weight, weight, 0.0, 0.0}, 2);
+    } else {
+      put(weight * (laws[k] - from(k)), first + k, {weight, 0.0, 0.0, 0.0}, 1);
+    }
+  }
+}
+
 template <class Put>
 void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
   const FitPriors& prior = fit_.priors();
@@ -189,13 +210,7 @@ void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
     w[0] = noise / doubt.scale_sigma;
     put(w[0] * (p[at + 1] - doubt.scale_mean), at + 1, w, 1);
   }
-  constexpr double kFixed = 1e-3;  // of a sigma
-  for (Index k = 0; k < ResistanceLaws::kCount; ++k) {
-    const bool fixed = prior.law_priors.fixed;
-    w[0] = noise / (prior.law_priors.sigma(k) * (fixed ? kFixed : 1.0));
-    const double from = fixed && k != ResistanceLaws::kLogExchange ? prior.laws.packed()(k) : prior.law_priors.mean(k);
-    put(w[0] * (p[at_.law() + k] - from), at_.law() + k, w, 1);
-  }
+  put_laws(prior, p + at_.law(), at_.law(), put);
 }
 
 void CircuitResiduals::evaluate(const double* p, double* residuals, double* jacobian) const {

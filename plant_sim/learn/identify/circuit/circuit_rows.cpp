@@ -71,8 +71,8 @@ struct Branch {
 /// What the laws make of a row: currents that a table's resistance takes, factor of the time constants, and the
 /// voltage's derivatives by the laws that act at once.
 struct LawRow {
-  double drop_a, tau_factor = 1.0, tau_warm = 0.0;
-  std::array<double, kMostBranches> begin_a{}, end_a{};
+  double drop_a, tau_warm = 0.0;
+  std::array<double, kMostBranches> begin_a{}, end_a{}, tau_factor{};
   const DoubtedRow* doubted = nullptr;  ///< where SOC is in doubt: how far it is off, and the OCV's slope
   double soc_off = 0.0, slope_v = 0.0;
   double taken_v = 0.0, by_ohmic = 0.0, by_first_branch = 0.0, by_log_exchange = 0.0;
@@ -84,20 +84,21 @@ LawRow law_row(const CircuitRows& all, const CircuitRow& row, const double* laws
                std::size_t branches) {
   LawRow out{row.current_a};
   for (std::size_t k = 0; k < branches; ++k) {
-    const double energy = laws[ResistanceLaws::kBranch + static_cast<Index>(k)];
+    const double energy = laws[ResistanceLaws::resistance(static_cast<Index>(k))],
+                 of_tau = laws[ResistanceLaws::time_constant(static_cast<Index>(k))];
     out.begin_a[k] = all.isothermal ? row.begin_a : row.begin_a * std::exp(energy * row.warm_was);
     out.end_a[k] = all.isothermal ? row.end_a : row.end_a * std::exp(energy * row.warm);
+    out.tau_factor[k] = all.isothermal ? 1.0 : std::exp(of_tau * row.warm);
   }
   if (!all.isothermal) {
     out.drop_a *= std::exp(laws[ResistanceLaws::kOhmic] * row.warm);
     out.tau_warm = row.warm;
-    out.tau_factor = std::exp(laws[ResistanceLaws::kTimeConstant] * row.warm);
     out.by_ohmic = -r0_ohm * out.drop_a * row.warm;
     out.taken_v = -kMillivolt * laws[ResistanceLaws::kEntropy] * row.warmer_k;
   }
   if (all.hysteresis) out.taken_v += kMillivolt * laws[ResistanceLaws::kHysteresis] * row.hysteresis;
   if (all.charge_transfer) {
-    const double log_exchange = laws[ResistanceLaws::kLogExchange] - laws[ResistanceLaws::kBranch] * row.warm;
+    const double log_exchange = laws[ResistanceLaws::kLogExchange] - laws[ResistanceLaws::resistance(0)] * row.warm;
     const double share = 0.5 * row.current_a * std::exp(-log_exchange);
     out.taken_v += row.thermal_v * std::asinh(share);
     out.by_log_exchange = row.thermal_v * share / std::sqrt(1.0 + share * share);
@@ -117,7 +118,7 @@ double doubted_v(const DoubtedRow& row, const double* doubts, const double* em, 
 /// What a branch meets in an interval: its time constant within, its resistance at the end, and the currents that it
 /// takes.
 struct BranchEnd {
-  double tau_s, r_ohm, begin_a, end_a;
+  double tau_s, tau_factor, r_ohm, begin_a, end_a;
 };
 /// Whether derivatives are carried, and below what they count as none.
 struct DerivativesOf {
@@ -129,7 +130,7 @@ struct DerivativesOf {
 void step(Branch& branch, const CircuitRow& row, const LawRow& law, const BranchEnd& end,
           const DerivativesOf& derivatives) {
   const double tau_s = end.tau_s, u = end.r_ohm, negligible = derivatives.negligible;
-  const IntervalResponse w = interval_response(row.dt_s, tau_s * law.tau_factor);
+  const IntervalResponse w = interval_response(row.dt_s, tau_s * end.tau_factor);
   if (derivatives.wanted) {
     const double by_tau = w.da * branch.v + w.dg0 * branch.u * end.begin_a + w.dg1 * u * end.end_a;
     branch.open(row.was);
@@ -138,10 +139,10 @@ void step(Branch& branch, const CircuitRow& row, const LawRow& law, const Branch
     branch.scale(w.a);
     Branch::put(branch.by_r, row.was, w.g0 * end.begin_a);
     Branch::put(branch.by_r, row.at, w.g1 * end.end_a);
-    Branch::put(branch.by_tau, row.middle, by_tau * law.tau_factor);
+    Branch::put(branch.by_tau, row.middle, by_tau * end.tau_factor);
     branch.by_energy = w.a * branch.by_energy + w.g0 * branch.u * end.begin_a * row.warm_was +
                        w.g1 * u * end.end_a * row.warm;
-    branch.by_tau_energy = w.a * branch.by_tau_energy + by_tau * tau_s * law.tau_factor * law.tau_warm;
+    branch.by_tau_energy = w.a * branch.by_tau_energy + by_tau * tau_s * end.tau_factor * law.tau_warm;
     branch.decay *= w.a;
     if (negligible > 0.0) branch.close(negligible, negligible * 1e-5);
   }
@@ -173,7 +174,8 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
       if (row.reset) {
         branch.begin(open_state >= 0 ? x[layout.state() + open_state + index] : 0.0, u);
       } else {
-        const BranchEnd end{between(x + layout.tau(index), row.middle), u, law.begin_a[k], law.end_a[k]};
+        const double tau_s = between(x + layout.tau(index), row.middle);
+        const BranchEnd end{tau_s, law.tau_factor[k], u, law.begin_a[k], law.end_a[k]};
         step(branch, row, law, end, {derivatives, negligible});
       }
       v -= branch.v;
@@ -184,7 +186,7 @@ void walk(const CircuitRows& all, const CircuitLayout& layout, const double* x, 
 
 /// The non-zero derivatives of one row's voltage, column by column.
 struct Line {
-  static constexpr std::size_t kMost = 24 + 2 * kMostBranches * (kMostNodes + 1);
+  static constexpr std::size_t kMost = 32 + 2 * kMostBranches * (kMostNodes + 1);
   std::array<int, kMost> column;
   std::array<double, kMost> value;
   std::size_t count = 0;
@@ -225,14 +227,12 @@ struct Line {
   /// Of a run that is not all at one temperature, or with a charge transfer or hysteresis.
   void add_laws(const CircuitRow& row, const LawRow& law, const CircuitLayout& layout,
                 const std::array<Branch, kMostBranches>& branches, bool with_hysteresis) {
-    double by_time_constant = 0.0;
     put(layout.law() + ResistanceLaws::kOhmic, law.by_ohmic);
     for (Index k = 0; k < layout.branches; ++k) {
       const Branch& branch = branches[static_cast<std::size_t>(k)];
-      put(layout.law() + ResistanceLaws::kBranch + k, (k == 0 ? law.by_first_branch : 0.0) - branch.by_energy);
-      by_time_constant -= branch.by_tau_energy;
+      put(layout.law() + ResistanceLaws::resistance(k), (k == 0 ? law.by_first_branch : 0.0) - branch.by_energy);
+      put(layout.law() + ResistanceLaws::time_constant(k), -branch.by_tau_energy);
     }
-    put(layout.law() + ResistanceLaws::kTimeConstant, by_time_constant);
     put(layout.law() + ResistanceLaws::kLogExchange, law.by_log_exchange);
     put(layout.law() + ResistanceLaws::kEntropy, kMillivolt * row.warmer_k);
     put(layout.law() + ResistanceLaws::kHysteresis, with_hysteresis ? -kMillivolt * row.hysteresis : 0.0);

@@ -8,17 +8,24 @@
 namespace voltlap::plant {
 
 ResistanceLaws::Packed ResistanceLaws::packed() const {
-  const auto& e = branch_kj_per_mol;
-  return {ohmic_kj_per_mol, e[0], e[1], e[2], e[3], time_constant_kj_per_mol,
-          has_charge_transfer() ? std::log(exchange_a) : 0.0, entropy_mv_per_k, hysteresis_mv};
+  Packed out;
+  out(kOhmic) = ohmic_kj_per_mol;
+  for (std::size_t k = 0; k < branch_kj_per_mol.size(); ++k) {
+    out(resistance(static_cast<Eigen::Index>(k))) = branch_kj_per_mol[k].resistance;
+    out(time_constant(static_cast<Eigen::Index>(k))) = branch_kj_per_mol[k].time_constant;
+  }
+  out(kLogExchange) = has_charge_transfer() ? std::log(exchange_a) : 0.0;
+  out(kEntropy) = entropy_mv_per_k;
+  out(kHysteresis) = hysteresis_mv;
+  return out;
 }
 
 void ResistanceLaws::take(const Packed& packed) {
   VOLTLAP_DEMAND(packed.allFinite());
   ohmic_kj_per_mol = packed(kOhmic);
   for (std::size_t k = 0; k < branch_kj_per_mol.size(); ++k)
-    branch_kj_per_mol[k] = packed(kBranch + static_cast<Eigen::Index>(k));
-  time_constant_kj_per_mol = packed(kTimeConstant);
+    branch_kj_per_mol[k] = {packed(resistance(static_cast<Eigen::Index>(k))),
+                            packed(time_constant(static_cast<Eigen::Index>(k)))};
   entropy_mv_per_k = packed(kEntropy);
   if (has_hysteresis()) hysteresis_mv = packed(kHysteresis);
   if (has_charge_transfer()) exchange_a = std::exp(packed(kLogExchange));
@@ -44,14 +51,18 @@ ResistanceLaws assumed_laws(double reference_temperature_c) {
 LawFactors law_factors(const ResistanceLaws& laws, double temperature_c) {
   const double x = laws.inverse(temperature_c);
   if (x == 0.0) return {};
-  LawFactors out{std::exp(laws.ohmic_kj_per_mol * x), std::exp(laws.time_constant_kj_per_mol * x)};
-  for (std::size_t k = 0; k < out.branch.size(); ++k) out.branch[k] = std::exp(laws.branch_kj_per_mol[k] * x);
+  LawFactors out{std::exp(laws.ohmic_kj_per_mol * x), {}, {}};
+  for (std::size_t k = 0; k < out.resistance.size(); ++k) {
+    out.resistance[k] = std::exp(laws.branch_kj_per_mol[k].resistance * x);
+    out.time_constant[k] = std::exp(laws.branch_kj_per_mol[k].time_constant * x);
+  }
   return out;
 }
 
 double charge_transfer_drop_v(const ResistanceLaws& laws, double current_a, double temperature_c) {
   if (!laws.has_charge_transfer()) return 0.0;
-  const double exchange = laws.exchange_a * std::exp(-laws.branch_kj_per_mol[0] * laws.inverse(temperature_c));
+  const double energy = laws.branch_kj_per_mol[0].resistance;
+  const double exchange = laws.exchange_a * std::exp(-energy * laws.inverse(temperature_c));
   return charge_transfer_v(exchange, current_a, temperature_c);
 }
 

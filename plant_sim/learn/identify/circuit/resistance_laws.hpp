@@ -4,7 +4,7 @@
 //
 //   R0(T, I) = R0 exp(E_0 x) + v_ct(|I|, T) / |I|     x = (1/T - 1/T_ref) / R_g [mol/kJ], T in K        Arrhenius
 //   R_k(T)   = R_k exp(E_k x)                         k = 1 .. K; a slow branch is diffusion, a fast one the surface
-//   tau_k(T) = tau_k exp(E_tau x)
+//   tau_k(T) = tau_k exp(E_tau,k x)                   of a capacitance that stays E_tau,k is E_k
 //   Em(T)    = Em + e (T - T_ref)                     e: entropy over the Faraday constant, one for all SOC
 //   V       -= M h,  dh/dSOC_drawn = g (1 - h sign(I)) sign(I)      hysteresis, h from -1 after a charge to 1 (G. L.
 //                                                     Plett, J. Power Sources 134, 2004); g is chosen, not fitted
@@ -26,14 +26,22 @@
 namespace voltlap::plant {
 
 struct ResistanceLaws {
-  /// Places in `packed()`; the branches' energies one behind the other.
+  /// Places in `packed()`; of each branch the energy of its resistance and that of its time constant.
   enum Place : Eigen::Index {
-    kOhmic, kBranch, kTimeConstant = kBranch + kMostCellBranches, kLogExchange, kEntropy, kHysteresis, kCount
+    kOhmic, kBranches, kLogExchange = kBranches + 2 * kMostCellBranches, kEntropy, kHysteresis, kCount
   };
+  [[nodiscard]] static constexpr Eigen::Index resistance(Eigen::Index branch) { return kBranches + 2 * branch; }
+  [[nodiscard]] static constexpr Eigen::Index time_constant(Eigen::Index branch) { return kBranches + 2 * branch + 1; }
+  [[nodiscard]] static constexpr bool is_time_constant(Eigen::Index place) {
+    return place > kBranches && place < kLogExchange && (place - kBranches) % 2 == 1;
+  }
 
   double reference_temperature_c = 25.0;
-  double ohmic_kj_per_mol = 0.0, time_constant_kj_per_mol = 0.0;
-  std::array<double, kMostCellBranches> branch_kj_per_mol{};
+  struct BranchEnergies {
+    double resistance = 0.0, time_constant = 0.0;  ///< [kJ/mol]
+  };
+  double ohmic_kj_per_mol = 0.0;
+  std::array<BranchEnergies, kMostCellBranches> branch_kj_per_mol{};
   double entropy_mv_per_k = 0.0;
   double hysteresis_mv = 0.0, hysteresis_per_soc = 0.0;  ///< M and g; g is 0 without hysteresis
   double exchange_a = 0.0;  ///< i_0 at the reference temperature; 0: R0 does not change with the current
@@ -54,27 +62,29 @@ struct ResistanceLaws {
   void take(const Packed& packed);
   /// Whether anything moves with the temperature.
   [[nodiscard]] bool has_temperature() const {
-    return ohmic_kj_per_mol != 0.0 || time_constant_kj_per_mol != 0.0 || entropy_mv_per_k != 0.0 ||
-           std::any_of(branch_kj_per_mol.begin(), branch_kj_per_mol.end(), [](double e) { return e != 0.0; });
+    return ohmic_kj_per_mol != 0.0 || entropy_mv_per_k != 0.0 ||
+           std::any_of(branch_kj_per_mol.begin(), branch_kj_per_mol.end(),
+                       [](const BranchEnergies& e) { return e.resistance != 0.0 || e.time_constant != 0.0; });
   }
 };
 
 /// What is believed of the numbers before any recording, normal, in the units of packed().
 struct LawPriors {
-  ResistanceLaws::Packed mean{15.0, 15.0, 15.0, 15.0, 15.0, 0.0, 0.0, 0.0, 0.0};
-  ResistanceLaws::Packed sigma{10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 1.0, 0.15, 1.0};
+  /// Of a time constant's energy `sigma` is of its difference to that of the resistance.
+  ResistanceLaws::Packed mean{15.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 0.0, 0.0, 0.0};
+  ResistanceLaws::Packed sigma{10.0, 15.0, 10.0, 15.0, 10.0, 15.0, 10.0, 15.0, 10.0, 1.0, 0.15, 1.0};
   bool fixed = false;  ///< the laws stay as they are given
 };
-/// The usual ones: energies 15 +- 10 kJ/mol, 2 %/K at 25 degC, of the time constants 0 +- 10; a charge transfer of a
-/// third of R0; entropy 0 +- 0.15 mV/K.
+/// The usual ones: R0 15 +- 10 kJ/mol (2 %/K at 25 degC), a branch 20 +- 15, its time constant that of its resistance
+/// +- 10; a charge transfer of a third of R0; entropy 0 +- 0.15 mV/K.
 [[nodiscard]] LawPriors usual_law_priors(double resistance_ohm, double reference_temperature_c);
 /// The laws at the middle of what is believed, without charge transfer.
 [[nodiscard]] ResistanceLaws assumed_laws(double reference_temperature_c);
 
 /// What the laws make of one temperature.
 struct LawFactors {
-  double ohmic = 1.0, time_constant = 1.0;
-  std::array<double, kMostCellBranches> branch{1.0, 1.0, 1.0, 1.0};
+  double ohmic = 1.0;
+  std::array<double, kMostCellBranches> resistance{1.0, 1.0, 1.0, 1.0}, time_constant{1.0, 1.0, 1.0, 1.0};
 };
 [[nodiscard]] LawFactors law_factors(const ResistanceLaws& laws, double temperature_c);
 

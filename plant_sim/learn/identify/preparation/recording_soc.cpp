@@ -93,17 +93,21 @@ class Agreement {
     return table_fit(runs(), first_taus(2), priors_, last_ ? &*last_ : nullptr).cost;
   }
   /// Most recordings of a cell agree: only one whose capacity is clearly off may be moved, one whose SOC a first model
-  /// has guessed always. What full means is left alone, but for cells with hysteresis: on their plateau some per cent
-  /// of the charge are missing without showing, and show at the ends.
+  /// has guessed always. One that is full may lack a little: a charge in the cold ends before one at 25 degC. More than
+  /// that is another fault, but for cells with hysteresis: on their plateau some per cent of the charge are missing
+  /// without showing, and show at the ends.
   void choose_moved(const TableFit& found) {
-    constexpr double kOffset = 0.005, kScale = 0.005, kSure = 3.0;
+    constexpr double kOffset = 0.005, kScale = 0.005, kSure = 3.0, kMostOfFull = 0.03;
+    const bool plateau = priors_.laws.has_hysteresis();
     const auto is_off = [&](Index at, double worth) {
       return std::abs(found.doubts(at)) > std::max(worth, kSure * found.doubts_sigma(at));
     };
     for (std::size_t k = 0; k < moved_.size(); ++k) {
       const auto at = 2 * static_cast<Index>(k);
       Moved& one = moved_[k];
-      one.offset_free = one.offset_free && (!is_full(prepared_[k]) || is_off(at, kOffset));
+      one.offset_free = one.offset_free && (!is_full(prepared_[k]) ||
+                                            (is_off(at, kOffset) &&
+                                             (plateau || std::abs(found.doubts(at)) < kMostOfFull)));
       one.scale_free = one.scale_free && is_off(at + 1, kScale);
     }
   }
@@ -116,8 +120,6 @@ class Agreement {
     for (std::size_t k = 1; k < moved_.size(); ++k) {
       if (drawn(k) > drawn(reference)) reference = k;
     }
-    const bool plateau = priors_.laws.has_hysteresis();
-    for (std::size_t k = 0; k < moved_.size(); ++k) moved_[k].offset_free = plateau || !is_full(prepared_[k]);
     moved_[reference].scale_free = moved_[reference].offset_free = false;
   }
   void shift(const std::vector<PreparedLog>& from, const TableFit& found, double share) {

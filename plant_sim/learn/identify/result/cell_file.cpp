@@ -173,15 +173,14 @@ std::string cell_toml(const CellParameters& cell, const CellBody& body, const Ce
         numbers(cell.ocv_table_v));
   }
   const std::vector<LawFact> laws = law_facts(identified.reference_point().result);
-  const std::string ohmic = law_origin(laws, "ohmic_activation_energy"),
-                    time_constant = law_origin(laws, "time_constant_activation_energy");
-  out += section("r0", "ohm", cell.r0_ohm, ohmic);
+  out += section("r0", "ohm", cell.r0_ohm, law_origin(laws, "r0_activation_energy"));
   const std::size_t branches = cell.branch_count();
   for (std::size_t k = 0; k < branches; ++k)
     out += section(fmt::format("r{}", k + 1), "ohm", cell.branches[k].r_ohm,
                    law_origin(laws, fmt::format("r{}_activation_energy", k + 1)));
   for (std::size_t k = 0; k < branches; ++k)
-    out += section(fmt::format("tau{}", k + 1), "s", cell.branches[k].tau_s, time_constant);
+    out += section(fmt::format("tau{}", k + 1), "s", cell.branches[k].tau_s,
+                   law_origin(laws, fmt::format("tau{}_activation_energy", k + 1)));
   const CellEffects& effects = cell.effects;
   if (effects.entropy_v_per_k != 0.0 || effects.hysteresis_v != 0.0) out += "\n[effects]\n";
   if (effects.entropy_v_per_k != 0.0) {

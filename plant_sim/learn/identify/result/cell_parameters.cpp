@@ -164,8 +164,8 @@ void set_laws(const OperatingPoint& point, CellParameters& cell) {
   const ResistanceLaws& laws = point.result.model.laws;
   cell.r0_ohm.activation_energy_j_per_mol = kJoules * laws.ohmic_kj_per_mol;
   for (std::size_t k = 0; k < cell.branch_count(); ++k) {
-    cell.branches[k].r_ohm.activation_energy_j_per_mol = kJoules * laws.branch_kj_per_mol[k];
-    cell.branches[k].tau_s.activation_energy_j_per_mol = kJoules * laws.time_constant_kj_per_mol;
+    cell.branches[k].r_ohm.activation_energy_j_per_mol = kJoules * laws.branch_kj_per_mol[k].resistance;
+    cell.branches[k].tau_s.activation_energy_j_per_mol = kJoules * laws.branch_kj_per_mol[k].time_constant;
   }
   double coldest = point.temperature_c, warmest = coldest, most = 0.0;
   for (const RecordingResult& file : point.result.files) {
@@ -183,7 +183,7 @@ void set_laws(const OperatingPoint& point, CellParameters& cell) {
   if (moves) cell.temperature_breakpoints_c = temperature_points(coldest, point.temperature_c, warmest);
   if (!laws.has_charge_transfer()) return;
   cell.r0_ohm.exchange_current_a = laws.exchange_a;
-  cell.r0_ohm.exchange_activation_energy_j_per_mol = kJoules * laws.branch_kj_per_mol[0];
+  cell.r0_ohm.exchange_activation_energy_j_per_mol = kJoules * laws.branch_kj_per_mol[0].resistance;
   cell.current_breakpoints_a.clear();
   for (const double share : {0.05, 0.2, 0.5, 1.0}) cell.current_breakpoints_a.push_back(share * most);
 }

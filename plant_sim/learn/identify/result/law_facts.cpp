@@ -19,15 +19,19 @@ constexpr double kInterval = 1.96;
 
 struct Energy {
   std::string_view key, label;
-  Index place;
+  bool of_tau = false;
 };
-constexpr std::array<Energy, 2 + kMostCellBranches> kEnergies{{
-    {"ohmic_activation_energy", "R0 with temperature", ResistanceLaws::kOhmic},
-    {"r1_activation_energy", "R1 with temperature", ResistanceLaws::kBranch},
-    {"r2_activation_energy", "R2 with temperature", ResistanceLaws::kBranch + 1},
-    {"r3_activation_energy", "R3 with temperature", ResistanceLaws::kBranch + 2},
-    {"r4_activation_energy", "R4 with temperature", ResistanceLaws::kBranch + 3},
-    {"time_constant_activation_energy", "tau with temperature", ResistanceLaws::kTimeConstant}}};
+/// In the order of ResistanceLaws::packed().
+constexpr std::array<Energy, ResistanceLaws::kLogExchange> kEnergies{{
+    {"r0_activation_energy", "R0 with temperature"},
+    {"r1_activation_energy", "R1 with temperature"},
+    {"tau1_activation_energy", "tau1 with temperature", true},
+    {"r2_activation_energy", "R2 with temperature"},
+    {"tau2_activation_energy", "tau2 with temperature", true},
+    {"r3_activation_energy", "R3 with temperature"},
+    {"tau3_activation_energy", "tau3 with temperature", true},
+    {"r4_activation_energy", "R4 with temperature"},
+    {"tau4_activation_energy", "tau4 with temperature", true}}};
 
 }  // namespace
 
@@ -41,20 +45,18 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
   const LawPriors priors;
   const bool has_intervals = result.packed.size() > 0 && result.uncertainty.sigma.size() == result.packed.size();
   const auto sigma_of = [&](Index place) {
-    const bool by_temperature = place != ResistanceLaws::kLogExchange && place != ResistanceLaws::kHysteresis;
-    if (!has_intervals || (by_temperature && result.laws_assumed)) return priors.sigma(place);
+    if (!has_intervals) return priors.sigma(place);
     return result.uncertainty.sigma(result.packed.size() - ResistanceLaws::kCount + place);
   };
-  for (const Energy& energy : kEnergies) {
-    const Index branch = energy.place - ResistanceLaws::kBranch;
-    if (branch >= model_branches && branch < static_cast<Index>(kMostCellBranches)) continue;
-    const double value = laws.packed()(energy.place), sigma = sigma_of(energy.place);
-    const bool bounded = energy.place != ResistanceLaws::kTimeConstant;
+  for (Index place = ResistanceLaws::kOhmic; place < ResistanceLaws::resistance(model_branches); ++place) {
+    const Energy& energy = kEnergies[static_cast<std::size_t>(place)];
+    const double value = laws.packed()(place), sigma = sigma_of(place);
+    const bool bounded = !energy.of_tau;
     double low = value - kInterval * sigma;
     if (bounded && low < 0.0) low = 0.0;  // stays no number where there is no interval
     out.push_back({energy.key, energy.label, "J/mol", kJoules * value, kJoules * low,
                    kJoules * (value + kInterval * sigma),
-                   sigma < kTold * priors.sigma(energy.place) ? FactOrigin::kMeasured : FactOrigin::kAssumed,
+                   sigma < kTold * priors.sigma(place) ? FactOrigin::kMeasured : FactOrigin::kAssumed,
                    bounded && value <= 0.0});
   }
   if (laws.has_hysteresis()) {
@@ -79,7 +81,7 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
                    sigma < kTold * priors.sigma(ResistanceLaws::kLogExchange) ? FactOrigin::kMeasured
                                                                              : FactOrigin::kAssumed});
   }
-  VOLTLAP_DEMAND(out.size() >= 2 + static_cast<std::size_t>(model_branches));
+  VOLTLAP_DEMAND(out.size() > 2 * static_cast<std::size_t>(model_branches));
   return out;
 }
 

@@ -18,7 +18,7 @@ struct LawFact {
   bool at_bound = false;  ///< 0, of an energy with which a resistance falls: less is no cell
 };
 
-/// Energies of R0, of each branch's resistance and of the time constants; the exchange current where there is a
+/// Energies of R0, of each branch's resistance and time constant; the exchange current where there is a
 /// charge transfer. Empty where the laws are switched off. A law counts as measured when the recordings leave less than
 /// two thirds of what was believed of it before.
 [[nodiscard]] std::vector<LawFact> law_facts(const IdentifyResult& result);

@@ -153,9 +153,9 @@ TEST(CellIdentification, ASlowDischargeJoinsThePulsesInsteadOfBeingATestOfItsOwn
   slow.insert(slow.end(), 600, 0.0);
   options.branches = 0;
   const CellIdentification identified =
-      identify_cell({cell.record(cell.pulse_plan(33.0, 640, 0.02)), cell.record(slow)}, {30.0, 25.0}, options);
+      identify_cell({cell.record(cell.pulse_plan(33.0, 640, 0.02)), cell.record(slow)}, {26.0, 25.0}, options);
   LONGS_EQUAL(1, identified.points.size());
-  DOUBLES_EQUAL(30.0, identified.points[0].temperature_c, 0.0);
+  DOUBLES_EQUAL(26.0, identified.points[0].temperature_c, 0.0);
   LONGS_EQUAL(2, identified.points[0].logs.size());
   const CircuitModel& model = identified.points[0].result.model;
   LONGS_EQUAL(2, model.branches());

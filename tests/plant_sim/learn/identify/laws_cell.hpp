@@ -11,7 +11,7 @@
 struct LawsCell {
   double capacity_ah = 5.0;
   double r0_ohm = 8e-3, r1_ohm = 6e-3, r2_ohm = 6e-3, tau1_s = 10.0, tau2_s = 250.0;  ///< at 25 degC
-  double ohmic_kj = 18.0, r1_kj = 30.0, r2_kj = 30.0, tau_kj = 5.0;                         ///< kJ/mol
+  double ohmic_kj = 18.0, r1_kj = 30.0, r2_kj = 30.0, tau1_kj = 25.0, tau2_kj = 20.0;  ///< kJ/mol
   double exchange_a = 0.0;  ///< at 25 degC; 0: no charge transfer besides R0
   double entropy_mv_per_k = 0.0, noise_v = 3e-4;
   unsigned seed = 1;
@@ -32,7 +32,8 @@ struct LawsCell {
     cell.ohmic_kj = uniform(8.0, 30.0);
     cell.r1_kj = uniform(12.0, 35.0);
     cell.r2_kj = uniform(12.0, 35.0);
-    cell.tau_kj = uniform(-8.0, 12.0);
+    cell.tau1_kj = cell.r1_kj + uniform(-15.0, 10.0);
+    cell.tau2_kj = cell.r2_kj + uniform(-15.0, 10.0);
     cell.exchange_a = 2.0 * kThermal_v / (uniform(0.3, 0.8) * cell.r0_ohm);
     cell.entropy_mv_per_k = uniform(-0.2, 0.2);
     cell.seed = from();
@@ -45,7 +46,8 @@ struct LawsCell {
     constexpr int kSteps = 20;
     constexpr double kGas = 8.314462618e-3, kFaraday = 96.48533212;  // kJ/mol/K, kC/mol
     const double kelvin = at_c + 273.15, x = (1.0 / kelvin - 1.0 / 298.15) / kGas;
-    const double branch1 = std::exp(r1_kj * x), branch2 = std::exp(r2_kj * x), slow = std::exp(tau_kj * x);
+    const double branch1 = std::exp(r1_kj * x), branch2 = std::exp(r2_kj * x);
+    const double slow1 = std::exp(tau1_kj * x), slow2 = std::exp(tau2_kj * x);
     voltlap::plant::CellLog log;
     log.path = "laws cell";
     std::mt19937 generator(seed + static_cast<unsigned>(1000.0 * (at_c + 100.0)));
@@ -56,8 +58,8 @@ struct LawsCell {
       for (int k = 0; row > 0 && k < kSteps; ++k) {
         const double h = 1.0 / kSteps;
         soc -= i * h / (3600.0 * capacity_ah);
-        v1 += (r1_ohm * branch1 * i - v1) * (1.0 - std::exp(-h / (tau1_s * slow)));
-        v2 += (r2_ohm * branch2 * i - v2) * (1.0 - std::exp(-h / (tau2_s * slow)));
+        v1 += (r1_ohm * branch1 * i - v1) * (1.0 - std::exp(-h / (tau1_s * slow1)));
+        v2 += (r2_ohm * branch2 * i - v2) * (1.0 - std::exp(-h / (tau2_s * slow2)));
       }
       double drop = r0_ohm * std::exp(ohmic_kj * x) * i + v1 + v2;
       if (exchange_a > 0.0) drop += 4.0 * kGas * kelvin / kFaraday * std::asinh(0.5 * i / exchange_a * branch1);

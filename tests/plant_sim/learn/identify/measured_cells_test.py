@@ -84,11 +84,11 @@ def test_panasonic_predicts_drives_it_never_saw(panasonic, tmp_path):
 def test_panasonic_at_two_temperatures_has_laws_and_predicts_a_drive(tmp_path):
     cell, found = identified(tmp_path, recording("panasonic_18650pf/hppc_25C"), recording("panasonic_18650pf/hppc_10C"))
     laws = {law["key"]: law for law in found["tests"][0]["laws"]}
-    ohmic = laws["ohmic_activation_energy"]
+    ohmic = laws["r0_activation_energy"]
     assert ohmic["origin"] == "measured" and 5e3 < ohmic["ci95_low"] < ohmic["ci95_high"] < 60e3
     (us06,) = errors(cell, tmp_path, "panasonic_18650pf/us06_25C")
-    # From the pulses at 25 degC alone it is 28: one energy of all branches does not suit its relaxations at 10 degC.
-    assert us06["rms_v"] <= 40e-3
+    # From the pulses at 25 degC alone it is 27: its slow relaxation is one for both temperatures with two branches.
+    assert us06["rms_v"] <= 34e-3
 
 
 def test_a_voltage_behind_a_cable_contradicts_the_others_and_is_named(tmp_path):

@@ -64,9 +64,10 @@ TEST(DrawnLaws, AreWithinTheirIntervalsAndPredictAColderFasterTest) {
     const Eigen::VectorXd sigma = result.uncertainty.sigma.tail(ResistanceLaws::kCount);
     const std::pair<double, double> pairs[] = {
         {laws.ohmic_kj_per_mol - cell.ohmic_kj, sigma(ResistanceLaws::kOhmic)},
-        {laws.branch_kj_per_mol[0] - cell.r1_kj, sigma(ResistanceLaws::kBranch)},
-        {laws.branch_kj_per_mol[1] - cell.r2_kj, sigma(ResistanceLaws::kBranch + 1)},
-        {laws.time_constant_kj_per_mol - cell.tau_kj, sigma(ResistanceLaws::kTimeConstant)},
+        {laws.branch_kj_per_mol[0].resistance - cell.r1_kj, sigma(ResistanceLaws::resistance(0))},
+        {laws.branch_kj_per_mol[1].resistance - cell.r2_kj, sigma(ResistanceLaws::resistance(1))},
+        {laws.branch_kj_per_mol[0].time_constant - cell.tau1_kj, sigma(ResistanceLaws::time_constant(0))},
+        {laws.branch_kj_per_mol[1].time_constant - cell.tau2_kj, sigma(ResistanceLaws::time_constant(1))},
         {laws.entropy_mv_per_k - cell.entropy_mv_per_k, sigma(ResistanceLaws::kEntropy)}};
     for (const auto& [off, one_sigma] : pairs) {
       ++all;

@@ -21,7 +21,7 @@ TEST_GROUP(LawFacts) {
 TEST(LawFacts, EnergiesAreReadInKilojoulesWithTheirInterval) {
   const std::string text = laws_text(result);
   STRCMP_CONTAINS("R0 with temperature          15 kJ/mol measured  7.16 to 22.84\n", text.c_str());
-  STRCMP_EQUAL("identified, 7.16 to 22.84 kJ/mol", law_origin(law_facts(result), "ohmic_activation_energy").c_str());
+  STRCMP_EQUAL("identified, 7.16 to 22.84 kJ/mol", law_origin(law_facts(result), "r0_activation_energy").c_str());
 }
 
 TEST(LawFacts, WithoutAnIntervalTheTextSaysSoAndNoEndIsMadeUp) {
@@ -32,5 +32,5 @@ TEST(LawFacts, WithoutAnIntervalTheTextSaysSoAndNoEndIsMadeUp) {
   const std::string text = laws_text(result);
   STRCMP_CONTAINS("R0 with temperature          15 kJ/mol assumed   not settled\n", text.c_str());
   CHECK(text.find("nan") == std::string::npos);
-  STRCMP_EQUAL("assumed, not settled", law_origin(facts, "ohmic_activation_energy").c_str());
+  STRCMP_EQUAL("assumed, not settled", law_origin(facts, "r0_activation_energy").c_str());
 }
