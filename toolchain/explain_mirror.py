@@ -15,6 +15,7 @@ import sys
 import time
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # --jobs says how many cores are used, numpy does not
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/controls"))  # the mirror and the bank; read only when they are asked
 KINDS = ("cell", "pack", "car", "long")
@@ -30,7 +31,7 @@ def arguments():
         "Exit code: 0 the table stands, whatever it says; 2 usage or input; 130 interrupted.",
     )
     add = parser.add_argument
-    add("--quick", action="store_true", help=f"{QUICK} cases of three laps, mostly CSV; about a minute")
+    add("--quick", action="store_true", help=f"{QUICK} cases of two or three laps; about a minute")
     add("--seed", type=int, help="whole number of 0 or more; drawn when it is not given")
     add("--count", type=int, help=f"cases, a fifth of them sound; default {COUNT}, with --quick {QUICK}")
     add("--kind", action="append", choices=KINDS,

@@ -125,7 +125,7 @@ def draw_settings(rng, car, quick, sound_day=False):
         keys.append(f"environment.ambient_c={car.air_c + rng.uniform(-2.0, 2.0):.1f}")
     arguments = ["--track", str(rng.choice(TRACKS)), "--lap-start", str(rng.choice(["flying", "standing"]))]
     if not car.whole:
-        arguments += ["--laps", "3" if quick else "6"]
+        arguments += ["--laps", ("2" if car.candump else "3") if quick else "6"]
     return Settings(seed, tuple(keys), tuple(arguments))
 
 

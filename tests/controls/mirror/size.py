@@ -143,12 +143,16 @@ def channel_rows(channel, values, scene, rng):
 
 
 def held_out(shown, columns, blocks):
-    """Half the squares that a fit of the other blocks leaves, by block."""
+    """Half the squares that a fit of the other blocks leaves, by block; by the normal equations of scaled columns."""
+    scaled = columns / np.maximum(1e-12, np.sqrt(np.sum(columns**2, axis=0)))
+    rows = [np.flatnonzero(blocks == block) for block in np.unique(blocks)]
+    squares = [scaled[here].T @ scaled[here] for here in rows]
+    products = [scaled[here].T @ shown[here] for here in rows]
+    all_squares, all_products = sum(squares), sum(products)
     out = []
-    for block in np.unique(blocks):
-        here = blocks == block
-        size = np.linalg.lstsq(columns[~here], shown[~here], rcond=None)[0] if columns.shape[1] else np.zeros(0)
-        out.append(0.5 * float(np.sum((shown[here] - columns[here] @ size) ** 2)))
+    for here, square, product in zip(rows, squares, products):
+        size = np.linalg.lstsq(all_squares - square, all_products - product, rcond=1e-12)[0]
+        out.append(0.5 * float(np.sum((shown[here] - scaled[here] @ size) ** 2)))
     return np.array(out)
 
 

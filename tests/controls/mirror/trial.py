@@ -61,7 +61,7 @@ class Prepared:
         (self.folder / "vehicle.toml").write_text(self.car.vehicle)
         self.simulator = programs.simulator(running)
         self.programs, self.running = programs, running
-        self.lock, self.reference_logs = threading.Lock(), []
+        self.lock, self.reference_logs, self.open_cases = threading.Lock(), [], 0
         self.sound_log, truth = self.simulator.drive(self.car, self.folder, self.world.cases[0].settings, "sound")
         cases.weigh(self.world, drives.read_truth(truth, self.car))
 
@@ -178,11 +178,14 @@ class Trial:
             worlds.setdefault(number // cases.PER_WORLD, set()).add(number)
         pool = ThreadPoolExecutor(self.jobs)
         try:
-            pending = {pool.submit(self._world, number, chosen) for number, chosen in worlds.items()}
-            while pending:
+            ahead, pending = list(worlds.items())[::-1], set()
+            while pending or ahead:
+                while ahead and len(pending) <= self.jobs:  # no more worlds on the disk than keep all busy
+                    pending.add(pool.submit(self._prepare, *ahead.pop()))
                 done, pending = wait(pending, timeout=1.0, return_when=FIRST_COMPLETED)
                 for future in done:
-                    future.result()
+                    for prepared, case in future.result():
+                        pending.add(pool.submit(self._answer, prepared, case))
                 self._progress()
         except BaseException:
             self.stopped = True
@@ -208,20 +211,29 @@ class Trial:
         asked = words(self.programs.engines[0][1], Path(folder), case.settings.seed)
         return f"{json.dumps(case.label)}\ncd {shlex.quote(str(folder))} && {shlex.join(asked)}"
 
-    def _world(self, number, chosen):
+    def _prepare(self, number, chosen):
+        """Drives the sound car of a world. Returns its chosen cases."""
         if self.stopped:
-            return
+            return []
         try:
             prepared = Prepared(self.plan, number, self.programs, self.folder, self.running)
         except drives.NotDriven as failure:
             kind = cases.kind_of(self.plan, number)
             for case in sorted(chosen):
                 self.outcomes.append(Outcome({"number": case, "kind": kind, "ask": "none"}, not_driven=str(failure)))
-            return
-        for case in prepared.world.cases:
-            if case.number in chosen and not self.stopped:
-                self.outcomes.append(answered(prepared, case, self.folder))
-        shutil.rmtree(prepared.folder)
+            return []
+        found = [(prepared, case) for case in prepared.world.cases if case.number in chosen]
+        prepared.open_cases = len(found)
+        return found
+
+    def _answer(self, prepared, case):
+        if not self.stopped:
+            self.outcomes.append(answered(prepared, case, self.folder))
+        with prepared.lock:
+            prepared.open_cases -= 1
+            if prepared.open_cases == 0:
+                shutil.rmtree(prepared.folder)
+        return []
 
     def _progress(self, last=False):
         seconds = time.monotonic() - self.begun
