@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from bank.score import Judged
 from bank.tool import Answer
-from mirror import battery, cases, catalogue, drives, marks, size, table, trial
+from mirror import battery, cases, catalogue, drives, effects, marks, size, table, trial
 from mirror.effects import Scene, hysteresis, lagged
 
 BIN = Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin"
@@ -57,6 +57,50 @@ def test_what_an_effect_adds_by_hand_is_what_the_simulator_adds(effect, bench):
     assert np.corrcoef(shown, by_hand)[0, 1] > 0.97
     near = 0.10 if channel == "voltage" else 0.35  # the air of the bench's box warms; here it does not
     assert np.sqrt(np.mean(by_hand**2)) == pytest.approx(np.sqrt(np.mean(shown**2)), rel=near)
+
+
+OF_A_CAR = {"mass": 0.1, "drag_area": 0.4, "rolling_resistance": 1.0, "tyre_radius": 0.05, "motor_constant": 0.05,
+            "inverter_efficiency": 1.0, "auxiliary_load": 200.0}
+
+
+@pytest.fixture(scope="module")
+def track(tmp_path_factory):
+    """A sound car, and two laps of it with the keys of an effect."""
+    folder = tmp_path_factory.mktemp("track")
+    car = drives.draw_car(np.random.default_rng(8), "car", quick=True)
+    (folder / "vehicle.toml").write_text(car.vehicle)
+    simulator = drives.Simulator(BIN / "voltlap", BIN / "voltlap-learn")
+    settings = drives.Settings(1, ("battery.initial_soc=0.9",), ("--laps", "2", "--track", "michigan_2015"))
+
+    def drive(name, keys=()):
+        _, truth = simulator.drive(car, folder, settings, name, keys)
+        return Scene(car, drives.read_truth(truth, car))
+
+    return car, drive
+
+
+def unbalanced(scene, turning_kg=0.0):
+    """Rows under power, and what the sound car's numbers leave of force [N] and power [W] there."""
+    truth, kg = scene.truth, scene.car.masses_kg
+    rows = truth.free & (truth.torque_a > 1.0)
+    against = catalogue.drag(scene, 1.0) + catalogue.rolling(scene, 1.0) + (kg + turning_kg) * truth.acceleration
+    return rows, {"force": (effects.pull(scene) - against)[rows],
+                  "power": (truth.power_w - effects.motor_power(scene))[rows]}
+
+
+@pytest.mark.parametrize("name", OF_A_CAR)
+def test_what_an_effect_of_a_car_adds_by_hand_is_what_the_simulator_adds(name, track):
+    _, drive = track
+    sound = drive("sound")
+    rows, left = unbalanced(sound)
+    acceleration = sound.truth.acceleration[rows]
+    turning_kg = float(left["force"] @ acceleration / (acceleration @ acceleration))  # wheels and motor
+    effect = next(e for e in catalogue.CAR if e.name == name)
+    scene = drive(name, effect.keys(sound, OF_A_CAR[name]))
+    rows, shown = unbalanced(scene, turning_kg)
+    shown["power"] = shown["power"] - left["power"].mean()
+    for channel, values in effect.adds(scene, OF_A_CAR[name]).items():
+        assert abs(shown[channel] @ values[rows]) / (values[rows] @ values[rows]) == pytest.approx(1.0, abs=0.25)
 
 
 def square_wave():
@@ -134,6 +178,14 @@ def test_each_world_has_sound_logs_and_effects_that_its_logs_can_hold():
         assert world.car.candump or not any(h.effect.sensor for h in hidden)
         tomllib.loads(world.car.text)
         assert "effects" not in world.car.text
+
+
+def test_true_model_of_a_cell_is_its_file_with_what_was_hidden():
+    car = drives.cell_on_bench(np.random.default_rng(3), noise=False)
+    with_effect = tomllib.loads(drives.true_cell(car.text, ("cell.effects.ocv_change_v=[0.0,0.01]",)))
+    assert with_effect["effects"] == {"ocv_change_v": [0.0, 0.01]}
+    other = tomllib.loads(drives.true_cell(car.text, ("cell.capacity_ah=50.5",)))
+    assert other["capacity_ah"] == 50.5 and "effects" not in other
 
 
 def test_only_what_was_asked_for_is_hidden():

@@ -148,6 +148,19 @@ class NotDriven(Exception):
     """The simulator could not drive this: the car stopped, or a key was refused."""
 
 
+def true_cell(text, keys):
+    """The cell file with what was hidden in it: `explain` takes no key of a cell by --set."""
+    effects = []
+    for key, value in (word.split("=", 1) for word in keys):
+        name = key.removeprefix("cell.")
+        if name.startswith("effects."):
+            effects.append(f"{name.removeprefix('effects.')} = {value}")
+        else:
+            text, count = re.subn(rf"(?m)^{name} *=.*$", f"{name} = {value}", text)
+            assert count == 1, name
+    return text + "\n" + "\n".join(["[effects]", *effects, ""]) if effects else text
+
+
 def told(said):
     """The line that says why a drive failed, else the last one."""
     lines = said.strip().splitlines() or ["nothing was said"]

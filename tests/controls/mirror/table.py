@@ -9,7 +9,7 @@ from bank.table import share_json
 
 from . import marks
 
-WIDE, COLUMN = 34, 30
+WIDE, COLUMN = 38, 30
 BOUNDS = {
     ("rho of 3 and more", "found"): ">= 97 %",
     ("rho of 3 and more", "named"): ">= 90 %",

@@ -140,7 +140,12 @@ def measure_gains(prepared, case, named, out, folder):
     place.mkdir()
     os.link(log, place / f"log{prepared.car.ending}")
     shutil.copy(prepared.folder / "model.toml", place)
-    before, true = left_by(prepared, place, "model.toml"), left_by(prepared, place, "model.toml", case.keys)
+    before = left_by(prepared, place, "model.toml")
+    if prepared.car.kind == "cell":
+        (place / "true.toml").write_text(drives.true_cell(prepared.car.text, case.keys))
+        true = left_by(prepared, place, "true.toml")
+    else:
+        true = left_by(prepared, place, "model.toml", case.keys)
     for name, model in named.items():
         shutil.copy(model, place / "extended.toml")
         gain = gain_of(before, left_by(prepared, place, "extended.toml"), true, out.judged[name].answer.gain)
