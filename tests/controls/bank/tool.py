@@ -45,12 +45,17 @@ def command(tool, folder, seed, without="", settings=()):
 
 
 def ask(tool, folder, seed, without, running, settings=()):
+    """Asks about the log in the folder."""
+    return run(command(tool, folder, seed, without, settings), folder, running)
+
+
+def run(words, folder, running):
     """Runs the tool in the folder with an empty environment. `running`: where its process is kept, to be ended."""
     folder = Path(folder)
     environment = {"PATH": os.environ.get("PATH", ""), "LANG": "C.UTF-8", "HOME": str(folder)}
     before = os.times()
     process = subprocess.Popen(
-        command(tool, folder, seed, without, settings),
+        words,
         cwd=folder,
         env=environment,
         stdin=subprocess.DEVNULL,

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`voltlap explain-mirror` as it is called: blind, repeatable, with two engines, and with a clean end."""
+
+import json
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+BIN = Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin"
+MIRROR = [sys.executable, HERE.parents[1] / "toolchain/explain_mirror.py", "--bin", BIN]
+
+
+def mirror(*arguments, code=0):
+    run = subprocess.run([*map(str, MIRROR), *map(str, arguments)], capture_output=True, text=True, timeout=600)
+    assert run.returncode == code, run.stderr
+    return run
+
+
+@pytest.fixture(scope="module")
+def engines(tmp_path_factory):
+    """Two programs: one always says nothing, the other always names a series resistance."""
+    folder = tmp_path_factory.mktemp("engines")
+    for name in ("silent", "named"):
+        shutil.copy(HERE / "mirror_stand_in.py", folder / name)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    """The short form with this build's explain, as it is run after every change."""
+    folder = tmp_path_factory.mktemp("quick")
+    run = mirror("--quick", "--seed", 1, "--json", folder / "q.json", "--csv", folder / "q.csv")
+    return run.stdout, json.loads((folder / "q.json").read_text()), (folder / "q.csv").read_text().splitlines()
+
+
+def test_short_form_has_sound_logs_and_effects_and_its_counts_add_up(quick):
+    text, found, lines = quick
+    answered = [case for case in found["cases"] if not case["not_driven"]]
+    assert len(found["cases"]) == 30 and len(lines) == 1 + len(answered) and len(answered) >= 27
+    sound = [case for case in answered if case["ask"] == "sound"]
+    effects = [case for case in answered if case["ask"] == "single" and case["visible"]]
+    engine = found["engines"]["voltlap"]
+    assert len(sound) == engine["sound"]["alarms"]["of"] == 6
+    assert len(effects) == sum(entry["found"]["of"] for entry in engine["rho"]) >= 15
+    assert engine["rho"][2]["found"]["of"] > 0 and engine["rho"][1]["found"]["of"] > 0
+    assert engine["no_answer"] == 0, [case["answers"]["voltlap"]["failed"] for case in answered]
+    assert {case["kind"] for case in answered} == {"car", "pack", "cell"}
+    assert f"seed {found['seed']}: 30 cases" in text
+
+
+def test_json_says_what_was_hidden_and_what_was_said(quick):
+    _, found, _ = quick
+    assert found.keys() == {"seed", "quick", "kinds", "causes", "engines", "invisible", "cases"}
+    for case in found["cases"]:
+        if case["ask"] != "single" or case["not_driven"]:
+            continue
+        assert len(case["effects"]) == 1 and case["effects"][0]["parameters"] and case["rho"] >= 0.0
+        assert case["answers"]["voltlap"].keys() == {
+            "verdict", "causes", "alternatives", "found", "named", "in_set", "misnamed", "failed", "gain"}
+    share = found["engines"]["voltlap"]["rho"][2]["named"]
+    assert share["hits"] <= share["of"] and 0.0 <= share["ci95_low"] <= share["ci95_high"] <= 1.0
+
+
+def test_command_of_a_failing_case_repeats_it(quick, tmp_path):
+    text, found, _ = quick
+    number = found["engines"]["voltlap"]["smallest_failing_case"]
+    if number is None:  # nothing fails any more: any case repeats
+        words = ["./voltlap", "explain-mirror", "--seed", "1", "--quick", "--case", "20"]
+    else:
+        words = shlex.split(next(line for line in text.splitlines() if f"--case {number}" in line))
+    assert words[:2] == ["./voltlap", "explain-mirror"]
+    mirror(*words[2:], "--json", tmp_path / "again.json")
+    again = json.loads((tmp_path / "again.json").read_text())["cases"]
+    assert again == [case for case in found["cases"] if case["number"] == again[0]["number"]]
+
+
+def test_two_engines_stand_side_by_side_and_a_seed_repeats_the_table(engines):
+    words = ("--seed", 3, "--quick", "--count", 10, "--kind", "cell", "--engine", engines / "silent", "--engine",
+             engines / "named")
+    first = mirror(*words).stdout
+    assert mirror(*words, "--jobs", 1).stdout == first
+    assert mirror("--seed", 4, *words[2:]).stdout != first
+    line = {text.split("  ")[0]: text for text in first.splitlines()}
+    assert line["sound logs: alarms"].count("0/2") == 1 and line["sound logs: alarms"].count("2/2") == 1
+    for engine in ("silent", "named"):  # each has a case to look at first
+        assert any(text.startswith(f"{engine}: ") and "fail; the one with" in text for text in first.splitlines())
+
+
+def test_an_engine_finds_log_model_and_references_alone(engines, tmp_path):
+    run = mirror("--seed", 3, "--quick", "--kind", "pack", "--case", 4, "--keep", tmp_path / "kept")
+    names = {path.name for path in (tmp_path / "kept").iterdir()}
+    label = json.loads(run.stdout.splitlines()[0])
+    expected = {"model.toml", *(f"reference_{k}" for k in range(label["references"])), "log"}
+    assert {name if name == "model.toml" else name.split(".")[0] for name in names} == expected
+    assert label["effects"][0]["name"] not in (tmp_path / "kept/model.toml").read_text()
+    command = shlex.split(run.stdout.splitlines()[1].split("&&")[1])
+    assert not any(label["effects"][0]["name"] in word or "--map" in word or "--set" in word for word in command)
+
+
+@pytest.mark.parametrize("words, says", [
+    (("--seed", -1), "--seed -1: expected 0 or more"),
+    (("--count", 0), "--count 0: expected 1 or more"),
+    (("--case", -2), "--case -2: expected 0 or more"),
+    (("--cause", "gremlins"), "--cause gremlins: expected one of ambient,"),
+    (("--cause", "mass", "--kind", "cell"), "--cause mass: no log of --kind cell can hold it"),
+    (("--engine", "/nowhere/engine"), "/nowhere/engine is not a program"),
+    (("--keep", "somewhere"), "--keep: expected one --case with it"),
+    (("--json", "/nowhere/out.json"), "the folder /nowhere is not there"),
+])
+def test_input_that_cannot_be_used_is_told_in_one_line(words, says):
+    run = mirror(*words, code=2)
+    assert says in run.stderr and len(run.stderr.splitlines()) == 1
+
+
+def test_end_is_clean_when_it_is_interrupted(tmp_path):
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    process = subprocess.Popen([*map(str, MIRROR), "--seed", "3"], env=environment, stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 60.0
+    while not any(tmp_path.glob("explain-mirror-*/world-*/*")) and time.monotonic() < until:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130 and "interrupted; nothing is kept" in errors and "Traceback" not in errors
+    assert list(tmp_path.iterdir()) == []
