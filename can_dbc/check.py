@@ -80,8 +80,8 @@ def check_protection(bus: model.Bus) -> list[str]:
         if m.protection == "kNone":
             findings.append(f"{m.name} has neither counter and CRC nor a checksum")
         counter, seal = m.signal_of_role("counter"), m.signal_of_role("crc") or m.signal_of_role("checksum")
-        if counter and counter.length != 4:
-            findings.append(f"{m.name}.{counter.name}: a rolling counter has 4 bits")
+        if counter and (counter.length != 8 or counter.start % 8):
+            findings.append(f"{m.name}.{counter.name}: a rolling counter has 8 bits, those of one byte")
         if seal and (seal.length != 8 or sorted(seal.bits()) != list(range(8 * m.dlc - 8, 8 * m.dlc))):
             findings.append(f"{m.name}.{seal.name}: not the last byte of the message")
         if not m.sender or m.sender == "Vector__XXX":

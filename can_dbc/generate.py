@@ -220,8 +220,9 @@ def codec(messages: list[model.Message], source: str) -> str:
 
 def row(m: model.Message) -> str:
     counter, seal = m.signal_of_role("counter"), m.signal_of_role("crc") or m.signal_of_role("checksum")
-    return (f"    {{{hex_of(m.id)}, {m.dlc}, {m.cycle_ms}, {m.timeout_ms}, {m.delay_ms}, Protection::{m.protection}, "
-            f"{counter.start if counter else 0}, {min(seal.bits()) // 8 if seal else 0}}},  // {m.name}")
+    places = f"{counter.start // 8 if counter else 0}, {min(seal.bits()) // 8 if seal else 0}"
+    return (f"    {{{hex_of(m.id)}, {m.dlc}, {m.cycle_ms}, {m.cycle_many_cells_ms}, {m.timeout_ms}, {m.delay_ms}, "
+            f"Protection::{m.protection}, {places}}},  // {m.name}")
 
 
 def table(name: str, messages: list[model.Message]) -> list[str]:
@@ -232,7 +233,7 @@ TABLES_TYPES = """
 /// How a frame proves that it is whole and new.
 enum class Protection : std::uint8_t {
   kNone = 0,
-  kCounterCrc = 1,  ///< 4-bit rolling counter and CRC-8 SAE J1850
+  kCounterCrc = 1,  ///< 8-bit rolling counter and CRC-8 SAE J1850
   kOrionSum = 2,    ///< Orion checksum in the last byte, no counter
 };
 
@@ -241,10 +242,11 @@ struct MessageRow {
   std::uint32_t id;
   std::uint8_t dlc;
   std::int32_t cycle_ms;
+  std::int32_t cycle_many_cells_ms;  ///< with more cells than kFastCells
   std::int32_t timeout_ms;
   std::int32_t delay_ms;  ///< due when (now - delay) is a whole number of cycles
   Protection protection;
-  std::uint8_t counter_bit;
+  std::uint8_t counter_byte;
   std::uint8_t crc_byte;
 };
 

@@ -104,6 +104,7 @@ Finding voltage_implausible(const Config& c, const State& s, Instant) {
   const bool known = s.pack.cells_good && s.measured.pack_voltage.good();
   return known ? active_if(voltages_disagree(c, s.measured, s.pack)) : Finding{};
 }
+Finding foreign_frames(const Config&, const State& s, Instant) { return active_if(s.rx.contested()); }
 Finding config_invalid(const Config&, const State& s, Instant) { return active_if(!s.config_ok); }
 
 enum class Effect : std::uint8_t {
@@ -141,6 +142,7 @@ constexpr FaultRow kTable[] = {
     {BmsFault::kMasterLost, master_lost, nullptr, Effect::kOpen},  // BMS-021
     {BmsFault::kVoltageImplausible, voltage_implausible, &Config::mismatch_time, Effect::kTrip},  // BMS-022
     {BmsFault::kConfigInvalid, config_invalid, nullptr, Effect::kTrip},  // BMS-002
+    {BmsFault::kForeignFrames, foreign_frames, nullptr, Effect::kReport},  // BMS-004; what it makes lost acts above
 };
 constexpr std::size_t kRows = sizeof(kTable) / sizeof(kTable[0]);
 static_assert(kRows == kFaultRows, "State keeps one timer a row");
@@ -176,21 +178,21 @@ void judge_faults(const Config& config, Instant now, State& state) {
   // Before the first complete set of measurements nothing can be closed and nothing is latched.
   const bool latching = state.contactors.state != can::BmsState::kInvalid;
   bool healthy = true;
-  std::uint16_t bits = 0;
-  std::uint16_t latched = latching ? state.faults.latched : std::uint16_t{0};
+  std::uint32_t bits = 0;
+  std::uint32_t latched = latching ? state.faults.latched : 0U;
   for (std::size_t i = 0; i < kRows; ++i) {
     const FaultRow& row = kTable[i];
     const Finding finding = row.find(config, state, now);
     FaultTimer& timer = state.faults.timer[i];
     time_row(row, config, finding, now, timer);
-    if (timer.set) bits = static_cast<std::uint16_t>(bits | bit_of(row.fault));
+    if (timer.set) bits |= bit_of(row.fault);
     if (row.effect != Effect::kTrip) continue;
     healthy = healthy && finding.condition == Condition::kClear;
-    if (timer.set && latching) latched = static_cast<std::uint16_t>(latched | bit_of(row.fault));
+    if (timer.set && latching) latched |= bit_of(row.fault);
   }
   if (reset_requested(state) && healthy) latched = 0;
   state.faults.latched = latched;
-  state.faults.bits = static_cast<std::uint16_t>(bits | latched);
+  state.faults.bits = bits | latched;
   state.faults.open = false;
   for (const FaultRow& row : kTable) {
     if (row.effect != Effect::kReport && is_set(state.faults, row.fault)) state.faults.open = true;

@@ -9,9 +9,7 @@ namespace voltlap::bms {
 /// and the tractive system off (EV.7.2.3).
 void judge_faults(const Config& config, Instant now, State& state);
 
-[[nodiscard]] constexpr std::uint16_t bit_of(can::BmsFault fault) {
-  return static_cast<std::uint16_t>(1U << static_cast<unsigned>(fault));
-}
+[[nodiscard]] constexpr std::uint32_t bit_of(can::BmsFault fault) { return 1U << static_cast<unsigned>(fault); }
 [[nodiscard]] constexpr bool is_set(const Faults& faults, can::BmsFault fault) {
   return (faults.bits & bit_of(fault)) != 0;
 }

@@ -74,16 +74,16 @@ void pair_cells_with_current(const Config& config, Instant now, Measured& out) {
 
 }  // namespace
 
-// BMS-001: a missing, late, repeated, damaged or impossible sample refreshes nothing.
+// BMS-001: a missing, late, repeated, damaged, foreign or impossible sample refreshes nothing.
 void ingest(const Config& config, const Input& input, State& state) {
   VOLTLAP_REQUIRE(input.frames.count == 0 || input.frames.first != nullptr);
   VOLTLAP_REQUIRE(config.cells_in_series <= kMaxCells && config.temperature_sensors <= kMaxTemperatures);
   for (const Frame& frame : input.frames) {
-    if (state.rx.receive(frame, input.now) == codec::RxVerdict::kAccepted) {
+    if (state.rx.receive(frame, input.now, config.cells_in_series) == codec::RxVerdict::kAccepted) {
       take_frame(config, frame, input.now, state.measured);
     }
   }
-  state.rx.expire(input.now);
+  state.rx.expire(input.now, config.cells_in_series);
   expire_all(config, input.now, state.measured);
   pair_cells_with_current(config, input.now, state.measured);
 }

@@ -3,6 +3,7 @@
 
 #include "base/ramp.hpp"
 #include "base/require.hpp"
+#include "bms/faults.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -33,10 +34,10 @@ bool measurements_good(const Config& config, const State& s) {
          s.cell_resistance > Resistance{};
 }
 
-// BMS-044
+// BMS-004, BMS-044
 /// Why there is no limit but zero; kNone when there is one.
 LimitReason blocked_by(const Config& config, const State& s) {
-  if (s.faults.open) return LimitReason::kFault;
+  if (s.faults.open || is_set(s.faults, can::BmsFault::kForeignFrames)) return LimitReason::kFault;
   if (!measurements_good(config, s)) return LimitReason::kMeasurementLost;
   return s.contactors.state == can::BmsState::kTsActive ? LimitReason::kNone : LimitReason::kContactorsOpen;
 }

@@ -62,7 +62,7 @@ struct Pack {
 };
 
 /// Written by faults: one timer a row of its table.
-inline constexpr std::size_t kFaultRows = 18;
+inline constexpr std::size_t kFaultRows = 19;
 struct FaultTimer {
   Instant since{};
   bool timing = false;
@@ -70,8 +70,8 @@ struct FaultTimer {
 };
 struct Faults {
   FaultTimer timer[kFaultRows] = {};
-  std::uint16_t latched = 0;
-  std::uint16_t bits = 0;  ///< set now or latched, as on the bus
+  std::uint32_t latched = 0;
+  std::uint32_t bits = 0;  ///< set now or latched, as on the bus
   bool open = false;       ///< some fault that is set asks for open contactors
   bool reset_released = false;
 };
@@ -139,7 +139,7 @@ struct Output {
   ContactorCommand contactors{};
   Limits limits{};
   can::BmsState state = can::BmsState::kInvalid;
-  std::uint16_t faults = 0;
+  std::uint32_t faults = 0;
   std::uint8_t weakest_cell = kNoCell;
   Soc soc{};
   bool soc_valid = false;

@@ -37,14 +37,10 @@ std::uint8_t orion_sum_of(const can::MessageRow& row, const Frame& frame) {
 void seal(const can::MessageRow& row, Frame& frame, std::uint8_t counter) {
   VOLTLAP_REQUIRE(frame.id == row.id);
   switch (row.protection) {
-    case can::Protection::kCounterCrc: {
-      std::uint8_t& byte = frame.data[row.counter_bit / 8];
-      const unsigned shift = row.counter_bit % 8U;
-      const unsigned kept = byte & ~(static_cast<unsigned>(kCounterMask) << shift);
-      byte = static_cast<std::uint8_t>(kept | (static_cast<unsigned>(counter & kCounterMask) << shift));
+    case can::Protection::kCounterCrc:
+      frame.data[row.counter_byte] = counter;
       frame.data[row.crc_byte] = crc_of(row, frame);
       break;
-    }
     case can::Protection::kOrionSum: frame.data[row.crc_byte] = orion_sum_of(row, frame); break;
     case can::Protection::kNone: break;
   }
@@ -70,9 +66,7 @@ bool sealed_ok(const Frame& frame) {
 }
 
 std::uint8_t counter_of(const can::MessageRow& row, const Frame& frame) {
-  if (row.protection != can::Protection::kCounterCrc) return 0;
-  const unsigned byte = frame.data[row.counter_bit / 8];
-  return static_cast<std::uint8_t>((byte >> (row.counter_bit % 8U)) & kCounterMask);
+  return row.protection == can::Protection::kCounterCrc ? frame.data[row.counter_byte] : std::uint8_t{0};
 }
 
 std::uint8_t counter_of(const Frame& frame) {
@@ -84,7 +78,7 @@ void Sealer::seal(Frame& frame) {
   const std::size_t row = find_row(can::kMessages, kMessageCount, frame.id);
   if (row == kNoRow) return;
   codec::seal(can::kMessages[row], frame, next_[row]);
-  next_[row] = static_cast<std::uint8_t>((next_[row] + 1U) & kCounterMask);
+  next_[row] = static_cast<std::uint8_t>(next_[row] + 1U);
 }
 
 }  // namespace voltlap::codec

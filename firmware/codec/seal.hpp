@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What makes a frame trustworthy: a rolling counter and a CRC-8 over identifier and payload, or the Orion checksum.
+// What makes a frame trustworthy: an 8-bit counter and a CRC-8 over identifier and payload, or the Orion checksum.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,8 +9,6 @@
 #include "codec/message_table.hpp"
 
 namespace voltlap::codec {
-
-inline constexpr std::uint8_t kCounterMask = 0x0F;
 
 /// Writes counter and CRC, or the Orion checksum, as the row asks. Call it last: it covers every other bit.
 void seal(const can::MessageRow& row, Frame& frame, std::uint8_t counter);

@@ -63,6 +63,8 @@ void take_bms_status(const Frame& frame, Input& in) {
   can::BmsStatus m;
   if (!decode(frame, m)) return;
   refresh(in.bms_state, m.state != BmsState::kInvalid, m.state, in.now);
+  constexpr auto kForeign = static_cast<unsigned>(can::BmsFault::kForeignFrames);
+  in.bms_hears_foreign = (m.faults >> kForeign & 1U) != 0;
 }
 
 void take_temperatures(const Frame& frame, Input& in) {
@@ -107,7 +109,7 @@ void expire_all(Input& in) {
 
 }  // namespace
 
-// MST-060: a missing, late, repeated, damaged or impossible frame refreshes nothing.
+// MST-060: a missing, late, repeated, damaged, foreign or impossible frame refreshes nothing.
 void ingest(Instant now, FrameView frames, Receiver& receiver) {
   VOLTLAP_REQUIRE(frames.count == 0 || frames.first != nullptr);
   receiver.input.now = now;
@@ -115,6 +117,7 @@ void ingest(Instant now, FrameView frames, Receiver& receiver) {
     if (receiver.rx.receive(frame, now) == codec::RxVerdict::kAccepted) take_frame(frame, receiver.input);
   }
   receiver.rx.expire(now);
+  receiver.input.foreign_frames = receiver.rx.contested();
   expire_all(receiver.input);
 }
 

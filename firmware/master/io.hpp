@@ -37,6 +37,8 @@ struct Input {
   Sample<BmsState> bms_state;
   Sample<Switches> switches;
   Sample<Temperature> motor_temperature, inverter_temperature;
+  bool foreign_frames = false;     ///< some message that is received here has a second sender or is replayed
+  bool bms_hears_foreign = false;  ///< the BMS says the same of its own
 };
 
 /// A set of faults, one bit each, as sent on the bus.

@@ -16,7 +16,19 @@ Duration advance(Instant now, State& state) {
   return elapsed < Duration{} ? Duration{} : (elapsed > kStepMax ? kStepMax : elapsed);
 }
 
-Output report(const State& state, const InverterCommand& command, bool allowed) {
+// What is older than torque may rest on is told as lost, though the drive state outlives a longer gap.
+Faults late_inputs(const Config& config, const Input& input) {
+  const auto late = [&](const auto& sample) { return sample.good() && input.now - sample.time >= config.rx_timeout; };
+  Faults f;
+  f.set(MasterFault::kPedalsLost, late(input.apps1) || late(input.apps2));
+  f.set(MasterFault::kBmsLost, late(input.bms_state));
+  f.set(MasterFault::kVehicleIoLost, late(input.switches));
+  f.set(MasterFault::kInverterLost, late(input.inverter_state));
+  f.set(MasterFault::kForeignFrames, input.foreign_frames);
+  return f;
+}
+
+Output report(const State& state, const InverterCommand& command, bool allowed, Faults inputs) {
   Output out;
   if (allowed) {
     out.phase_current = command.phase_current;
@@ -29,6 +41,7 @@ Output report(const State& state, const InverterCommand& command, bool allowed) 
   out.faults = state.pedals.latched;
   out.faults.add(state.drive.faults);
   out.faults.add(state.arbitration.faults);
+  out.faults.add(inputs);
   out.faults.set(MasterFault::kGateVeto, !allowed);
   out.torque_reason = allowed ? state.arbitration.reason : TorqueReason::kGate;
   out.pedal_request = state.request.pedal;
@@ -47,7 +60,7 @@ Output step(const Config& config, const Input& input, State& state) {
   arbitration_step(config, input, state.request.current, elapsed, state.arbitration);
   const InverterCommand command =
       inverter_command(state.arbitration.current, state.drive.mode, input.inverter_state);
-  return report(state, command, command_allowed(config, input, command));
+  return report(state, command, command_allowed(config, input, command), late_inputs(config, input));
 }
 
 }  // namespace voltlap::master

@@ -56,7 +56,8 @@ void pedals_step(const Config& config, const Input& input, PedalState& state) {
   const bool brakes_good = input.brake_front.good() && input.brake_rear.good();
 
   Faults active;
-  // MST-001: lost pedals stop power at once (the 50 ms timeout has already passed).
+  // MST-001: pedals that are lost for their timeout, 100 ms, are believed again only when released. MST-050 has
+  // stopped the torque before.
   active.set(MasterFault::kPedalsLost, a.lost);
   // MST-002 (T.4.2.10, T.4.2.5) and MST-003 (T.4.2.4, T.4.2.5): a sensor outside its range, two that disagree.
   active.set(MasterFault::kAppsRange, state.apps_range.held(!a.in_range, input.now, config.apps_implausible_time));

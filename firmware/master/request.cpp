@@ -8,9 +8,26 @@ namespace {
 
 constexpr std::int64_t kFull = 1'000'000;
 
+// The inverter has missed commands for longer than this: as with all other data, the pedal must be released.
+constexpr Duration kInverterWaitMax = Duration::from_ms(50);  // beyond the 50 ms after which it says so
+
 bool inverter_usable(const Input& input) {
   return input.inverter_state.good() && (input.inverter_state.value == InverterState::kDisabled ||
                                          input.inverter_state.value == InverterState::kEnabled);
+}
+
+// MST-061: nobody knows which of two senders is the car's.
+bool foreign_frames(const Input& input) { return input.foreign_frames || input.bms_hears_foreign; }
+
+// An inverter that misses commands for less than 100 ms, and for nothing else, is no interruption.
+void wait_for_inverter(bool others, const Input& input, RequestState& state) {
+  const bool missed = input.inverter_state.good() && input.inverter_state.value == InverterState::kCommandTimeout;
+  if (missed && state.armed) {
+    state.waiting = true;
+    state.waiting_since = input.now;
+  }
+  const bool short_enough = input.now - state.waiting_since < kInverterWaitMax;
+  state.waiting = state.waiting && others && short_enough && (missed || inverter_usable(input));
 }
 
 // MST-022: regeneration only where configured, in proportion to brake pressure, with the accelerator released.
@@ -42,8 +59,11 @@ void request_step(const Config& config, const Input& input, const PedalState& pe
                   Duration elapsed, RequestState& state) {
   VOLTLAP_REQUIRE(elapsed >= Duration{});
   // MST-020: after every interruption torque comes back only from a released pedal.
-  const bool permitted = mode == DriveState::kReadyToDrive && !pedals.latched.any() && inverter_usable(input);
-  state.armed = permitted && (state.armed || pedals.released);
+  const bool others = mode == DriveState::kReadyToDrive && !pedals.latched.any() && !foreign_frames(input);
+  const bool permitted = others && inverter_usable(input);
+  wait_for_inverter(others, input, state);
+  state.armed = permitted && (state.armed || state.waiting || pedals.released);
+  if (state.armed) state.waiting = false;
   if (!state.armed) {
     state.pedal = Ratio{};
     state.current = Current{};

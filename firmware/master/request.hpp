@@ -10,6 +10,8 @@ namespace voltlap::master {
 
 struct RequestState {
   bool armed = false;  ///< the pedal has been seen released since torque was last forbidden
+  bool waiting = false;  ///< was armed when the inverter missed commands, which may be for frames that were lost ...
+  Instant waiting_since{};  ///< ... since then
   // Computed by request_step.
   Ratio pedal{};       ///< position behind the request, dead zone removed
   Current current{};   ///< drive positive, regeneration negative

@@ -81,9 +81,9 @@ def test_frame_with_a_bad_crc_is_counted_and_says_nothing(bus, frame):
 
 
 def test_counter_that_skips_or_stands_is_a_gap(bus, frame):
-    for time_ms, counter in enumerate([14, 15, 0, 1, 3, 3, 4]):
+    for time_ms, counter in enumerate([14, 15, 16, 17, 19, 19, 20, 254, 255, 0, 1]):
         bus.update([frame("Pedals", time_ms * 10.0, counter=counter)])
-    assert bus.snapshot()["messages"]["Pedals"]["counter_gaps"] == 2
+    assert bus.snapshot()["messages"]["Pedals"]["counter_gaps"] == 3
 
 
 def test_rates_and_load_are_those_of_the_last_second(bus, every_10_ms):

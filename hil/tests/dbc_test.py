@@ -106,7 +106,9 @@ def test_a_crc_that_crosses_a_byte_is_refused(tmp_path):
     text = (can_dbc_folder() / "car.dbc").read_text()
     at = text.index("BO_ 177 Pedals")
     assert " SG_ Crc : 56|8@" in text[at:]
-    (tmp_path / "car.dbc").write_text(text[:at] + text[at:].replace(" SG_ Crc : 56|8@", " SG_ Crc : 54|8@", 1))
+    wrong = text[at:].replace(" SG_ Counter : 48|8@", " SG_ Counter : 48|4@", 1)
+    wrong = wrong.replace(" SG_ Crc : 56|8@", " SG_ Crc : 54|8@", 1)
+    (tmp_path / "car.dbc").write_text(text[:at] + wrong)
     with pytest.raises(InputError, match="car.dbc: Pedals.Crc crosses a byte"):
         Dbc([tmp_path / "car.dbc"])
 

@@ -63,10 +63,10 @@ BAD_STEPS = [
     ("gateway: {duplicate: Pedals, copies: 99999999999999999999}", "expected a whole number"),
     ("gateway: {corrupt: Pedals, bit: -1}", "gateway.bit: corrupt: found bit -1"),
     ("gateway: {corrupt: Pedals, bit: 64}", "gateway.bit: found bit 64, expected one below 64: Pedals has 8 bytes"),
-    ("gateway: {replay: Pedals, frames: 17}",
-     "gateway.frames: replay: found 17 frames, expected at most the 16 that are kept"),
+    ("gateway: {replay: Pedals, frames: 65}",
+     "gateway.frames: replay: found 65 frames, expected at most the 64 that are kept"),
     ("gateway: {stuck_counter: PackBroadcast}", "no message with a rolling counter"),
-    ("gateway: {second_sender: Pedals, counter_ahead: 16}", "at most 15"),
+    ("gateway: {second_sender: Pedals, counter_ahead: 256}", "at most 255"),
     ("gateway: {second_sender: Pedals, counter_ahead: -1}",
      "gateway.counter_ahead: second_sender: found counter_ahead -1"),
     ("gateway: {second_sender: PackBroadcast, counter_ahead: 1}", "PackBroadcast has no rolling counter"),
@@ -183,7 +183,7 @@ def test_an_identifier_of_29_bits_is_sent_as_one(read, text, can_id):
     assert told == [can_id]
 
 
-NUMBERS = ["-1", "0", "1", "2", "15", "16", "17", "63", "64", "100", "101", "1000", "1000000", "1000001", "1.5", "1e3"]
+NUMBERS = ["-1", "0", "1", "2", "63", "64", "65", "101", "255", "256", "1000", "1000000", "1000001", "1.5", "1e3"]
 TIMES = ["0 ms", "10 ms", "20 ms", "15 ms", "0.01 s", "0.57 s", "1 min", "24 min"]
 TARGETS = ["Pedals", "PLANT", "BMS", "MASTER", "CellVoltages", "Temperatures", "PackBroadcast", "VehicleIo", "0x001",
            "0x7E5", "0x801", "0x1FFFFFFF"]

@@ -34,8 +34,8 @@ def test_set_bits_have_names(dbc, frame):
 
 def test_writing_goes_over_what_was_seen_with_the_next_counter_and_a_good_crc(dbc, frame):
     signals, pedals = Signals(dbc), dbc.message("Pedals")
-    signals.update(frame("Pedals", 0, counter=14, Apps1=1.0, BrakeFront=7.5))
+    signals.update(frame("Pedals", 0, counter=254, Apps1=1.0, BrakeFront=7.5))
     first, second = (signals.write("Pedals", {"Apps1": 4.5}) for _ in range(2))
     assert pedals.read(first.data)["BrakeFront"] == 7.5 and pedals.read(first.data)["Apps1"] == 4.5
-    assert [pedals.counter_of(f.data) for f in (first, second)] == [15, 0]
+    assert [pedals.counter_of(f.data) for f in (first, second)] == [255, 0]
     assert pedals.sealed_ok(first.data) and pedals.sealed_ok(second.data)

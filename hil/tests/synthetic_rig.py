@@ -38,7 +38,7 @@ class _DrawnClock:
     def _frame(self, message):
         length = message.dlc if self._draw.random() < 0.9 else self._draw.randrange(9)
         data = self._draw.randbytes(length)
-        return Frame(message.id, message.seal(data, self.tick & 0xF) if length == message.dlc else data)
+        return Frame(message.id, message.seal(data, self.tick) if length == message.dlc else data)
 
     def tell(self, message, **values):
         self._dbc.message(message).encode({"Tick": self.tick, **values})

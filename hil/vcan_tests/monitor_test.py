@@ -30,7 +30,7 @@ def traffic(dbc):
             counter = 0
             while not stop.wait(0.01):
                 data = row.encode({"DischargeLimit": 123.4, "DischargeReason": "PackVoltage"})
-                bus.send([Frame(row.id, row.seal(data, counter & 0xF))])
+                bus.send([Frame(row.id, row.seal(data, counter))])
                 counter += 1
 
     thread = threading.Thread(target=send)

@@ -120,7 +120,7 @@ class BusState:
             return
         if message.counter is not None:
             counter = message.counter_of(frame.data)
-            if count.counter is not None and counter != (count.counter + 1 & 0xF):
+            if count.counter is not None and counter != (count.counter + 1) % message.counter_round:
                 count.counter_gaps += 1
             count.counter = counter
         count.last_ms, count.data = self.now_ms, frame.data

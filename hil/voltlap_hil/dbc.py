@@ -115,6 +115,7 @@ class Message:
         self.timeout_ms: int = _attribute(message, "VL_TimeoutMs", 0)
         self.signals = {s.name: Signal(self, s) for s in message.signals}
         self.counter = self._of_role("counter")
+        self.counter_round = 1 << self.counter.length if self.counter is not None else 1
         self._crc = self._of_role("crc")
         self._checksum = self._of_role("checksum")
         self._orion_offset: int = self.id + 8
@@ -166,7 +167,7 @@ class Message:
     def seal(self, data: bytes, counter: int = 0) -> bytes:
         """The payload with this counter and the CRC or checksum that goes with it."""
         if self.counter is not None:
-            data = self._put(data, self.counter, counter & 0xF)
+            data = self._put(data, self.counter, counter % self.counter_round)
         if self._crc is not None:
             data = self._put(data, self._crc, self._crc_of(data, self._crc))
         elif self._checksum is not None:

@@ -17,10 +17,10 @@ from .errors import InputError, did_you_mean
 from .frame import Frame, is_lockstep
 
 KINDS = ("drop", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender", "silence")
-HISTORY = 16  # frames of one id that can be replayed
+HISTORY = 64  # frames of one id that can be replayed
 MOST_BABBLE = 1000  # frames a tick on all its ids; a bus of 500 kbit/s carries 45
 _RANGES = {"every": (1, 1_000_000), "number of frames or copies": (1, 100), "delay": (0, 8_640_000),
-           "counter_ahead": (0, 15)}
+           "counter_ahead": (0, 255)}
 _MARKS = {"PLANT": "Sync", "BMS": "DoneBms", "MASTER": "DoneMaster"}
 
 

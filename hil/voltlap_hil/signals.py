@@ -50,5 +50,5 @@ class Signals:
         last = self._last.get(row.id)
         data = row.encode(values, last.data if last else None)
         seen = row.counter_of(last.data) if last else -1
-        counter = self._counter[row.id] = (self._counter.get(row.id, seen) + 1) & 0xF
+        counter = self._counter[row.id] = (self._counter.get(row.id, seen) + 1) % row.counter_round
         return Frame(row.id, row.seal(data, counter), self.now_ms)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace voltlap::plant::test {
 
@@ -12,7 +14,14 @@ void LoopBench::tick() {
   const Instant now = Instant::from_ms(now_ms());
   tx_.clear();
   frames_.send(now, car, pedals, switches, tx_);
-  commands.receive(now, bus_.exchange(tx_), car);
+  FrameView answers = bus_.exchange(tx_);
+  if (loop.loses) {
+    heard_.clear();
+    std::copy_if(answers.begin(), answers.end(), std::back_inserter(heard_),
+                 [this](const Frame& frame) { return !loop.loses(frame); });
+    answers = {heard_.data(), heard_.size()};
+  }
+  commands.receive(now, answers, car);
   ++tick_;
 }
 

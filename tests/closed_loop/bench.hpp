@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Car, bus and firmware in lockstep under a given pedal, without a driver and without anybody who ends the run.
 #pragma once
+#include <vector>
+
 #include "car/car.hpp"
 #include "io/bus/in_process_loop.hpp"
 #include "loop.hpp"
@@ -33,6 +35,7 @@ class LoopBench {
   SensorFrames frames_;
   InProcessLoop bus_{loop};
   TxQueue tx_;
+  std::vector<Frame> heard_;  // by the car, when the bus loses frames
   std::uint32_t tick_ = 0;
 };
 

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "loop.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 #include "apps/firmware_config.hpp"
 #include "fixtures.hpp"
 
 namespace voltlap::plant::test {
 
+FrameView SilenceableLoop::left_of(FrameView rx) {
+  if (!loses) return rx;
+  left_.clear();
+  std::copy_if(rx.begin(), rx.end(), std::back_inserter(left_), [this](const Frame& frame) { return !loses(frame); });
+  return {left_.data(), left_.size()};
+}
+
 void SilenceableLoop::bms(Instant now, FrameView rx, TxQueue& tx) {
-  firmware_.bms(now, rx, tx);
+  firmware_.bms(now, left_of(rx), tx);
   if (now.ms() >= bms_silent_from_ms) tx.clear();
 }
 
 void SilenceableLoop::master(Instant now, FrameView rx, TxQueue& tx) {
-  firmware_.master(now, rx, tx);
+  firmware_.master(now, left_of(rx), tx);
   if (now.ms() >= master_silent_from_ms) tx.clear();
 }
 

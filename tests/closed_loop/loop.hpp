@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A run with the firmware's own nodes, and what a test wants to know of it.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,12 @@ class SilenceableLoop : public Ecus {
 
   std::uint32_t bms_silent_from_ms = UINT32_MAX;
   std::uint32_t master_silent_from_ms = UINT32_MAX;
+  std::function<bool(const Frame&)> loses;  ///< asked for every frame and receiver: true loses it there
 
  private:
+  FrameView left_of(FrameView rx);
+
+  std::vector<Frame> left_;
   FirmwareLoop firmware_;
 };
 

@@ -80,18 +80,42 @@ TEST(Ingest, FrameOfWrongLengthOrOfNobodyIsIgnored) {
     if (f.id == can::PackSensor::kId) f.dlc = 7;
     if (f.id == can::VehicleIo::kId) f.id = 0x123;
   };
-  bench.run(60);
+  bench.run(110);
   CHECK(bench.state.measured.current.quality == Quality::kStale);
   CHECK(bench.state.measured.io.quality == Quality::kStale);
 }
 
-TEST(Ingest, TwoLostFramesAreForgivenAndTheValueIsTakenAgain) {
-  bench.silent.insert(can::PackSensor::kId);
-  bench.run(20);
-  bench.silent.clear();
-  bench.current(amps(7));
-  bench.tick();
-  LONGS_EQUAL(7'000, bench.state.measured.current.value.raw());
+// BMS-001
+TEST(Ingest, FirstFrameBehindAnyNumberOfLostOnesIsTaken) {
+  for (std::uint32_t lost = 1; lost < 49; ++lost) {  // then the current trips
+    Bench car;
+    car.idle();
+    car.silent.insert(can::PackSensor::kId);
+    car.run(10 * lost);
+    car.silent.clear();
+    car.current(amps(7));
+    car.tick();
+    LONGS_EQUAL(7'000, car.state.measured.current.value.raw());
+    CHECK(car.state.measured.current.good());
+    LONGS_EQUAL(0, car.out.faults);
+  }
+}
+
+// BMS-004
+TEST(Ingest, ContestedMessageIsNamedInTheSameStepAndItsSamplesAgeLikeSilence) {
+  bench.again = [](Frame& f) {
+    if (f.id != can::PackSensor::kId) return false;
+    f.data[0] ^= 0x55U;
+    codec::seal(f, static_cast<std::uint8_t>(codec::counter_of(f) + 40));
+    return true;
+  };
+  const std::int32_t named =
+      bench.until([](const Output& o) { return has(o, can::BmsFault::kForeignFrames); }, 1000);
+  expect_time("BMS-004", named, 0, 80);
+  CHECK(bench.state.rx.contested());
+  const std::int32_t stale =
+      bench.until([&](const Output&) { return bench.state.measured.current.quality == Quality::kStale; }, 1000);
+  expect_time("BMS-004 stale", stale, 0, can::PackSensor::kTimeoutMs);
 }
 
 TEST(Ingest, CellKeepsTheCurrentOfTheStepInWhichItWasMeasured) {
@@ -111,6 +135,28 @@ TEST(Ingest, CellsBeyondTheLastOneAreNotExpected) {
   odd.idle();
   CHECK(odd.state.pack.cells_good);
   CHECK(odd.out.state == can::BmsState::kIdle);
+}
+
+TEST(Ingest, CellsOfABigPackAreJudgedByTheirSlowerCycle) {
+  Config config = pack_config();
+  config.cells_in_series = 144;
+  config.temperature_sensors = 36;
+  Bench big(config);
+  big.run(5'000);
+  std::uint8_t ahead = 0;
+  big.tamper = [&](Frame& f) {
+    if (f.id == 0x200) codec::seal(f, static_cast<std::uint8_t>(codec::counter_of(f) + ahead));
+  };
+  // 5 s without a frame are 50 of them, and less than half a round.
+  big.silent.insert(0x200);
+  big.run(5'000);
+  big.silent.clear();
+  const std::int32_t good = big.until([&](const Output&) { return big.state.measured.cell[0].good(); }, 200);
+  CHECK(good >= 0 && good < 100);  // with its first frame
+  LONGS_EQUAL(0, big.state.rx.counts(0x200).foreign);
+  big.run(2'000);
+  ahead = 1;  // a count that runs one frame ahead of 100 ms, though not of 30 ms
+  CHECK(big.until([&](const Output&) { return big.state.rx.counts(0x200).foreign > 0; }, 200) >= 0);
 }
 
 TEST(Ingest, HundredAndFortyFourCellsComeInWithinTheirTimeout) {

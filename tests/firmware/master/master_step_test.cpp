@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/master_step.hpp"
 
+#include <utility>
+
 #include "CppUTest/TestHarness.h"
 #include "firmware/master/bench.hpp"
 
@@ -66,6 +68,48 @@ TEST(MasterStep, SamplesThatNobodyAgesAreStillVetoedAt50Ms) {
   }
   CHECK(car.out.faults.has(MasterFault::kGateVeto));
   CHECK(car.out.torque_reason == TorqueReason::kGate);
+}
+
+// MST-050: and what it is that is late is named, while the car stays ready to drive.
+TEST(MasterStep, WhatIs50MsOldIsNamedAndWhatIs40MsOldIsNot) {
+  Input& in = car.in;
+  const std::pair<Instant*, MasterFault> kRows[] = {{&in.apps1.time, MasterFault::kPedalsLost},
+                                                    {&in.apps2.time, MasterFault::kPedalsLost},
+                                                    {&in.bms_state.time, MasterFault::kBmsLost},
+                                                    {&in.switches.time, MasterFault::kVehicleIoLost},
+                                                    {&in.inverter_state.time, MasterFault::kInverterLost}};
+  car.drive_at_full_pedal();
+  for (const auto& [time, fault] : kRows) {
+    for (const std::int32_t age_ms : {49, 50}) {
+      in.now = in.now + Duration::from_ms(10);
+      bench::touch_all(in);
+      *time = Instant::from_ms(in.now.ms() - static_cast<std::uint32_t>(age_ms));
+      car.out = step(car.config, in, car.state);
+      CHECK_EQUAL(age_ms == 50, car.out.faults.has(fault));
+      CHECK_EQUAL(age_ms == 50, car.out.phase_current.raw() == 0);
+      CHECK(car.out.drive_state == DriveState::kReadyToDrive);
+    }
+  }
+}
+
+// MST-061
+TEST(MasterStep, ForeignFramesEndTheTorqueUntilThePedalIsReleasedWhicheverNodeHearsThem) {
+  for (bool Input::*heard : {&Input::foreign_frames, &Input::bms_hears_foreign}) {
+    car = bench::Car{};
+    car.drive_at_full_pedal();
+    car.in.*heard = true;
+    car.run();
+    LONGS_EQUAL(0, car.out.phase_current.raw());
+    CHECK_EQUAL(car.in.foreign_frames, car.out.faults.has(MasterFault::kForeignFrames));
+    car.in.*heard = false;
+    car.run(100);
+    LONGS_EQUAL(0, car.out.phase_current.raw());
+    car.pedal(0);
+    car.run();
+    car.pedal(1000);
+    car.run(3);
+    LONGS_EQUAL(550'000, car.out.phase_current.raw());
+  }
 }
 
 TEST(MasterStep, TimeThatStandsStillOrRunsBackRaisesNothing) {

@@ -90,6 +90,31 @@ TEST(Request, EveryInterruptionDisarms) {
   }
 }
 
+// MST-020
+TEST(Request, InverterThatMissesCommandsForLessThan100MsIsNoInterruption) {
+  for (std::int32_t steps = 1; steps <= 8; ++steps) {  // it says so 50 ms after the last command
+    for (const int also : {0, 1, 2, 3}) {
+      pedals.released = true;
+      settle(0);
+      pedals.released = false;
+      LONGS_EQUAL(330'000, settle(600'000));
+      for (std::int32_t k = 0; k < steps; ++k) {
+        in.now = in.now + Duration::from_ms(10);
+        in.inverter_state.value = InverterState::kCommandTimeout;
+        if (also == 1) mode = DriveState::kTsActive;
+        if (also == 2) in.inverter_state.value = InverterState::kOff;
+        if (also == 3) in.inverter_state.quality = Quality::kStale;
+        LONGS_EQUAL(0, run(600'000));
+        mode = DriveState::kReadyToDrive;
+        in.inverter_state.quality = Quality::kGood;
+      }
+      in.inverter_state.value = InverterState::kEnabled;
+      in.now = in.now + Duration::from_ms(10);
+      LONGS_EQUAL(also == 0 && steps < 5 ? 330'000 : 0, settle(600'000));
+    }
+  }
+}
+
 // MST-021
 TEST(Request, ChangeOfDirectionBeginsAtZero) {
   state.current = Current::from_raw(-150'000);

@@ -92,7 +92,7 @@ TEST(CommandReceiver, ASilentNodeHasNoStateAndNoLimit) {
   }
   CHECK(receiver.master().drive_state == can::DriveState::kReadyToDrive);
   LONGS_EQUAL(300'000, receiver.limits().discharge_limit_ma);
-  for (int i = 0; i < 8; ++i) receive({});
+  for (int i = 0; i < can::MasterStatus::kTimeoutMs / 10; ++i) receive({});
   CHECK(receiver.master().drive_state == can::DriveState::kInvalid);
   LONGS_EQUAL(0, receiver.limits().discharge_limit_ma);
 }

@@ -144,7 +144,7 @@ TEST(SensorFrames, EverySafetyRelevantFrameIsSealedAndCounts) {
   for (std::uint32_t n = 0; n < 40; ++n) {
     for (const Frame& f : bench.tick(n)) {
       CHECK(codec::sealed_ok(f));
-      if (last.count(f.id) != 0) LONGS_EQUAL((last[f.id] + 1) & 0x0F, codec::counter_of(f));
+      if (last.count(f.id) != 0) LONGS_EQUAL((last[f.id] + 1) & 0xFF, codec::counter_of(f));
       last[f.id] = codec::counter_of(f);
     }
   }
