@@ -319,10 +319,10 @@ void IdentificationProblem::widen_intervals(const FullFit& full) {
   Eigen::VectorXd& sigma = result.uncertainty.sigma;
   sigma = (sigma.array().square() + lasting.array() + counted.array()).sqrt();
   if (!result.laws_assumed) return;
-  const LawPriors believed;
+  const ResistanceLaws::Packed believed = LawPriors{}.marginal_sigma();
   auto laws = sigma.tail(ResistanceLaws::kCount);
-  laws.head(ResistanceLaws::kLogExchange) = believed.sigma.head(ResistanceLaws::kLogExchange);
-  laws(ResistanceLaws::kEntropy) = believed.sigma(ResistanceLaws::kEntropy);
+  laws.head(ResistanceLaws::kLogExchange) = believed.head(ResistanceLaws::kLogExchange);
+  laws(ResistanceLaws::kEntropy) = believed(ResistanceLaws::kEntropy);
 }
 
 double IdentificationProblem::rms_of_held_out_blocks(const FullFit& full) const {

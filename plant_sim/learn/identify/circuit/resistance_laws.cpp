@@ -31,6 +31,14 @@ void ResistanceLaws::take(const Packed& packed) {
   if (has_charge_transfer()) exchange_a = std::exp(packed(kLogExchange));
 }
 
+ResistanceLaws::Packed LawPriors::marginal_sigma() const {
+  ResistanceLaws::Packed out = sigma;
+  for (Eigen::Index place = 0; place < ResistanceLaws::kCount; ++place) {
+    if (ResistanceLaws::is_time_constant(place)) out(place) = std::hypot(sigma(place - 1), sigma(place));
+  }
+  return out;
+}
+
 LawPriors usual_law_priors(double resistance_ohm, double reference_temperature_c) {
   constexpr double kShare = 1.0 / 3.0;  // of R0
   VOLTLAP_DEMAND(resistance_ohm > 0.0);

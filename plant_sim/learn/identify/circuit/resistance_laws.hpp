@@ -74,6 +74,8 @@ struct LawPriors {
   ResistanceLaws::Packed mean{15.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 0.0, 0.0, 0.0};
   ResistanceLaws::Packed sigma{10.0, 15.0, 10.0, 15.0, 10.0, 15.0, 10.0, 15.0, 10.0, 1.0, 0.15, 1.0};
   bool fixed = false;  ///< the laws stay as they are given
+  /// Of each number by itself.
+  [[nodiscard]] ResistanceLaws::Packed marginal_sigma() const;
 };
 /// The usual ones: R0 15 +- 10 kJ/mol (2 %/K at 25 degC), a branch 20 +- 15, its time constant that of its resistance
 /// +- 10; a charge transfer of a third of R0; entropy 0 +- 0.15 mV/K.

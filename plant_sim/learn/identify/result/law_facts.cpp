@@ -42,10 +42,10 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
   const Index model_branches = result.model.branches();
   std::vector<LawFact> out;
   if (!laws.has_temperature() && !laws.has_charge_transfer() && !laws.has_hysteresis()) return out;
-  const LawPriors priors;
+  const ResistanceLaws::Packed believed = LawPriors{}.marginal_sigma();
   const bool has_intervals = result.packed.size() > 0 && result.uncertainty.sigma.size() == result.packed.size();
   const auto sigma_of = [&](Index place) {
-    if (!has_intervals) return priors.sigma(place);
+    if (!has_intervals) return believed(place);
     return result.uncertainty.sigma(result.packed.size() - ResistanceLaws::kCount + place);
   };
   for (Index place = ResistanceLaws::kOhmic; place < ResistanceLaws::resistance(model_branches); ++place) {
@@ -56,7 +56,7 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
     if (bounded && low < 0.0) low = 0.0;  // stays no number where there is no interval
     out.push_back({energy.key, energy.label, "J/mol", kJoules * value, kJoules * low,
                    kJoules * (value + kInterval * sigma),
-                   sigma < kTold * priors.sigma(place) ? FactOrigin::kMeasured : FactOrigin::kAssumed,
+                   sigma < kTold * believed(place) ? FactOrigin::kMeasured : FactOrigin::kAssumed,
                    bounded && value <= 0.0});
   }
   if (laws.has_hysteresis()) {
@@ -67,7 +67,7 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
                    FactOrigin::kMeasured});
   }
   const double entropy_sigma = sigma_of(ResistanceLaws::kEntropy);
-  if (entropy_sigma < kTold * priors.sigma(ResistanceLaws::kEntropy)) {
+  if (entropy_sigma < kTold * believed(ResistanceLaws::kEntropy)) {
     constexpr double kMillivolt = 1e-3;
     const double half = kInterval * entropy_sigma;
     out.push_back({"entropy", "OCV with temperature", "V/K", kMillivolt * laws.entropy_mv_per_k,
@@ -78,7 +78,7 @@ std::vector<LawFact> law_facts(const IdentifyResult& result) {
     const double sigma = sigma_of(ResistanceLaws::kLogExchange), factor = std::exp(kInterval * std::min(sigma, 10.0));
     out.push_back({"exchange_current", "R0 with current", "A", laws.exchange_a, laws.exchange_a / factor,
                    laws.exchange_a * factor,
-                   sigma < kTold * priors.sigma(ResistanceLaws::kLogExchange) ? FactOrigin::kMeasured
+                   sigma < kTold * believed(ResistanceLaws::kLogExchange) ? FactOrigin::kMeasured
                                                                              : FactOrigin::kAssumed});
   }
   VOLTLAP_DEMAND(out.size() > 2 * static_cast<std::size_t>(model_branches));
