@@ -259,13 +259,18 @@ double IdentificationProblem::temperature_spread() const {
   return spreads.empty() ? 0.0 : median(std::move(spreads));
 }
 
-/// Only recordings at other temperatures tell a law over the temperature.
+/// Only recordings at other temperatures tell a law over the temperature, or one that warms and is followed to its
+/// noise: an error of the circuit would be taken for a law.
 void IdentificationProblem::assume_laws_of_one_temperature() {
-  constexpr double kOther_k = 8.0, kHeld = 1e-3;  // of what is believed
+  constexpr double kOther_k = 8.0;
   if (priors.law_priors.fixed || temperature_spread() > kOther_k) return;
-  result.laws_assumed = true;
-  priors.law_priors.sigma.head(ResistanceLaws::kLogExchange) *= kHeld;
-  priors.law_priors.sigma(ResistanceLaws::kEntropy) *= kHeld;
+  const auto estimated = [](const PreparedLog& one) { return one.temperature_estimated; };
+  if (std::any_of(prepared.begin(), prepared.end(), estimated)) {
+    result.laws_assumed = true;
+    priors.law_priors.hold_temperature();
+  } else {
+    one_temperature = true;
+  }
 }
 
 /// The same by what a fit says of the heat: current times what the voltage lacks of the open-circuit one, which is what
@@ -353,6 +358,7 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
         std::max(fit_options.instrument_v2_s, instrument_noise(make_run(*one.log, one.run)));
   // The reference study's full optimization starts at its initial pulse optimization.
   if (options.method) fit_options.start = initial_pulse_model(prepared);
+  fit_options.one_temperature = one_temperature;
   const std::vector<std::string> notes = result.notes;
   FullFit full = full_fit(runs, priors, fit_options, result.notes);
   // Few rests do not tell an open-circuit voltage from a resistance, nor its heat.
@@ -365,6 +371,7 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
     full = full_fit(runs, priors, fit_options, result.notes);
   }
   take(full, capacity_ah, result);
+  result.laws_assumed = result.laws_assumed || full.laws_held;
   widen_intervals(full);
   if (options.block_s > 0.0) result.rms_other_blocks_v = rms_of_held_out_blocks(full);
   fill_files(prepared, runs, full.fit.states, result);

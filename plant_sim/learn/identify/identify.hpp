@@ -78,6 +78,7 @@ struct IdentificationProblem {
   double capacity_ah = 0.0;  ///< of the cell; a recording may have one of its own
   std::vector<OcvKnowledge> rests;
   FitPriors priors;
+  bool one_temperature = false;  ///< of all recordings
   IdentifyResult result;  ///< notes and hysteresis so far
 
  private:

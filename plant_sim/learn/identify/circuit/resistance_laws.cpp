@@ -39,6 +39,12 @@ ResistanceLaws::Packed LawPriors::marginal_sigma() const {
   return out;
 }
 
+void LawPriors::hold_temperature() {
+  constexpr double kHeld = 1e-3;  // of what is believed
+  sigma.head(ResistanceLaws::kLogExchange) *= kHeld;
+  sigma(ResistanceLaws::kEntropy) *= kHeld;
+}
+
 LawPriors usual_law_priors(double resistance_ohm, double reference_temperature_c) {
   constexpr double kShare = 1.0 / 3.0;  // of R0
   VOLTLAP_DEMAND(resistance_ohm > 0.0);

@@ -76,6 +76,8 @@ struct LawPriors {
   bool fixed = false;  ///< the laws stay as they are given
   /// Of each number by itself.
   [[nodiscard]] ResistanceLaws::Packed marginal_sigma() const;
+  /// What changes with the temperature stays what is believed, whatever a fit would make of it.
+  void hold_temperature();
 };
 /// The usual ones: R0 15 +- 10 kJ/mol (2 %/K at 25 degC), a branch 20 +- 15, its time constant that of its resistance
 /// +- 10; a charge transfer of a third of R0; entropy 0 +- 0.15 mV/K.

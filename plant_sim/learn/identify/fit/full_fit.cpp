@@ -84,6 +84,23 @@ class FullFitter {
     branches_ = options_.branches > 0 ? options_.branches : 2;
     priors_.smoothness = 1.0;
     coarse_ = coarsened_where_many(runs_);
+    begin();
+    // A step that fails decides nothing: the next way begins afresh.
+    bool settled = !priors_.constant && by_evidence();
+    if (settled && choose_order(2)) settled = by_evidence();  // what two leave is noise: one may be enough
+    if (!settled && options_.one_temperature) begin_with_held_laws();
+    if (!settled) by_prediction();
+    out_.tau_centre_s = taus_;
+    VOLTLAP_DEMAND(out_.packed.size() == out_.uncertainty.sigma.size() && out_.fit.states.size() == runs_.size());
+    return std::move(out_);
+  }
+
+ private:
+  void say(const char* what) const {
+    if (options_.progress) options_.progress(what);
+  }
+  /// Time constants, laws and noise; rows that no circuit follows lose their weight.
+  void begin() {
     search(first_taus(branches_));
     settle_laws();
     auto errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
@@ -94,18 +111,15 @@ class FullFitter {
       errors = errors_of(linear_fit(runs_, taus_, priors_), runs_);
     }
     priors_.noise_v2_s = noise_density(runs_, errors);
-    // A step that fails decides nothing: the next way begins afresh.
-    bool settled = !priors_.constant && by_evidence();
-    if (settled && choose_order(2)) settled = by_evidence();  // what two leave is noise: one may be enough
-    if (!settled) by_prediction();
-    out_.tau_centre_s = taus_;
-    VOLTLAP_DEMAND(out_.packed.size() == out_.uncertainty.sigma.size() && out_.fit.states.size() == runs_.size());
-    return std::move(out_);
   }
-
- private:
-  void say(const char* what) const {
-    if (options_.progress) options_.progress(what);
+  void begin_with_held_laws() {
+    priors_.law_priors.hold_temperature();
+    ResistanceLaws::Packed laws = priors_.law_priors.mean;
+    laws(ResistanceLaws::kHysteresis) = priors_.laws.hysteresis_mv;
+    priors_.laws.exchange_a = 0.0;
+    priors_.laws.take(laws);
+    out_.laws_held = true;
+    begin();
   }
   void search(const Eigen::VectorXd& from) {
     if (options_.tau_centre_s) {

@@ -24,6 +24,7 @@ struct FullFitOptions {
   std::function<void(const std::string&)> progress;  ///< may be empty
   std::optional<CircuitModel> start;                 ///< instead of a quick linear fit
   std::optional<Eigen::VectorXd> tau_centre_s{};     ///< of several tests together, instead of a search
+  bool one_temperature = false;  ///< laws over the temperature are fitted only where noise is all that is left
 };
 
 struct FullFit {
@@ -38,6 +39,7 @@ struct FullFit {
   std::vector<OrderScore> orders;
   double noise_v2_s = 0.0;
   int iterations = 0;
+  bool laws_held = false;  ///< those over the temperature, at what is believed
 };
 
 /// `priors`: typical resistance, longest time constant and OCV from elsewhere. Rows that no circuit follows lose

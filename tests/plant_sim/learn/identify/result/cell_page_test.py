@@ -192,7 +192,7 @@ def test_what_is_assumed_is_marked_wherever_it_stands(browser, day):
     facts = page.run("Object.fromEntries([...document.querySelectorAll('#facts tbody tr')].map(row =>"
                      " [row.cells[0].textContent, [...row.querySelectorAll('.assumed')].map(c => c.textContent)]))")
     for name in ("mass", "heat capacity", "surface", "convection", "temperature", "R0 with temperature",
-                 "tau with temperature"):
+                 "R1 with temperature", "tau1 with temperature"):
         assert facts[name] == ["assumed"], name
     assert facts["capacity"] == []
     assert page.run("document.getElementById('place').options[0].textContent") == "25.0 °C (assumed)"
