@@ -262,7 +262,7 @@ double IdentificationProblem::temperature_spread() const {
 /// Only recordings at other temperatures tell a law over the temperature, or one that warms and is followed to its
 /// noise: an error of the circuit would be taken for a law.
 void IdentificationProblem::assume_laws_of_one_temperature() {
-  constexpr double kOther_k = 8.0;
+  constexpr double kOther_k = 8.0;  // chosen: what a cell warms in a discharge at 1C or 2C
   if (priors.law_priors.fixed || temperature_spread() > kOther_k) return;
   const auto estimated = [](const PreparedLog& one) { return one.temperature_estimated; };
   if (std::any_of(prepared.begin(), prepared.end(), estimated)) {

@@ -54,7 +54,8 @@ double slow_temperature(const std::vector<MeasuredRun>& runs, double capacity_ah
 /// nearest to it by a usual law (its own may make three times as much of the cold); without any there at most what the
 /// cells of a car have.
 double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
-  constexpr double kMost_v = 0.15, kAlike_k = 5.0;  // at 1C
+  constexpr double kMost_v = 0.15;  // at 1C
+  constexpr double kAlike_k = 5.0;  // within it a usual law is as good as another
   CellEffects usual;
   usual.activation_energy_j_per_mol = 25e3;
   const double slow_c = slow_temperature(runs, capacity_ah);

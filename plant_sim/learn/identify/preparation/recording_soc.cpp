@@ -97,7 +97,8 @@ class Agreement {
   /// that is another fault, but for cells with hysteresis: on their plateau some per cent of the charge are missing
   /// without showing, and show at the ends.
   void choose_moved(const TableFit& found) {
-    constexpr double kOffset = 0.005, kScale = 0.005, kSure = 3.0, kMostOfFull = 0.03;
+    constexpr double kOffset = 0.005, kScale = 0.005, kSure = 3.0;
+    constexpr double kMostOfFull = 0.03;  // three sigma of what is believed of a full charge
     const bool plateau = priors_.laws.has_hysteresis();
     const auto is_off = [&](Index at, double worth) {
       return std::abs(found.doubts(at)) > std::max(worth, kSure * found.doubts_sigma(at));
