@@ -19,6 +19,7 @@
 #include "discrepancy/explanation_json.hpp"
 #include "discrepancy/explanation_report.hpp"
 #include "discrepancy/extended_model.hpp"
+#include "explain/explain.hpp"
 #include "io/atomic_file.hpp"
 
 namespace voltlap::plant {
@@ -114,8 +115,8 @@ ExplainCommand::ExplainCommand(CLI::App& app)
                   "Write the model with its causes, of the kind that was given");
   command_
       ->add_option("--set", settings_,
-                   "Change the model (voltlap list keys), or explain.without=CAUSE, explain.fit_blocks=even|odd; "
-                   "key=value, one or several")
+                   "Change the model (voltlap list keys), or explain.without=CAUSE, explain.fit_blocks=even|odd, "
+                   "explain.engine=readings (the engine on trial, docs/explain_mirror.md); key=value, one or several")
       ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command_->add_option("--seed", seed_, "Seed of the null distribution")
@@ -169,7 +170,7 @@ void ExplainCommand::refuse_shared_files() const {
   }
 }
 
-std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) const {
+std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) {
   std::vector<std::string> model;
   for (const std::string& text : settings_) {
     if (!text.starts_with("explain.")) {
@@ -182,9 +183,12 @@ std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) 
       options.without.push_back(*word);
     } else if (setting.key == "explain.fit_blocks" && word && (*word == "even" || *word == "odd" || *word == "all")) {
       options.fit_blocks = *word;
+    } else if (setting.key == "explain.engine" && word && (*word == "floor" || *word == "readings")) {
+      anew_ = *word == "readings";
     } else {
       throw InputError("--set " + text, "an unknown setting",
-                       "explain.without=CAUSE or explain.fit_blocks=even|odd|all", "Correct it");
+                       "explain.without=CAUSE, explain.fit_blocks=even|odd|all or explain.engine=floor|readings",
+                       "Correct it");
     }
   }
   return model;
@@ -209,7 +213,7 @@ Explanation ExplainCommand::explained(const DataFolder& data, Model& model, cons
     if (interrupted()) throw Interrupted{};
     asked.progress(what, fraction);
   };
-  return explain(model, log, options);
+  return anew_ ? voltlap::explain::explain(model, log, options) : explain(model, log, options);
 }
 
 std::optional<RaceChange> ExplainCommand::raced(const DataFolder& data, const Model& model,

@@ -317,10 +317,12 @@ Prediction predict(const World& world, const Comparison& comparison) {
   return predict(world, comparison, comparison.facts);
 }
 
-Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts) {
+namespace {
+
+/// The channels, given the battery's response; those of the car from `unchanged` where it is given.
+void put_channels(const World& world, const Comparison& comparison, const LogFacts& facts, const Prediction* unchanged,
+                  Prediction& out) {
   const Recording& log = comparison.log;
-  Prediction out;
-  out.battery = battery_response(world, log, facts);
   const double series = world.car.battery.cells_in_series;
   const VectorXd pack_current = out.battery.current_a * static_cast<double>(world.car.battery.cells_in_parallel);
   const auto cells = log.numbered("cell_voltage_");
@@ -347,8 +349,34 @@ Prediction predict(const World& world, const Comparison& comparison, const LogFa
       if (world.thermistor_delay_s != 0.0) seen -= world.thermistor_delay_s * rate_of_change(log.time_s, facts.temperature_c);
       out.channels.push_back(std::move(seen));
     } else {
-      out.channels.push_back(car_prediction(channel.name, world, comparison, out.battery));
+      out.channels.push_back(unchanged != nullptr ? unchanged->channels[out.channels.size()]
+                                               : car_prediction(channel.name, world, comparison, out.battery));
     }
+  }
+}
+
+}  // namespace
+
+Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts) {
+  Prediction out;
+  out.battery = battery_response(world, comparison.log, facts);
+  put_channels(world, comparison, facts, nullptr, out);
+  return out;
+}
+
+Prediction predict(const World& world, const Comparison& comparison, const Prediction& before, Acts acts) {
+  if (acts == Acts::kOnAll) return predict(world, comparison);
+  Prediction out;
+  if (acts == Acts::kOnBattery) {
+    out.battery = battery_response(world, comparison.log, comparison.facts);
+    put_channels(world, comparison, comparison.facts, &before, out);
+    return out;
+  }
+  out = before;
+  for (std::size_t c = 0; c < comparison.channels.size(); ++c) {
+    const BalanceChannel& channel = comparison.channels[c];
+    if (channel.balance != Balance::kPower && channel.balance != Balance::kForce) continue;
+    out.channels[c] = car_prediction(channel.name, world, comparison, out.battery);
   }
   return out;
 }

@@ -67,6 +67,9 @@ struct Prediction {
   BatteryResponse battery;
 };
 [[nodiscard]] Prediction predict(const World& world, const Comparison& comparison);
+/// What a changed world can change: everything, the battery alone, or the car alone; the rest is as `before`.
+enum class Acts { kOnAll, kOnBattery, kOnCar };
+[[nodiscard]] Prediction predict(const World& world, const Comparison& comparison, const Prediction& before, Acts acts);
 /// With other facts than the comparison has.
 [[nodiscard]] Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts);
 

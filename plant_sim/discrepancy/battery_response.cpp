@@ -57,7 +57,7 @@ double first_soc(const World& world, const LogFacts& facts, double temperature_c
 struct RowState : CellState {
   double current_a = 0.0;
   double at_c = 0.0;    ///< at which the tables are read
-  double heat_w = 0.0;  ///< by the measured voltage
+  double above_v = 0.0;  ///< the model's voltage above the measured one
 };
 
 /// One row after the other.
@@ -75,8 +75,11 @@ class LoggedCell {
     RowState out;
     out.lookup_floor_a = world_.car.battery.lookup_current_floor_a;
     out.surface_c = temperature_c_.size() > 0 ? temperature_c_(0) : facts_.initial_temperature_c;
-    out.temperature_c = out.at_c = out.surface_c;
+    out.at_c = out.surface_c;
+    out.surface_c += world_.initial_warmth_k;
+    out.temperature_c = out.surface_c;
     out.soc = first_soc(world_, facts_, out.temperature_c, cell_.tables()) + world_.initial_soc_change;
+    out.effects.hysteresis = hysteresis_at_begin(out.soc);
     return out;
   }
 
@@ -96,7 +99,7 @@ class LoggedCell {
       cell_.look_up(out, {current_a, out.soc, out.at_c});
     } else {
       const double heat_w = cell_.advance(out, interval, {current_a, out.soc, out.at_c});
-      warm_row(out, row, heat_w, interval);
+      warm_row(out, row, heat_w, {interval, before_a, current_a});
     }
     return out;
   }
@@ -125,13 +128,29 @@ class LoggedCell {
   [[nodiscard]] const CellTables& tables() const { return cell_.tables(); }
 
  private:
-  void warm_row(RowState& s, Index row, double heat_w, const CellInterval& interval) const {
+  /// An interval between two rows, and what the current was at them.
+  struct Step {
+    CellInterval interval;
+    double before_a, now_a;
+  };
+
+  /// Mean of current times a voltage that is straight between the rows.
+  [[nodiscard]] double mean_power_w(const Step& step, double before_v, double now_v) const {
+    const double a = step.before_a, b = step.now_a;
+    if (facts_.hold == CurrentHold::kPrevious) return a * 0.5 * (before_v + now_v);
+    if (facts_.hold == CurrentHold::kNext) return b * 0.5 * (before_v + now_v);
+    return (2.0 * (a * before_v + b * now_v) + a * now_v + b * before_v) / 6.0;
+  }
+
+  void warm_row(RowState& s, Index row, double heat_w, const Step& step) const {
+    const CellInterval& interval = step.interval;
     double heat = heat_w;
     if (measured_.size() > 0) {
-      // Where the voltage is known so is the heat, whatever the resistances are.
-      const double now = interval.end_a * (ocv_v(s) - measured_(row));
-      heat = 0.5 * (s.heat_w + now);
-      s.heat_w = now;
+      // Where the voltage is known so is the heat, whatever the resistances are: what the model's cell is above it is
+      // turned into heat, too.
+      const double above = ocv_v(s) - cell_.drop_v(s, step.now_a) - measured_(row);
+      heat += mean_power_w(step, s.above_v, above);
+      s.above_v = above;
     }
     heat += cell_.reversible_w(interval.mean_a(), s.temperature_c);
     CellThermal thermal = cell_.thermal();

@@ -24,6 +24,9 @@ constexpr double kRpm = 2.0 * 3.14159265358979323846 / 60.0;  // rad/s
 constexpr double kMoving = 2.0;    // m/s; below it neither slip nor force is judged
 constexpr double kMemory = 2.0;    // s, of the gain of speed
 constexpr double kTouch = 0.01;    // of the brake pedal; below it the pads do not touch, what is read is noise
+constexpr double kPads = 1.0;      // bar; above it the pads touch
+constexpr double kRecovers = 0.4;  // s after braking, until wheels turn as the car goes
+constexpr double kPulls = 0.05;    // of the largest torque
 constexpr double kGap = 0.5;       // s without a row, over which no sum goes on
 constexpr double kReleased = 0.02; // of the accelerator; below it the torque is what the brakes ask for
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
@@ -37,12 +40,31 @@ const VectorXd* pack_voltage(const Recording& log) {
 
 bool has_torque(const Recording& log) { return log.find("motor_torque") || log.find("accelerator"); }
 
+double largest_of(const VectorXd& values) {
+  double most = 0.0;
+  for (const double v : values) {
+    if (std::isfinite(v)) most = std::max(most, v);
+  }
+  return most;
+}
+
+/// The pads do not touch and have not touched for a while: a wheel that is braked turns slower than the car goes.
+bool rolls_freely(const Recording& log, Index row) {
+  const VectorXd& pressure = *log.find("brake_pressure");
+  for (Index k = row; k >= 0 && log.time_s(row) - log.time_s(k) < kRecovers; --k) {
+    if (!(pressure(k) < kPads)) return false;
+  }
+  return true;
+}
+
 /// Rows in which all that moves the car is known. The sums below begin anew after any other row.
 bool is_driving(const Recording& log, Index row) {
   const VectorXd *torque = log.find("motor_torque"), *brake = log.find("brake");
   if (torque == nullptr) torque = log.find("accelerator");
-  return (*log.find("speed"))(row) > kMoving && std::isfinite((*torque)(row)) &&
-         (brake == nullptr || std::isfinite((*brake)(row)));
+  if (!((*log.find("speed"))(row) > kMoving) || !std::isfinite((*torque)(row))) return false;
+  if (brake != nullptr) return std::isfinite((*brake)(row));
+  if (log.find("brake_pressure") != nullptr) return rolls_freely(log, row);
+  return (*torque)(row) > kPulls * largest_of(*torque);  // the brakes may be on where the motor does not pull
 }
 
 /// What has come in over the last seconds: the sum of what each row adds, forgotten with the time kMemory. Begins with
@@ -153,6 +175,12 @@ VectorXd delayed(const VectorXd& time, const VectorXd& values, double delay_s) {
   return out;
 }
 
+/// Power [W] between the pack's terminals and the inverter: contactors, fuse and cables, and the bleed resistor.
+double link_loss(const ContactorSection& contactors, double pack_v, double current_a) {
+  const double link_v = pack_v - contactors.resistance_ohm * current_a;
+  return contactors.resistance_ohm * current_a * current_a + link_v * link_v / contactors.bleed_resistance_ohm;
+}
+
 /// The current follows the torque that is reported, the work what the motor gives for it.
 VectorXd power_of(const World& world, const Comparison& comparison) {
   const Recording& log = comparison.log;
@@ -160,16 +188,18 @@ VectorXd power_of(const World& world, const Comparison& comparison) {
   const Inverter inverter(world.car.inverter);
   const VectorXd reported = reported_torque(world, comparison), given = true_torque(world, comparison, reported),
                  &speed = *log.find("motor_speed");
-  const VectorXd& volts = *pack_voltage(log);
+  const VectorXd &volts = *pack_voltage(log), &current = *log.find("current");
   VectorXd out(log.rows());
   for (Index row = 0; row < log.rows(); ++row) {
     const double omega = speed(row) * kRpm, eta = given(row) * omega >= 0.0 ? m.efficiency : 1.0 / m.efficiency;
     const double phase = reported(row) / (m.constant_nm_per_a * eta);
     const double motor_w = motor_power(m, phase, omega) + (given(row) - reported(row)) * omega / eta;
-    const double dc_w = inverter.dc_power(motor_w) + weakening_loss(world, omega);
+    const double dc_w = inverter.dc_power(motor_w) + inverter_stage_loss(world.car.inverter, phase, volts(row)) +
+                        weakening_loss(world, omega);
     // Inverter and motor warm the same water: a log cannot tell whose losses changed.
     const double loss_w = dc_w - given(row) * omega;
-    const double true_w = dc_w + world.loss_change * loss_w + world.car.low_voltage.power_w;
+    const double true_w = dc_w + world.loss_change * loss_w + world.car.low_voltage.power_w +
+                          link_loss(world.car.contactors, volts(row), current(row));
     out(row) = true_w * (1.0 + world.current.gain) + volts(row) * world.current.offset;
   }
   if (world.current.delay_s != 0.0) out = delayed(log.time_s, out, world.current.delay_s);
@@ -200,9 +230,12 @@ VectorXd brake_force(const World& world, const Comparison& comparison) {
 
 VectorXd drive_force(const World& world, const Comparison& comparison) {
   const VectorXd torque = true_torque(world, comparison, reported_torque(world, comparison));
+  const VectorXd* speed = comparison.log.find("motor_speed");
   VectorXd out(torque.size());
   for (Index row = 0; row < torque.size(); ++row) {
-    out(row) = wheel_torque(world.car.powertrain, torque(row), torque(row) >= 0.0) / world.car.tyres.radius_m;
+    const double omega = speed != nullptr && std::isfinite((*speed)(row)) ? (*speed)(row) * kRpm : 0.0;
+    const double shaft = torque(row) - motor_drag(world.car.motor, omega);
+    out(row) = wheel_torque(world.car.powertrain, shaft, shaft >= 0.0) / world.car.tyres.radius_m;
   }
   return out;
 }
@@ -240,10 +273,10 @@ VectorXd motor_speed_of(const World& world, const Comparison& comparison) {
   const Recording& log = comparison.log;
   const VehicleParameters& car = world.car;
   const VectorXd &speed = *log.find("speed"), drive = drive_force(world, comparison);
-  const double normal = total_mass(car) * car.environment.gravity_mps2 * car.vehicle.cg_rear_fraction;
   VectorXd out = VectorXd::Constant(log.rows(), kNothing);
   for (Index row = 0; row < log.rows(); ++row) {
     if (!(speed(row) > kMoving)) continue;
+    const double normal = axle_loads(car, drive(row) / total_mass(car), speed(row)).rear_n;
     const double slip = slip_at(car.tyres, drive(row), normal, 1.0 + world.grip_change) * (1.0 + world.slip_change);
     out(row) = speed(row) * (1.0 + slip) * car.powertrain.final_drive / car.tyres.radius_m / kRpm;
   }
@@ -296,10 +329,10 @@ std::vector<BalanceChannel> car_channels(const World& model, const Recording& lo
   if (has_torque(log) && speed != nullptr) {
     out.push_back({"speed", Balance::kForce, "m/s", measured_gain_of_speed(log)});
   }
-  if (motor != nullptr && speed != nullptr && has_torque(log)) {
+  if (motor != nullptr && speed != nullptr && has_torque(log) && !log.derived.contains("motor_speed")) {
     out.push_back({"motor_speed", Balance::kForce, "rpm", *motor});
   }
-  if (log.find("accelerator") && log.find("motor_torque") && log.find("brake") && speed != nullptr) {
+  if (log.find("accelerator") && log.find("motor_torque") && !log.derived.contains("motor_torque") && log.find("brake") && speed != nullptr) {
     out.push_back({"motor_torque", Balance::kForce, "Nm", measured_released_torque(log)});
   }
   return out;

@@ -259,7 +259,7 @@ double step_of(const VectorXd& values) {
   return gaps[gaps.size() / 10];
 }
 
-Gated integrity_gate(const Recording& raw, const Model& model) {
+Gated integrity_gate(const Recording& raw, const Model& model, bool bring) {
   Gated out;
   out.log = raw;
   find_gaps(out.log, out.findings);
@@ -303,7 +303,7 @@ Gated integrity_gate(const Recording& raw, const Model& model) {
     }
   }
   judge_amount(out);
-  if (out.enough.empty()) bring_to_rows(out.log, model);
+  if (bring && out.enough.empty()) bring_to_rows(out.log, model);
   return out;
 }
 

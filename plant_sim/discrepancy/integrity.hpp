@@ -25,7 +25,8 @@ struct Gated {
   std::string drive;    ///< then: what drive would
 };
 
-[[nodiscard]] Gated integrity_gate(const Recording& log, const Model& model);
+/// `bring`: values that are read more seldom than the current are brought to its rows by the model.
+[[nodiscard]] Gated integrity_gate(const Recording& log, const Model& model, bool bring = true);
 
 /// Step of a signal's readings: nine tenths of neighbouring values are at least so far apart; 0 when there is none.
 [[nodiscard]] double step_of(const Eigen::VectorXd& values);

@@ -151,6 +151,7 @@ Recording read_recording(const DataFolder& data, const std::string& path, const 
     const double own = usual_turn(channel.time_s);
     Held held = latest(channel, time, kTurns * std::max(own, turn));
     log.signals[role] = std::move(held.value);
+    log.read_s[role] = log.time_s - held.age_s;
     if (own > kSeldom * turn) log.age_s[role] = std::move(held.age_s);
   }
   return log;

@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Dense>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct Recording {
   Eigen::VectorXd time_s;  ///< strictly increasing
   std::map<std::string, Eigen::VectorXd> signals;  ///< by role; never `time`
   std::map<std::string, Eigen::VectorXd> age_s;  ///< of the values of roles that are read more seldom than the current
+  std::map<std::string, Eigen::VectorXd> read_s;  ///< by role: when the value that a row holds was read
+  std::set<std::string> derived;  ///< roles that were reckoned from others: no evidence of their own
   std::vector<Masked> masked;
   std::vector<std::string> repairs;  ///< in words, for the report
 

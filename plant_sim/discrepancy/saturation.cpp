@@ -208,7 +208,9 @@ std::optional<Saturation> saturation_of(const World& model, const Comparison& co
   constexpr double kAgrees = 1.1;     // times smaller is what remains of the other rows with the current that flowed
   constexpr double kMostLittle = 0.5; // of the rows
   const std::optional<Rail> rail = rail_of(*comparison.log.find("current"));
-  if (!rail || !comparison.log.age_s.empty()) return std::nullopt;
+  constexpr double kFresh_s = 0.1;    // a voltage that is older says nothing of a peak
+  const auto is_old = [&](const auto& age) { return age.second.maxCoeff() > kFresh_s && age.first.find("voltage") != std::string::npos; };
+  if (!rail || std::any_of(comparison.log.age_s.begin(), comparison.log.age_s.end(), is_old)) return std::nullopt;
   World limited = model;
   limited.current_limit_a = rail->from_a;
   Comparison known = comparison;

@@ -19,6 +19,7 @@ struct World {
   double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
   double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage beside which cells are recorded
   double initial_soc_change = 0.0;
+  double initial_warmth_k = 0.0;   ///< by which the cells begin warmer than their thermistors say
   double reported_soc_low = 0.0;   ///< by which the SOC in the log begins below the true one
   bool soc_is_counted = false;     ///< the SOC in the log is the logged current over `counted_ah`, as a BMS counts
   double counted_ah = 0.0;         ///< of one cell

@@ -22,14 +22,15 @@ FIRMWARE = {
 }
 FIRMWARE_HOST = "firmware/port/host/"  # behind the seams on Linux: the system's headers are allowed here alone
 FIRMWARE_SYSTEM = {"cstdint", "cstddef", "limits", "type_traits"}
-# What each flow of the plant may include besides itself: a row a flow. discrepancy/ stands in the place of explain/.
+# What each flow of the plant may include besides itself: a row a flow. discrepancy/ is explain's first engine,
+# of which explain/ takes the causes and the page.
 PLANT = {
     "core": set(),
     "car": {"core"},
     "io": {"core"},
     "race": {"core", "car", "io"},
     "learn": {"core", "car", "io", "race"},
-    "explain": {"core", "car", "io", "race"},
+    "explain": {"core", "car", "io", "race", "discrepancy"},
     "discrepancy": {"core", "car", "io", "race"},
     "apps": {"core", "car", "io", "race", "learn", "explain", "discrepancy"},
 }

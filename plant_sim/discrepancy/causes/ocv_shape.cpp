@@ -11,7 +11,7 @@ namespace voltlap::plant {
 namespace {
 
 constexpr double kRepeats = 2e-4;  // V; judgement: 1 mV hid wrong starts of the charge in the bank's development worlds
-constexpr double kApart = 0.15;    // SOC between points
+constexpr double kApart = 0.07;    // SOC between points
 constexpr double kLeast = 0.02;    // SOC that has to be driven
 constexpr std::size_t kFewest = 3, kMost = 7;
 constexpr std::size_t kStored = 201;  // values in the model, from SOC 0 to 1

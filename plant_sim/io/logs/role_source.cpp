@@ -39,8 +39,10 @@ constexpr std::array kRoles{Role{"time", {-kAny, kAny}, "time"},
                             Role{"wheel_speed_<n>", {-60, 120}, "speed"},
                             Role{"accelerator", {-0.2, 1.2}, "share"},
                             Role{"brake", {-0.2, 1.2}, "share"},
+                            Role{"brake_pressure", {-20, 400}, "pressure"},
                             Role{"motor_speed", {-40000, 40000}, "rotation"},
-                            Role{"motor_torque", {-5000, 5000}, "torque"}};
+                            Role{"motor_torque", {-5000, 5000}, "torque"},
+                            Role{"motor_current", {-5000, 5000}, "current"}};
 
 constexpr std::array kUnits{
     Unit{"1", 1, 0, ""},
@@ -64,6 +66,9 @@ constexpr std::array kUnits{
     Unit{"km/h", 1 / 3.6, 0, "speed"},
     Unit{"mph", 0.44704, 0, "speed"},
     Unit{"rpm", 1, 0, "rotation"},
+    Unit{"bar", 1, 0, "pressure"},
+    Unit{"kPa", 0.01, 0, "pressure"},
+    Unit{"psi", 0.0689476, 0, "pressure"},
     Unit{"Nm", 1, 0, "torque"}};
 
 constexpr std::string_view kNumber = "<n>";

@@ -22,7 +22,8 @@ constexpr unsigned kShortestCode = 8;  // bits: shorter signals use every value
 
 bool may_be_negative(std::string_view role) {
   return role == "current" || role == "charge_ah" || role == "speed" || role == "ambient" || role == "motor_speed" ||
-         role == "motor_torque" || role.starts_with("wheel_speed_") || role.starts_with("temperature_");
+         role == "motor_torque" || role == "motor_current" ||
+         role.starts_with("wheel_speed_") || role.starts_with("temperature_");
 }
 
 /// Whether the DBC's range allows a value. Read as signed, a minimum of 0 or more says nothing: it follows from the

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which sets are the answer of a family: of those that stand the smallest that the best does not beat decisively
+// and that do the same job.
+#pragma once
+#include <vector>
+
+#include "explain/decide/usual.hpp"
+
+namespace voltlap::explain {
+
+struct AnswerOf {
+  const Family* family = nullptr;
+  std::vector<Set> sets;  ///< the most probable first; empty: nothing is wrong here
+  std::vector<std::vector<std::size_t>>
+      equivalent;           ///< by member of the first set: suspects that look the same here
+  std::vector<Set> beaten;  ///< that lost, for the reader
+  Fit nothing;
+};
+
+struct Asked {
+  std::vector<const Family*> references;
+  double alike = 1.0;  ///< families of this kind
+};
+/// `refine`: a set where its causes' bends are followed; the linear one where there is nothing to follow.
+using Refine = std::function<Set(const Family&, const Set&)>;
+[[nodiscard]] AnswerOf answer_of(const Family& family, Search& search, const Asked& asked, const Refine& refine);
+
+/// Cosine between what two sets take from the log, at the noise of the first, what nuisances take aside.
+[[nodiscard]] double overlap(const Family& family, const Set& a, const Set& b);
+
+}  // namespace voltlap::explain

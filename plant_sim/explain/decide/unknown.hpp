@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is something wrong that no cause describes? A flexible smooth model (shapes over SOC, current at several lags,
+// temperature and time; discrepancy/anonymous_shapes.hpp) is fitted beside the answer and judged like any
+// hypothesis.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "explain/decide/answer.hpp"
+
+namespace voltlap::explain {
+
+/// What smooth shapes take from a channel beyond a set of causes.
+struct Unnamed {
+  std::string channel;
+  plant::Balance balance = plant::Balance::kVoltage;
+  double practical = 0.0;  ///< RMS over what is worth a word
+  Lead lead;
+};
+/// By channel that has shapes. `left`: the residual beyond the answer, by channel of the log.
+[[nodiscard]] std::vector<Unnamed> unnamed_in(const Observed& log, const std::vector<VectorXd>& left);
+
+}  // namespace voltlap::explain

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// All sets of up to three causes that could explain a family, each weighed on minutes it has not seen: singles,
+// pairs of the best singles with any, triples of the best pairs with any.
+#pragma once
+#include <functional>
+#include <map>
+#include <vector>
+
+#include "explain/fit/columns.hpp"
+
+namespace voltlap::explain {
+
+/// What a set takes away from the plain error of one channel: RMS of what is no longer there, in practical sizes.
+struct Use {
+  double practical = 0.0;
+  std::size_t channel = 0;
+};
+/// Of `better` against `worse`, in the channel where it is most.
+[[nodiscard]] Use use_of(const Family& family, const Fit& better, const Fit& worse);
+
+struct Set {
+  std::vector<std::size_t> members;                ///< of family.suspects, rising
+  Fit linear;                                      ///< with signatures as straight lines
+  Fit fit;                                         ///< as it is judged: where its causes' bends are followed
+  std::vector<std::vector<double>> values, sigma;  ///< by member all its parameters; sigma 0: not estimated
+  Lead lead;                                       ///< beyond nothing
+  Use use;
+  bool stands = false;  ///< against nothing and against each of its subsets, by a practical amount
+};
+
+/// Is a set worth more than one of its subsets: decisively, and by a practical amount that is a part of the whole?
+[[nodiscard]] bool is_worth_more(const Family& family, const Set& set, const Set& subset);
+
+class Search {
+ public:
+  Search(const Family& family, const std::vector<plant::Cause>& causes);
+  /// All that were weighed, the most probable first.
+  [[nodiscard]] std::vector<const Set*> ranked() const;
+  [[nodiscard]] const Fit& nothing() const { return nothing_; }
+  [[nodiscard]] const Set& of(const std::vector<std::size_t>& members);
+
+ private:
+  void judge(Set& set);
+  [[nodiscard]] bool fits_together(const std::vector<std::size_t>& members) const;
+  [[nodiscard]] bool is_possible(const Set& set) const;
+  [[nodiscard]] bool cancels(const Set& set) const;
+  void grow(std::size_t from_size, std::size_t best);
+
+  const Family& family_;
+  const std::vector<plant::Cause>& causes_;
+  Fit nothing_;
+  std::map<std::vector<std::size_t>, Set> sets_;
+};
+
+/// Columns of a set.
+[[nodiscard]] std::vector<Index> columns_of(const Family& family, const std::vector<std::size_t>& members);
+/// Values and their standard deviations of a set's members, from a fit that began at `from`; the columns of a
+/// member are `parameters` of it.
+void put_values(const Family& family, const Fit& fit, const std::vector<std::vector<double>>& from,
+                const std::vector<std::vector<std::size_t>>& parameters, Set& set);
+/// The nonlinear fit of a set: Gauss-Newton from its linear one.
+[[nodiscard]] Set refined(const Observed& log, const std::vector<plant::Cause>& causes, const Family& family,
+                          const Fit& nothing, const Set& set);
+
+}  // namespace voltlap::explain

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/model/observed.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "discrepancy/integrity.hpp"
+
+namespace voltlap::explain {
+namespace {
+
+constexpr double kBin_s = 0.1, kHeatBin_s = 1.0;  // what is faster is averaged
+constexpr double kScan = 1.05;                    // bins are at least a whole turn of the slowest sensor
+constexpr double kSlow_s = 100.0;                 // on each side, over which thermistors are believed
+constexpr double kClearly = 0.98;                 // by which another hold of the current has to be better
+constexpr double kSettle_s = 0.5;                 // after the bus has come up
+constexpr double kBlock_s = 60.0;
+constexpr Index kLeastBlocks = 6;
+
+double bin_for(const plant::Recording& log, const std::vector<std::string>& roles, double least_s) {
+  double bin = least_s;
+  for (const std::string& role : roles) bin = std::max(bin, kScan * usual_interval_s(log, role));
+  return bin;
+}
+
+/// Roles whose mean a channel of the comparison is; empty: it is reckoned row by row.
+std::vector<std::string> roles_of(const plant::Comparison& comparison, const std::string& channel) {
+  const plant::Recording& log = comparison.log;
+  if (channel == "temperature") return log.numbered("temperature_");
+  if (channel == "voltage" && log.find("voltage") == nullptr) return log.numbered("cell_voltage_");
+  if (channel == "voltage" || channel == "pack_voltage" || channel == "bus_voltage" || channel == "soc")
+    return {channel};
+  return {};
+}
+
+bool is_pack_beside_cells(const Observed& out, const std::string& channel) {
+  return channel == "pack_voltage" && out.channels.size() > 0;
+}
+
+VectorXd held_sum_of_cells(const plant::Recording& log) {
+  VectorXd out = VectorXd::Zero(log.rows());
+  for (const std::string& role : log.numbered("cell_voltage_")) out += *log.find(role);
+  return out;
+}
+
+/// Rows' change of the current.
+VectorXd steps_of(const VectorXd& current) {
+  VectorXd out = VectorXd::Zero(current.size());
+  for (Index row = 1; row < current.size(); ++row) out(row) = std::abs(current(row) - current(row - 1));
+  return out;
+}
+
+VectorXd over_its_rms(const VectorXd& values) {
+  const double rms = std::sqrt(values.squaredNorm() / std::max<double>(1.0, static_cast<double>(values.size())));
+  return rms > 0.0 ? VectorXd(values / rms) : values;
+}
+
+/// Leaves out bins without a value.
+void keep_known(ReadChannel& channel) {
+  for (double& v : channel.residual) {
+    if (!std::isfinite(v)) v = 0.0;  // a bin that the mean does not have says nothing: it agrees
+  }
+}
+
+/// Time at which the bus has come up to the pack; the first row where no bus is recorded, or no pack.
+double closed_from_s(const plant::Recording& log) {
+  constexpr double kUp = 0.99;
+  const VectorXd *bus = log.find("bus_voltage"), *pack = log.find("pack_voltage");
+  if (bus == nullptr || pack == nullptr) return log.time_s(0);
+  for (Index row = 0; row < log.rows(); ++row) {
+    if ((*bus)(row) >= kUp * (*pack)(row)) return log.time_s(row) + kSettle_s;
+  }
+  return log.time_s(0);
+}
+
+/// Before the contactors close neither the bus nor the power says anything.
+void mask_open(plant::Comparison& comparison) {
+  plant::Recording& log = comparison.log;
+  const double from_s = closed_from_s(log);
+  const auto mask = [&](VectorXd& values) {
+    for (Index row = 0; row < log.rows() && log.time_s(row) < from_s; ++row) values(row) = std::nan("");
+  };
+  if (const auto bus = log.signals.find("bus_voltage"); bus != log.signals.end()) mask(bus->second);
+  for (plant::BalanceChannel& channel : comparison.channels) {
+    if (channel.name == "bus_voltage" || channel.name == "power") mask(channel.measured);
+  }
+}
+
+ReadChannel channel_of(const Observed& out, std::size_t c, double volts_bin_s) {
+  const plant::BalanceChannel& from = out.comparison.channels[c];
+  const plant::Recording& log = out.comparison.log;
+  const std::vector<std::string> roles = roles_of(out.comparison, from.name);
+  const bool heat = from.balance == plant::Balance::kHeat;
+  const double bin = heat ? bin_for(log, roles, kHeatBin_s) : volts_bin_s;
+  ReadChannel made{from.name,
+                   from.unit,
+                   from.balance,
+                   practical_size(from.name, out.model, out.comparison),
+                   roles.empty() ? Reader::of_rows(log, from.measured - out.base.channels[c], kBin_s)
+                                 : Reader::of_roles(log, roles, bin),
+                   {},
+                   {}};
+  if (roles.empty()) {
+    made.residual = made.reader.values();
+  } else if (is_pack_beside_cells(out, from.name)) {
+    const double cells = static_cast<double>(log.numbered("cell_voltage_").size());
+    const VectorXd beyond_cells = out.base.channels[c] - held_sum_of_cells(log);
+    VectorXd known = beyond_cells.array().isFinite().select(beyond_cells, 0.0);
+    made.residual = made.reader.values() - made.reader.of(cells * out.base.battery.voltage_v + known) -
+                    cells * made.reader.matched(out.channels[0].reader, out.channels[0].residual);
+  } else {
+    made.residual = made.reader.values() - made.reader.of(out.base.channels[c]);
+  }
+  return made;
+}
+
+void put_members(Observed& out, double volts_bin_s) {
+  const plant::Recording& log = out.comparison.log;
+  for (std::size_t g = 0; g < out.comparison.groups.size(); ++g) {
+    const plant::Group& group = out.comparison.groups[g];
+    const bool heat = group.balance == plant::Balance::kHeat;
+    const auto mean = std::find_if(out.channels.begin(), out.channels.end(), [&](const ReadChannel& c) {
+      return c.name == (heat ? "temperature" : "voltage");
+    });
+    if (mean == out.channels.end()) continue;
+    const VectorXd& predicted = out.base.channels[static_cast<std::size_t>(mean - out.channels.begin())];
+    const double bin = heat ? bin_for(log, group.members, kHeatBin_s) : volts_bin_s;
+    for (std::size_t k = 0; k < group.members.size(); ++k) {
+      ReadChannel one{group.members[k],
+                      mean->unit,
+                      group.balance,
+                      mean->practical,
+                      Reader::of_roles(log, {group.members[k]}, bin),
+                      {},
+                      {}};
+      if (one.reader.size() == 0) continue;
+      one.residual =
+          one.reader.values() - one.reader.of(predicted) - one.reader.matched(mean->reader, mean->residual);
+      out.members.push_back({std::move(one), g, k});
+    }
+  }
+}
+
+/// RMS of what a sensor's steps hide, of the finest of a group.
+double step_error(const plant::Recording& log, const std::string& stem) {
+  double least = 1e300;
+  for (const std::string& role : log.numbered(stem)) least = std::min(least, plant::step_of(*log.find(role)));
+  return least < 1e300 ? least / std::sqrt(12.0) : 0.0;
+}
+
+}  // namespace
+
+double practical_size(const std::string& channel, const plant::World& model, const plant::Comparison& comparison) {
+  constexpr double kCell_v = 1e-3, kPack_v = 20e-3, kHeat_k = 0.1, kSoc = 0.005, kOfCar = 0.005;
+  if (channel == "voltage") return kCell_v;
+  if (channel == "temperature") return std::max(kHeat_k, step_error(comparison.log, "temperature_"));
+  if (channel == "soc") return kSoc;
+  const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty();
+  if (channel.ends_with("voltage")) return beside_cells ? kPack_v : kCell_v * model.car.battery.cells_in_series;
+  const plant::BalanceChannel* found = comparison.find(channel);
+  double square = 0.0, count = 0.0;
+  for (const double v : found->measured) {
+    if (!std::isfinite(v)) continue;
+    square += v * v;
+    count += 1.0;
+  }
+  return kOfCar * std::sqrt(square / std::max(1.0, count));
+}
+
+std::vector<VectorXd> Observed::effect_of(const plant::Prediction& changed) const {
+  constexpr double kNothing = 1e-9;  // of a practical size
+  std::vector<VectorXd> out(channels.size());
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    VectorXd by_row = changed.channels[c] - base.channels[c];
+    by_row = by_row.array().isFinite().select(by_row, 0.0);
+    if (!(by_row.cwiseAbs().maxCoeff() > kNothing * channels[c].practical)) continue;
+    out[c] = channels[c].reader.of(by_row);
+  }
+  return out;
+}
+
+std::vector<Index> Observed::blocks_of(const ReadChannel& channel) const {
+  std::vector<Index> out;
+  for (const double t : channel.reader.time_s()) {
+    out.push_back(std::clamp<Index>(static_cast<Index>((t - comparison.log.time_s(0)) / block_s), 0, blocks - 1));
+  }
+  return out;
+}
+
+namespace {
+
+/// Straight or held: whichever the voltage follows in the middle of its readings; a few readings at steps do not
+/// decide.
+void settle_hold(const plant::World& model, plant::Comparison& comparison) {
+  double best = 1e300;
+  plant::CurrentHold hold = comparison.facts.hold;
+  for (const plant::CurrentHold tried :
+       {plant::CurrentHold::kLinear, plant::CurrentHold::kPrevious, plant::CurrentHold::kNext}) {
+    comparison.facts.hold = tried;
+    const VectorXd left = comparison.channels[0].measured - plant::predict(model, comparison).channels[0];
+    double sum = 0.0;
+    for (Index row = 1; row < left.size(); ++row) {
+      const double step = std::abs(left(row) - left(row - 1));
+      if (std::isfinite(step)) sum += step;
+    }
+    if (sum < kClearly * best) {
+      best = sum;
+      hold = tried;
+    }
+  }
+  comparison.facts.hold = hold;
+}
+
+/// Mean over `window_s` on each side.
+VectorXd slow_part(const VectorXd& time_s, const VectorXd& values, double window_s) {
+  VectorXd out(values.size());
+  Index first = 0, last = -1;
+  double sum = 0.0;
+  for (Index row = 0; row < values.size(); ++row) {
+    while (last + 1 < values.size() && time_s(last + 1) <= time_s(row) + window_s) sum += values(++last);
+    while (time_s(first) < time_s(row) - window_s) sum -= values(first++);
+    out(row) = sum / static_cast<double>(last - first + 1);
+  }
+  return out;
+}
+
+/// The temperature at which the tables are read: the model's own course, and slowly what the thermistors say. Steps
+/// and noise of a thermistor would come back as errors of the resistances.
+void settle_temperature(const plant::World& model, plant::Comparison& comparison) {
+  plant::LogFacts& facts = comparison.facts;
+  if (facts.temperature_c.size() == 0) return;
+  const VectorXd surface = plant::battery_response(model, comparison.log, facts).surface_c;
+  facts.temperature_c = surface + slow_part(comparison.log.time_s, facts.temperature_c - surface, kSlow_s);
+}
+
+}  // namespace
+
+Observed observed(const plant::World& model, plant::Comparison comparison, bool hold_is_known) {
+  Observed out;
+  out.model = model;
+  out.comparison = std::move(comparison);
+  if (!hold_is_known) settle_hold(model, out.comparison);
+  mask_open(out.comparison);
+  settle_temperature(model, out.comparison);
+  out.base = plant::predict(model, out.comparison);
+  const plant::Recording& log = out.comparison.log;
+  const double volts_bin_s = bin_for(log, roles_of(out.comparison, out.comparison.channels[0].name), kBin_s);
+  const VectorXd steps = steps_of(out.base.battery.current_a);
+  const auto finish = [&](ReadChannel& channel) {
+    channel.rough = over_its_rms(channel.reader.of(steps));
+    keep_known(channel);
+  };
+  for (std::size_t c = 0; c < out.comparison.channels.size(); ++c)
+    out.channels.push_back(channel_of(out, c, volts_bin_s));
+  put_members(out, volts_bin_s);
+  for (ReadChannel& channel : out.channels) finish(channel);
+  for (Member& member : out.members) finish(member.channel);
+  const double seconds = log.time_s(log.rows() - 1) - log.time_s(0);
+  out.block_s = std::min(kBlock_s, seconds / static_cast<double>(kLeastBlocks));
+  out.blocks = std::max<Index>(1, static_cast<Index>(std::floor(seconds / out.block_s)));
+  return out;
+}
+
+}  // namespace voltlap::explain
