@@ -155,8 +155,8 @@ TEST(DrawnRaces, WhatTheLapSolverPromisesOfACornerTheRoadHolds) {
     };
     const double v = corner_speed(car, curvature, wind);
     if (spare(0.9999 * v) >= 0.0 && (spare(1.0001 * v) < 0.0 || spare(1e3) >= 0.0)) continue;
-    FAIL(fmt::format("VOLTLAP_TEST_SEED={}, trial {}: {:.3f} m/s promised in a corner of {:.1f} m, {:+.3f} m/s2 to spare",
-                     drawn, trial, v, 1.0 / curvature, spare(v)).c_str());
+    FAIL(fmt::format("VOLTLAP_TEST_SEED={}, trial {}: {:.3f} m/s in a corner of {:.1f} m, {:+.3f} m/s2 to spare", drawn,
+                     trial, v, 1.0 / curvature, spare(v)).c_str());
   }
 }
 
