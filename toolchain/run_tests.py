@@ -112,6 +112,14 @@ def known_suites(build):
     return json.loads(listing.stdout)["tests"]
 
 
+def longest_first(suites):
+    """In this order no processor is left with a long suite at the end. Those that say no COST keep their order."""
+    def cost(suite):
+        return max([0.0, *(float(entry["value"]) for entry in suite.get("properties", []) if entry["name"] == "COST")])
+
+    return sorted(suites, key=cost, reverse=True)
+
+
 def targets_of(suites):
     """What has to be built for the suites, by their labels needs:TARGET."""
     labels = {label for suite in suites for entry in suite.get("properties", [])
@@ -156,7 +164,7 @@ def main():
     outcomes = []
     pool = concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1)
     try:
-        running = [pool.submit(run_suite, suite) for suite in suites]
+        running = [pool.submit(run_suite, suite) for suite in longest_first(suites)]
         for done in concurrent.futures.as_completed(running):
             outcomes.append(done.result())
             report(outcomes[-1])

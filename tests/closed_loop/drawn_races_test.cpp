@@ -125,6 +125,41 @@ TEST(DrawnRaces, ACarNeverStandsNeverBeatsTheLapSolverAndItsLedgerCloses) {
   }
 }
 
+// The lap solver promised this car more than the wheel that lifts first at speed allows: it ran wide and, eased by the
+// driver, did not come back.
+TEST(DrawnRaces, ACarWithDownforceStaysOnTheLineOfAFastCornerThatEndsInASlowOne) {
+  EnduranceOptions options = nominal(2);
+  VehicleParameters& car = options.vehicle;  // of race 38 of VOLTLAP_TEST_SEED=3657885282, with the end of its course
+  car.powertrain.final_drive = 4.209;
+  car.brakes.force_scale = 0.642;
+  car.vehicle.mass_kg = 213.8;
+  car.aero.drag_coefficient = 6.522;
+  car.aero.downforce_coefficient = 19.68;
+  car.battery.initial_soc = 0.633;
+  car.tyres.pacejka_d = 2.176;
+  car.tyres.lateral_grip = 1.093;
+  car.inverter.current_max_a = 514.1;
+  options.track = {"fast, slow",
+                   {{24.7, 0.0}, {21.5, 1.0 / 10.33}, {275.0, 0.0}, {102.8, 1.0 / 47.97}, {45.3, 1.0 / 38.88}}};
+  const EnduranceResult r = drive(options);
+  STRCMP_EQUAL("", r.failure_cause.c_str());
+  CHECK_TRUE(r.max_off_course_m < 0.1);
+}
+
+TEST(DrawnRaces, WhatTheLapSolverPromisesOfACornerTheRoadHolds) {
+  for (int trial = 0; trial < 1000; ++trial) {
+    const VehicleParameters car = draw.car();
+    const double curvature = 1.0 / draw.between(3.0, 100.0), wind = car.environment.wind_mps;
+    const auto spare = [&](double v) {
+      return std::min(lateral_grip(car, v + wind), lateral_lift(car, v + wind)) - v * v * curvature;
+    };
+    const double v = corner_speed(car, curvature, wind);
+    if (spare(0.9999 * v) >= 0.0 && (spare(1.0001 * v) < 0.0 || spare(1e3) >= 0.0)) continue;
+    FAIL(fmt::format("VOLTLAP_TEST_SEED={}, trial {}: {:.3f} m/s in a corner of {:.1f} m, {:+.3f} m/s2 to spare", drawn,
+                     trial, v, 1.0 / curvature, spare(v)).c_str());
+  }
+}
+
 TEST(DrawnRaces, WhereverOnTheCourseALapBeginsItIsTheSameLap) {
   for (int race = 0; race < 10; ++race) {
     EnduranceOptions options = nominal(2);

@@ -3,9 +3,13 @@
 
 A block of `sh` is run command by command. A block of `text` that follows a comment `<!-- output of: COMMAND -->` is
 compared with what COMMAND prints; a line `...` in it stands for any lines.
+
+README.md and CONTRIBUTING.md are run each time, of the other documents a half, drawn by VOLTLAP_TEST_SEED; all with
+VOLTLAP_TEST_WHOLE=1: together they take minutes.
 """
 import os
 import pathlib
+import random
 import re
 import shutil
 import subprocess
@@ -31,6 +35,15 @@ NOT_RUN = {
 VARIES = [(re.compile(r"computed in [\d.]+ s"), "computed in N s")]
 TEXTS = {name: (PROJECT / name).read_text() for name in documents()}
 WITH_COMMANDS = [name for name, text in TEXTS.items() if any(block.language == "sh" for block in blocks(text))]
+SEED = os.environ.get("VOLTLAP_TEST_SEED") or str(random.randrange(2**32))
+ALWAYS = ("README.md", "CONTRIBUTING.md")
+
+
+def run_now(names):
+    """The documents of this run."""
+    others = [name for name in names if name not in ALWAYS]
+    drawn = random.Random(SEED).sample(others, (len(others) + 1) // 2)
+    return [name for name in names if name in (*ALWAYS, *drawn) or os.environ.get("VOLTLAP_TEST_WHOLE") == "1"]
 
 
 @pytest.fixture
@@ -70,8 +83,9 @@ def problems(text, folder):
                 f"no command of the document is {block.output_of!r}, so nothing prints this")]
 
 
-@pytest.mark.parametrize("name", WITH_COMMANDS)
+@pytest.mark.parametrize("name", run_now(WITH_COMMANDS))
 def test_commands_of_a_document_work_and_print_what_it_shows(folder, name):
+    print(f"VOLTLAP_TEST_SEED={SEED}")
     assert problems(TEXTS[name], folder) == []
 
 
@@ -80,6 +94,14 @@ def difference(shown, printed):
         shown, printed = varying.sub(name, shown), varying.sub(name, printed)
     pattern = "".join(".*" if line == "..." else re.escape(line) + "\n" for line in shown.splitlines())
     return "" if re.fullmatch(pattern, printed, re.DOTALL) else f"shown:\n{shown}\nprinted:\n{printed}"
+
+
+def test_each_run_has_the_first_documents_and_half_of_the_others(monkeypatch):
+    monkeypatch.delenv("VOLTLAP_TEST_WHOLE", raising=False)
+    others = [f"docs/{k}.md" for k in range(10)]
+    assert len(run_now([*ALWAYS, *others])) == len(ALWAYS) + 5 and {*ALWAYS} <= {*run_now([*ALWAYS, *others])}
+    monkeypatch.setenv("VOLTLAP_TEST_WHOLE", "1")
+    assert run_now(others) == others
 
 
 def test_list_of_what_is_not_run_holds_no_left_over():

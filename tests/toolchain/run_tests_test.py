@@ -54,6 +54,13 @@ def test_pytest_suite_is_counted_by_its_single_tests(tmp_path):
     assert outcome.skips == ("no data here",)
 
 
+def test_suites_that_take_long_start_first_the_others_in_their_order():
+    suites = [{"name": name, "properties": [{"name": "LABELS", "value": ["pytest"]},
+                                            *([{"name": "COST", "value": cost}] if cost else [])]}
+              for name, cost in (("a", 0), ("b", 60.0), ("c", 0), ("d", 200.0))] + [{"name": "e"}]
+    assert [suite["name"] for suite in run_tests.longest_first(suites)] == ["d", "b", "a", "c", "e"]
+
+
 def test_pytest_folder_without_tests_has_failed(tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
     assert run_tests.run_pytest("suite", command, tmp_path, None).failed == 1

@@ -33,14 +33,22 @@ namespace voltlap::plant {
                                                               downforce(car, airspeed_mps) / total_mass(car)));
 }
 
-/// Lateral acceleration [m/s2] at which the first wheel lifts.
-[[nodiscard]] inline double lateral_lift(const VehicleParameters& car, double airspeed_mps) {
+/// Lateral acceleration [m/s2] at which the inner wheel of an axle lifts. Which axle is the first depends on the speed.
+struct AxleLift {
+  double front_mps2, rear_mps2;
+};
+
+[[nodiscard]] inline AxleLift axle_lift(const VehicleParameters& car, double airspeed_mps) {
   const double mass = total_mass(car), rear = car.vehicle.cg_rear_fraction, h = car.vehicle.cg_height_m;
   const double weight = mass * car.environment.gravity_mps2, press = downforce(car, airspeed_mps) / 4.0;
-  const double at_front =
-      (weight * (1.0 - rear) / 2.0 + press) / (mass * (1.0 - rear) * h) * car.vehicle.track_front_m;
-  const double at_rear = (weight * rear / 2.0 + press) / (mass * rear * h) * car.vehicle.track_rear_m;
-  return std::min(at_front, at_rear);
+  return {(weight * (1.0 - rear) / 2.0 + press) / (mass * (1.0 - rear) * h) * car.vehicle.track_front_m,
+          (weight * rear / 2.0 + press) / (mass * rear * h) * car.vehicle.track_rear_m};
+}
+
+/// Lateral acceleration [m/s2] at which the first wheel lifts.
+[[nodiscard]] inline double lateral_lift(const VehicleParameters& car, double airspeed_mps) {
+  const AxleLift lift = axle_lift(car, airspeed_mps);
+  return std::min(lift.front_mps2, lift.rear_mps2);
 }
 
 /// Share of the longitudinal grip that is left beside a lateral acceleration, 0..1.

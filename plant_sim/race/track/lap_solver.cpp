@@ -156,12 +156,14 @@ double corner_speed(const VehicleParameters& car, double curvature_per_m, double
   };
   if (held(kUnbounded)) return kUnbounded;
   if (head_wind_mps == 0.0) {
-    // Both limits are a + b v^2, so that the speed has a closed form.
+    // Each limit is a + b v^2, so that its speed has a closed form; the least of them is no such line.
     const auto speed_at = [c](double still, double at_one) {
       return c > at_one - still ? std::sqrt(still / (c - (at_one - still))) : kUnbounded;
     };
+    const AxleLift still = axle_lift(car, 0.0), at_one = axle_lift(car, 1.0);
     return std::min({speed_at(lateral_grip(car, 0.0), lateral_grip(car, 1.0)),
-                     speed_at(lateral_lift(car, 0.0), lateral_lift(car, 1.0)), kUnbounded});
+                     speed_at(still.front_mps2, at_one.front_mps2), speed_at(still.rear_mps2, at_one.rear_mps2),
+                     kUnbounded});
   }
   double low = 0.0, high = kUnbounded;
   for (int k = 0; k < 60; ++k) {

@@ -83,6 +83,17 @@ TEST(LapSolver, ATallNarrowCarIsLimitedByTheWheelThatLifts) {
   CHECK(corner_speed(car, 0.1) < 0.8 * by_grip);
 }
 
+TEST(LapSolver, WithDownforceTheAxleThatLiftsFirstAtSpeedNeedNotBeTheOneAtRest) {
+  car.tyres.pacejka_d = 2.2;
+  car.aero.downforce_coefficient = 20.0;
+  const AxleLift still = axle_lift(car, 0.0), fast = axle_lift(car, 40.0);
+  CHECK(still.front_mps2 < still.rear_mps2);
+  CHECK(fast.front_mps2 > fast.rear_mps2);
+  for (const double radius : {10.0, 35.0, 50.0}) {
+    DOUBLES_EQUAL(corner_speed_by_iteration(car, radius), corner_speed(car, 1.0 / radius), 2e-4);
+  }
+}
+
 TEST(LapSolver, LeftAndRightCornersAreEquallyFast) {
   DOUBLES_EQUAL(corner_speed(car, 0.1), corner_speed(car, -0.1), 0.0);
 }
