@@ -213,6 +213,12 @@ Explanation ExplainCommand::explained(const DataFolder& data, Model& model, cons
     if (interrupted()) throw Interrupted{};
     asked.progress(what, fraction);
   };
+  if (anew_ && (options.holdout || options.fit_blocks != "all")) {
+    throw InputError("--set explain.engine=readings",
+                     options.holdout ? "--holdout beside it" : "explain.fit_blocks beside it",
+                     "the log alone: this engine measures its gain on minutes of the log that it did not fit",
+                     "Leave it out, or take the other engine");
+  }
   return anew_ ? voltlap::explain::explain(model, log, options) : explain(model, log, options);
 }
 

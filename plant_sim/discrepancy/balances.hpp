@@ -47,6 +47,7 @@ struct Comparison {
   LogFacts facts;
   std::vector<BalanceChannel> channels;
   std::vector<Group> groups;
+  bool fine_curve = false;  ///< the open-circuit voltage may differ in narrow places
   [[nodiscard]] const BalanceChannel* find(const std::string& name) const;
 };
 

@@ -25,6 +25,7 @@ constexpr double kMoving = 2.0;    // m/s; below it neither slip nor force is ju
 constexpr double kMemory = 2.0;    // s, of the gain of speed
 constexpr double kTouch = 0.01;    // of the brake pedal; below it the pads do not touch, what is read is noise
 constexpr double kPads = 1.0;      // bar; above it the pads touch
+constexpr double kCoarse = 0.05;   // s between rows
 constexpr double kRecovers = 0.4;  // s after braking, until wheels turn as the car goes
 constexpr double kPulls = 0.05;    // of the largest torque
 constexpr double kGap = 0.5;       // s without a row, over which no sum goes on
@@ -49,21 +50,25 @@ double largest_of(const VectorXd& values) {
 }
 
 /// The pads do not touch and have not touched for a while: a wheel that is braked turns slower than the car goes.
-bool rolls_freely(const Recording& log, Index row) {
-  const VectorXd& pressure = *log.find("brake_pressure");
+bool rolls_freely(const Recording& log, Index row, const VectorXd& pressed, double least) {
   for (Index k = row; k >= 0 && log.time_s(row) - log.time_s(k) < kRecovers; --k) {
-    if (!(pressure(k) < kPads)) return false;
+    if (pressed(k) >= least) return false;
   }
   return true;
 }
+
+/// Between rows that are further apart a pedal is anywhere.
+bool is_coarse(const Recording& log, Index row) { return row > 0 && log.time_s(row) - log.time_s(row - 1) > kCoarse; }
 
 /// Rows in which all that moves the car is known. The sums below begin anew after any other row.
 bool is_driving(const Recording& log, Index row) {
   const VectorXd *torque = log.find("motor_torque"), *brake = log.find("brake");
   if (torque == nullptr) torque = log.find("accelerator");
   if (!((*log.find("speed"))(row) > kMoving) || !std::isfinite((*torque)(row))) return false;
-  if (brake != nullptr) return std::isfinite((*brake)(row));
-  if (log.find("brake_pressure") != nullptr) return rolls_freely(log, row);
+  if (brake != nullptr) {
+    return std::isfinite((*brake)(row)) && (!is_coarse(log, row) || rolls_freely(log, row, *brake, kTouch));
+  }
+  if (const VectorXd* pressure = log.find("brake_pressure")) return rolls_freely(log, row, *pressure, kPads);
   return (*torque)(row) > kPulls * largest_of(*torque);  // the brakes may be on where the motor does not pull
 }
 
@@ -178,7 +183,8 @@ VectorXd delayed(const VectorXd& time, const VectorXd& values, double delay_s) {
 /// Power [W] between the pack's terminals and the inverter: contactors, fuse and cables, and the bleed resistor.
 double link_loss(const ContactorSection& contactors, double pack_v, double current_a) {
   const double link_v = pack_v - contactors.resistance_ohm * current_a;
-  return contactors.resistance_ohm * current_a * current_a + link_v * link_v / contactors.bleed_resistance_ohm;
+  const double bleeds = contactors.bleed_resistance_ohm > 0.0 ? link_v * link_v / contactors.bleed_resistance_ohm : 0.0;
+  return contactors.resistance_ohm * current_a * current_a + bleeds;
 }
 
 /// The current follows the torque that is reported, the work what the motor gives for it.
@@ -201,6 +207,7 @@ VectorXd power_of(const World& world, const Comparison& comparison) {
     const double true_w = dc_w + world.loss_change * loss_w + world.car.low_voltage.power_w +
                           link_loss(world.car.contactors, volts(row), current(row));
     out(row) = true_w * (1.0 + world.current.gain) + volts(row) * world.current.offset;
+    if (world.current_limit_a > 0.0) out(row) = std::min(out(row), volts(row) * world.current_limit_a);
   }
   if (world.current.delay_s != 0.0) out = delayed(log.time_s, out, world.current.delay_s);
   return power_as_torque(log, out);

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <memory>
 
+#include "discrepancy/car_balances.hpp"
 #include "discrepancy/causes/list.hpp"
 #include "discrepancy/integrity.hpp"
-#include "discrepancy/saturation.hpp"
 #include "explain/decide/answer.hpp"
 #include "explain/decide/unknown.hpp"
 #include "explain/model/corrected.hpp"
@@ -22,27 +22,21 @@ struct Held {
   plant::Recording log;
   plant::World world;
   Observed seen;
-  std::optional<plant::Saturation> saturation;
   std::vector<Family> members;
   std::unique_ptr<Family> global;
 };
 
-Held held_against(const plant::World& model, plant::Recording read, plant::ComparisonOptions compared,
-                  const plant::ExplainOptions& options) {
+Held held_against(const plant::World& model, plant::Recording read, const plant::ComparisonOptions& compared) {
   Held out;
   out.world = model;
-  plant::Recording log = interpolated(model, std::move(read));
-  plant::Comparison comparison = plant::comparison_of(model, log, compared);
-  if (std::count(options.without.begin(), options.without.end(), "current_saturation") == 0) {
-    out.saturation = plant::saturation_of(model, comparison);
+  out.log = interpolated(model, std::move(read));
+  plant::Comparison comparison = plant::comparison_of(model, out.log, compared);
+  if (out.log.derived.contains("motor_speed")) {
+    // As the car's speed is, and the slip that its tyres have by the model.
+    out.log.signals["motor_speed"] = plant::car_prediction("motor_speed", model, comparison, {});
+    comparison = plant::comparison_of(model, out.log, compared);
   }
-  if (out.saturation) {
-    out.world.current_limit_a = out.saturation->rail.from_a;
-    compared.at_limit = out.saturation->rail.at;
-    comparison = plant::comparison_of(out.world, log, compared);
-  }
-  out.log = std::move(log);
-  out.seen = observed(out.world, std::move(comparison), compared.hold.has_value());
+  out.seen = observed(model, std::move(comparison), compared.hold.has_value());
   return out;
 }
 
@@ -75,6 +69,22 @@ std::vector<AnswerOf> member_answers(const Held& held, const std::vector<Held>& 
     if (!answer.sets.empty()) out.push_back(std::move(answer));
   }
   return out;
+}
+
+/// Does this answer say how warm a cell is that another answer names? A cell that is weak or leaks warms its
+/// thermistor: where every cell has one, that of its number.
+bool follows_from_cell(const Held& held, const AnswerOf& answer, const std::vector<AnswerOf>& answers) {
+  const std::string& role = answer.family->channel.front();
+  const auto thermistors = held.log.numbered("temperature_");
+  if (!role.starts_with("temperature_") || thermistors.size() != held.log.numbered("cell_voltage_").size())
+    return false;
+  const std::string cell = "cell_voltage_" + role.substr(role.find_last_of('_') + 1);
+  return std::any_of(answers.begin(), answers.end(), [&](const AnswerOf& other) {
+    const Set& set = other.sets.front();
+    return other.family->channel.front() == cell &&
+           std::any_of(set.members.begin(), set.members.end(),
+                       [&](std::size_t m) { return !other.family->suspects[m].form.of_sensor; });
+  });
 }
 
 /// What the first set of each answer puts into its member's readings.
@@ -121,11 +131,12 @@ std::vector<plant::FoundCause> unusual(const std::vector<plant::GateFinding>& fi
 /// Shapes without a name that sound logs do not have.
 std::optional<Unnamed> unnamed_of(const Held& held, const std::vector<VectorXd>& left,
                                   const std::vector<Held>& references) {
-  constexpr double kPractical = 1.0, kBeyond = 2.0;  // practical sizes; of what references have
+  constexpr double kBeyond = 2.0;                       // of what references have
+  const double least = references.empty() ? 2.0 : 1.0;  // practical sizes: alone, a model's own error is not known
   std::optional<Unnamed> out;
   std::vector<std::vector<Unnamed>> theirs;
   for (const Unnamed& one : unnamed_in(held.seen, left)) {
-    if (!one.lead.decisive || one.practical < kPractical) continue;
+    if (!one.lead.decisive || one.practical < least) continue;
     if (theirs.empty()) {
       for (const Held& reference : references)
         theirs.push_back(unnamed_in(reference.seen, residuals_of(reference.seen)));
@@ -136,7 +147,7 @@ std::optional<Unnamed> unnamed_of(const Held& held, const std::vector<VectorXd>&
         if (same.channel == one.channel) usual = std::max(usual, same.practical);
       }
     }
-    if (one.practical > kPractical + kBeyond * usual && (!out || one.practical > out->practical)) out = one;
+    if (one.practical > least + kBeyond * usual && (!out || one.practical > out->practical)) out = one;
   }
   return out;
 }
@@ -159,7 +170,7 @@ plant::Explanation explain(const plant::Model& model, const plant::Recording& ra
              0.1 + 0.4 * static_cast<double>(references.size()) / static_cast<double>(options.references.size()));
     plant::Gated theirs = plant::integrity_gate(reference, model, false);
     usual_findings.push_back(theirs.findings);
-    references.push_back(held_against(model.world, std::move(theirs.log), compared, options));
+    references.push_back(held_against(model.world, std::move(theirs.log), compared));
     compared.hold = references.front().seen.comparison.facts.hold;  // one logger holds the current in one way
     learn_members(references.back(), causes);
     references.back().global = std::make_unique<Family>(global_family(references.back().seen, causes));
@@ -169,17 +180,13 @@ plant::Explanation explain(const plant::Model& model, const plant::Recording& ra
   saying.gate = unusual(gated.findings, usual_findings);
   if (!gated.enough.empty()) return too_little(saying, gated);
   progress("comparing with the model", 0.5);
-  Held held = held_against(model.world, gated.log, compared, options);
-  const bool usual_limit =
-      std::any_of(references.begin(), references.end(), [](const Held& r) { return r.saturation.has_value(); });
-  if (held.saturation) {
-    plant::mask_rail(*held.saturation, gated.log, gated.log.masked);
-    if (!usual_limit) saying.gate.insert(saying.gate.begin(), plant::found_saturation(*held.saturation));
-  }
+  Held held = held_against(model.world, gated.log, compared);
   learn_members(held, causes);
   saying.members = member_answers(held, references, causes);
   progress("weighing causes", 0.6);
-  Held rest = held_against(model.world, corrected(held.log, effects_of(held, saying.members)), compared, options);
+  Held rest = held_against(model.world, corrected(held.log, effects_of(held, saying.members)), compared);
+  const std::vector<AnswerOf> all = saying.members;
+  std::erase_if(saying.members, [&](const AnswerOf& answer) { return follows_from_cell(held, answer, all); });
   rest.global = std::make_unique<Family>(global_family(rest.seen, causes));
   saying.global = global_answer(rest, references, causes);
   progress("looking for what has no name", 0.85);

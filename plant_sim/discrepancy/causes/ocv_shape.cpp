@@ -11,7 +11,7 @@ namespace voltlap::plant {
 namespace {
 
 constexpr double kRepeats = 2e-4;  // V; judgement: 1 mV hid wrong starts of the charge in the bank's development worlds
-constexpr double kApart = 0.07;    // SOC between points
+constexpr double kApart = 0.15, kFineApart = 0.07;  // SOC between points
 constexpr double kLeast = 0.02;    // SOC that has to be driven
 constexpr std::size_t kFewest = 3, kMost = 7;
 constexpr std::size_t kStored = 201;  // values in the model, from SOC 0 to 1
@@ -62,8 +62,9 @@ Cause ocv_shape() {
               }
             }
             if (!(last - first > kLeast)) return {};
+            const double apart = c.fine_curve ? kFineApart : kApart;
             const auto points =
-                std::clamp(static_cast<std::size_t>(std::ceil((last - first) / kApart)) + 2, kFewest, kMost);
+                std::clamp(static_cast<std::size_t>(std::ceil((last - first) / apart)) + 2, kFewest, kMost);
             Form form = plain_form(kMost, [=](World& w, Values v) {
               add_polygon(w.car.cell.effects, v.first(points), first, last);
             });

@@ -95,13 +95,12 @@ std::vector<double> in_references(const Family& family, const Set& set, std::siz
 }  // namespace
 
 double critical_t(double probability, double freedom) {
-  // G. W. Hill, Comm. ACM 13, 1970, algorithm 396.
+  // The tail of G. W. Hill, Comm. ACM 13, 1970, algorithm 396: within 0.3 % from 8 degrees of freedom and 1e-3 on.
   const double n = freedom;
   const double a = 1.0 / (n - 0.5), b = 48.0 / (a * a);
   const double c = ((20700.0 * a / b - 98.0) * a - 16.0) * a + 96.36;
   const double d = ((94.5 / (b + c) - 3.0) / b + 1.0) * std::sqrt(a * 1.5707963267948966) * n;
   double y = std::pow(d * probability, 2.0 / n);
-  if (y > 0.05 + a) return std::sqrt(n * y);  // far from the tail: never asked
   y = ((1.0 / (((n + 6.0) / (n * y) - 0.089 * d - 0.822) * (n + 2.0) * 3.0) + 0.5 / (n + 4.0)) * y - 1.0) *
           (n + 1.0) / (n + 2.0) +
       1.0 / y;

@@ -3,12 +3,16 @@
 
 #include <cmath>
 
+#include <optional>
+
 #include "discrepancy/anonymous_shapes.hpp"
+#include "discrepancy/saturation.hpp"
 
 namespace voltlap::explain {
 namespace {
 
 constexpr double kStep = 0.1;         // of a typical size: derivative
+constexpr double kNothing = 1e-9;     // of a parameter: what has no size of its own is told by its presence
 constexpr double kWide = 30.0;        // typical sizes: nothing is known of a cause beforehand
 constexpr double kRest_v = 1e-3;      // how well a first rest tells the open-circuit voltage
 constexpr double kUnderLoad = 0.05;   // SOC, where no rest tells it
@@ -36,6 +40,7 @@ bool acts(const std::vector<VectorXd>& by_channel) {
 
 /// What can a cause of this kind change? Only errors of the current are seen by battery and car.
 plant::Acts acts_on(plant::Balance balance, const plant::World& from, const plant::World& to) {
+  if (from.current_limit_a != to.current_limit_a) return plant::Acts::kOnAll;
   if (balance == plant::Balance::kForce || balance == plant::Balance::kPower) return plant::Acts::kOnCar;
   const auto differ = [](const plant::SensorError& a, const plant::SensorError& b) {
     return a.gain != b.gain || a.offset != b.offset || a.delay_s != b.delay_s;
@@ -137,6 +142,19 @@ void add_member_starts(const Observed& log, const ReadChannel& channel, bool hea
 
 }  // namespace
 
+/// The forms of a cause on this log. A current sensor that ends at a limit has no signature that is a straight
+/// line: its column is the whole effect, and where its bends are followed nothing is left to estimate.
+std::vector<plant::Form> forms_of(const plant::Cause& cause, const Observed& log) {
+  if (std::string_view(cause.name) != "current_saturation") return cause.forms(log.model, log.comparison);
+  const std::optional<plant::Rail> rail = plant::rail_of(*log.comparison.log.find("current"));
+  if (!rail || log.comparison.facts.at_limit.empty()) return {};
+  plant::Form form;
+  form.at = {rail->limit_a};
+  form.linear = {0};
+  form.apply = [from_a = rail->from_a](plant::World& world, plant::Values) { world.current_limit_a = from_a; };
+  return {form};
+}
+
 Family global_family(const Observed& log, const std::vector<plant::Cause>& causes) {
   Family out;
   Collected columns;
@@ -144,7 +162,7 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
   add_starts(log, log.model, columns, nuisances);
   for (std::size_t k = 0; k < causes.size(); ++k) {
     if (!may_be_named(causes[k], log)) continue;
-    const std::vector<plant::Form> forms = causes[k].forms(log.model, log.comparison);
+    const std::vector<plant::Form> forms = forms_of(causes[k], log);
     for (std::size_t number = 0; number < forms.size(); ++number) {
       const plant::Form& form = forms[number];
       if (!form.apply) continue;
@@ -152,10 +170,11 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
       for (const std::size_t p : form.linear) {
         plant::World world = log.model;
         std::vector<double> values = form.at;
-        const double typical = causes[k].parameters[p].typical;
+        const bool whole = form.refined.empty();  // no step: the effect is there or not
+        const double typical = whole ? kNothing : causes[k].parameters[p].typical;
         values[p] += kStep * typical;
         form.apply(world, values);
-        std::vector<VectorXd> effect = signature(log, world, causes[k].balance, kStep);
+        std::vector<VectorXd> effect = signature(log, world, causes[k].balance, whole ? 1.0 : kStep);
         if (acts(effect)) suspect.columns.push_back(columns.add(std::move(effect), kWide, typical));
       }
       if (suspect.columns.size() == form.linear.size()) out.suspects.push_back(std::move(suspect));

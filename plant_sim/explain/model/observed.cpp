@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "discrepancy/integrity.hpp"
+#include "discrepancy/saturation.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -152,6 +153,7 @@ double step_error(const plant::Recording& log, const std::string& stem) {
 
 double practical_size(const std::string& channel, const plant::World& model, const plant::Comparison& comparison) {
   constexpr double kCell_v = 1e-3, kPack_v = 20e-3, kHeat_k = 0.1, kSoc = 0.005, kOfCar = 0.005;
+  constexpr double kCoarse_s = 0.05, kCoarse = 3.0;
   if (channel == "voltage") return kCell_v;
   if (channel == "temperature") return std::max(kHeat_k, step_error(comparison.log, "temperature_"));
   if (channel == "soc") return kSoc;
@@ -164,7 +166,11 @@ double practical_size(const std::string& channel, const plant::World& model, con
     square += v * v;
     count += 1.0;
   }
-  return kOfCar * std::sqrt(square / std::max(1.0, count));
+  // Between rows that are far apart a pedal is anywhere: force and power are known the worse.
+  const plant::Recording& log = comparison.log;
+  const double row_s = (log.time_s(log.rows() - 1) - log.time_s(0)) / static_cast<double>(log.rows() - 1);
+  const double known = row_s > kCoarse_s ? kCoarse : 1.0;
+  return known * kOfCar * std::sqrt(square / std::max(1.0, count));
 }
 
 std::vector<VectorXd> Observed::effect_of(const plant::Prediction& changed) const {
@@ -239,7 +245,10 @@ Observed observed(const plant::World& model, plant::Comparison comparison, bool 
   Observed out;
   out.model = model;
   out.comparison = std::move(comparison);
+  out.comparison.fine_curve = true;
   if (!hold_is_known) settle_hold(model, out.comparison);
+  if (const auto rail = plant::rail_of(*out.comparison.log.find("current")))
+    out.comparison.facts.at_limit = rail->at;
   mask_open(out.comparison);
   settle_temperature(model, out.comparison);
   out.base = plant::predict(model, out.comparison);

@@ -81,7 +81,8 @@ plant::FoundCause found_cause(const AnswerOf& answer, const Set& set, std::size_
   if (!suspect.channel.empty()) out.parameters.push_back({"channel", "name", 0.0, 0.0, 0.0, suspect.channel});
   std::vector<std::string> numbers;
   for (const Number& n : numbers_of(cause, set.values[at], set.sigma[at])) {
-    const bool told = n.half > 0.0 || std::string_view(n.as.name) == "tau_s";
+    const std::string_view what = n.as.name;
+    const bool told = n.half > 0.0 || what == "tau_s" || what == "limit_a";
     numbers.push_back(told ? number_text(n.as, n.value, n.half) : "as the others'");
     if (!told) continue;
     out.parameters.push_back(

@@ -21,6 +21,7 @@ World sound_car() {
   VehicleParameters& car = out.car;
   car.vehicle.mass_kg = kMass;
   car.vehicle.cg_rear_fraction = 0.55;
+  car.vehicle.wheelbase_m = 1.5;
   car.tyres.radius_m = kRadius;
   car.tyres.pacejka_b = 9.0;
   car.tyres.pacejka_c = 1.5;
