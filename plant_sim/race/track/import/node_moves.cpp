@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/demand.hpp"
+#include "core/errors.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -33,7 +34,11 @@ bool NodeMoves::try_solve(const std::vector<double>& weights, double damping) {
 void NodeMoves::solve(const std::vector<double>& weights, double damping) {
   const bool solved = std::any_of(std::begin(kMoreDamping), std::end(kMoreDamping),
                                   [&](double more) { return try_solve(weights, damping + more); });
-  VOLTLAP_DEMAND(solved);
+  if (!solved) {
+    throw InputError("the points", "a line through them that no arithmetic follows: neighbours lie far apart",
+                     "points in the order in which they were driven, none of them far from the others",
+                     "Take out the points that are far from their neighbours");
+  }
 }
 
 double NodeMoves::squares_left() const {
