@@ -137,6 +137,8 @@ std::optional<Unnamed> unnamed_of(const Held& held, const std::vector<VectorXd>&
   std::vector<std::vector<Unnamed>> theirs;
   for (const Unnamed& one : unnamed_in(held.seen, left)) {
     if (!one.lead.decisive || one.practical < least) continue;
+    // How well tyres and brakes are known is told by sound drives alone.
+    if (references.empty() && one.balance == plant::Balance::kForce) continue;
     if (theirs.empty()) {
       for (const Held& reference : references)
         theirs.push_back(unnamed_in(reference.seen, residuals_of(reference.seen)));
