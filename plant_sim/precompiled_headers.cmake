@@ -55,4 +55,4 @@ endforeach()
 voltlap_read_ahead(voltlap_core voltlap_files voltlap_page voltlap_bus voltlap_socket_bus voltlap_python_module
                    voltlap_logs voltlap_log_plot voltlap_car voltlap_race voltlap_course_import voltlap_race_report
                    voltlap_bench voltlap_firmware_loop)
-voltlap_read_ahead(EIGEN voltlap_identify voltlap_validate voltlap_causes voltlap_discrepancy)
+voltlap_read_ahead(EIGEN voltlap_identify voltlap_validate voltlap_causes voltlap_explanation)

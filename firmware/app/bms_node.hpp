@@ -16,6 +16,9 @@ class BmsNode {
   /// One step, every 10 ms. `tx` is added to, never cleared.
   void tick(Instant now, FrameView rx, TxQueue& tx);
 
+  /// Before the first tick: what was latched when the supply was lost.
+  void restore_trips(std::uint32_t latched) { state_.faults.latched = latched; }
+
   [[nodiscard]] const bms::State& state() const { return state_; }
   [[nodiscard]] const bms::Output& output() const { return output_; }  ///< of the last tick
 

@@ -8,6 +8,7 @@
 #include "bms/ingest.hpp"
 #include "bms/limits.hpp"
 #include "bms/plausibility.hpp"
+#include "bms/waits_for.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -29,6 +30,7 @@ Output refuse(Instant now) {
   out.faults = bit_of(can::BmsFault::kConfigInvalid);
   out.limits.discharge.reason = can::LimitReason::kFault;
   out.limits.charge.reason = can::LimitReason::kFault;
+  out.waits_for = can::WaitsFor::kConfiguration;
   return out;
 }
 
@@ -36,6 +38,13 @@ void estimate(const Config& config, bool slow, State& state) {
   estimate_soc(config, SocInput{state.measured.cell, state.pack.cells_good, state.measured.current}, state.soc);
   const bool known = state.pack.hottest_sensor != kNoCell && soc_ready(config, state.soc);
   if (slow && known) state.cell_resistance = cell_resistance(config.resistance, state.soc, state.pack.temperature_min);
+}
+
+void check_channels(const Config& config, Instant now, Duration elapsed, bool slow, State& state) {
+  check_current(config, now, elapsed, state);
+  check_cells(config, now, slow, state);
+  check_temperatures(config, now, state);
+  check_pack_voltage(config, now, elapsed, state);
 }
 
 /// The next cell with every step, as the Orion broadcasts them.
@@ -68,6 +77,12 @@ Output report(const Config& config, Instant now, const State& state) {
   out.temperature_min = state.pack.temperature_min;
   out.temperature_max = state.pack.temperature_max;
   out.cell = report_cell(config, state);
+  out.waits_for = waits_for(config, state);
+  const Suspect suspect = find_suspect(state);
+  out.suspect = suspect.index;
+  out.suspect_why = suspect.why;
+  out.current_offset = state.current_check.offset;
+  out.current_offset_known = state.current_check.offset_known;
   out.now = now;
   return out;
 }
@@ -83,6 +98,7 @@ Output step(const Config& config, const Input& input, State& state) {
   ingest(config, input, state);
   summarise(config, state.measured, state.start, state.pack);
   estimate(config, slow, state);
+  check_channels(config, input.now, elapsed, slow, state);
   judge_faults(config, input.now, state);
   sequence_contactors(config, input.now, state);
   update_limits(config, elapsed, state);

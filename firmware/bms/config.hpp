@@ -75,6 +75,8 @@ struct Config {
   Duration measurement_lost_time = Duration::from_ms(500);  ///< since the last good sample
   Duration current_trip_time = Duration::from_ms(1000);
   Duration mismatch_time = Duration::from_ms(1000);
+  Duration implausible_time = Duration::from_ms(1000);  ///< a channel that contradicts the others
+  std::int32_t motor_constant_unm_per_a = 0;  ///< torque a phase ampere; 0: current is not held against motor power
 
   // plausibility: outside of this a reading is a broken wire, not a voltage
   CellVoltage cell_voltage_plausible_min = CellVoltage::from_raw(5'000);
@@ -84,6 +86,11 @@ struct Config {
   Ratio precharge_ratio = Ratio::from_raw(950'000);  ///< EV.5.6 asks 90 %, Formula Student 95 %
   Duration precharge_timeout = Duration::from_ms(5000);
   Duration precharge_time_min = Duration::from_ms(20);  ///< faster means that AIR+ is welded
+  Duration precharge_time_unseen = Duration::from_ms(2000);  ///< when the DC link was up before and no rise is seen
+  std::uint8_t precharge_attempts = 4;                       ///< in a row, then the resistor cools
+  Duration precharge_cooling = Duration::from_ms(10'000);    ///< for each of them
+  Duration opening_time = Duration::from_ms(100);            ///< at most, for the torque to go before the contactors
+  Current opening_current = Current::from_raw(20'000);       ///< gone: low-voltage load and half as much again
   Duration contactor_time = Duration::from_ms(200);     ///< for an auxiliary contact to follow its command
   Duration contactor_drop_time = Duration::from_ms(20);  ///< open while active: less than it needs to close again
   Duration discharge_time = Duration::from_ms(5000);    ///< EV.5.4.5: DC link down after this
@@ -103,6 +110,7 @@ enum class ConfigError : std::uint8_t {
   kTemperatureSensors,
   kTemperatureSensorsShare,
   kCapacity,
+  kSocMethod,
   // tables
   kOcvPoints,
   kOcvSoc,
@@ -110,6 +118,8 @@ enum class ConfigError : std::uint8_t {
   kResistancePoints,
   kResistanceSoc,
   kResistance,
+  kResistanceReference,
+  kResistanceSlope,
   // plausible < trip low <= minimum < maximum <= trip high < plausible
   kVoltagePlausibleMin,
   kVoltageTripLowPlausible,
@@ -117,30 +127,57 @@ enum class ConfigError : std::uint8_t {
   kVoltageMaxMin,
   kVoltageTripHighMax,
   kVoltagePlausibleMaxTripHigh,
+  kVoltagePlausibleMaxRange,
   // currents
   kDischargeCurrentMax,
   kDischargeCurrentTrip,
+  kDischargeCurrentTripRange,
   kChargeCurrentMax,
   kChargeCurrentTrip,
   kChargeCurrentTripPositive,
+  kChargeCurrentTripRange,
   kLimitRise,
+  kLimitRiseMax,
   kSocStartCurrent,
+  kSocStartCurrentMax,
+  kOpeningCurrent,
+  kOpeningCurrentMax,
+  kMotorConstant,
   // temperatures
   kChargeTemperatureMin,
+  kChargeTemperatureMinRange,
   kDeratingStart,
   kTemperatureTripRule,
   // times
   kVoltageTripTime,
+  kVoltageTripTimeMax,
   kTemperatureTripTime,
+  kTemperatureTripTimeMax,
   kMeasurementLostTime,
+  kMeasurementLostTimeMax,
   kCurrentTripTime,
+  kCurrentTripTimeMax,
   kMismatchTime,
+  kMismatchTimeMax,
+  kImplausibleTime,
+  kImplausibleTimeMax,
   kContactorTime,
+  kContactorTimeMax,
   kContactorDropTime,
   kContactorDropTimeMax,
   kDischargeTime,
+  kDischargeTimeRule,
   kPrechargeTimeMin,
   kPrechargeTimeout,
+  kPrechargeTimeoutMax,
+  kPrechargeTimeUnseen,
+  kPrechargeTimeUnseenMax,
+  kPrechargeAttempts,
+  kPrechargeAttemptsMax,
+  kPrechargeCooling,
+  kPrechargeCoolingMax,
+  kOpeningTime,
+  kOpeningTimeMax,
   // ratios
   kPrechargeRatioRule,
   kPrechargeRatioWhole,
@@ -150,15 +187,42 @@ enum class ConfigError : std::uint8_t {
   kDcLinkWeldedPrecharge,
   kSocDeratingStart,
   kSocDeratingStartFull,
+  // balancing
+  kBalancingVoltageMin,
+  kBalancingVoltageMax,
+  kBalancingDifference,
+  kBalancingCurrent,
 };
 
 namespace check {
 
 inline constexpr Soc kFull = Soc::from_raw(1'000'000);
-inline constexpr std::int32_t kCapacityMaxMah = 2'000'000;                  // keeps charge * 1e6 inside 64 bits
+inline constexpr std::int32_t kCapacityMaxMah = 2'000'000;                  // 2000 Ah: 1.44e13 counts of charge
 inline constexpr Temperature kTemperatureTripMax = Temperature::from_raw(600);  // EV.7.5
 inline constexpr Ratio kPrechargeRatioMin = Ratio::from_raw(900'000);       // EV.5.6
 inline constexpr Ratio kWhole = Ratio::from_raw(1'000'000);
+inline constexpr CellVoltage kCellVoltageRange = CellVoltage::from_raw(65'000);     // of CellVoltages in car.dbc
+inline constexpr Current kCurrentRange = Current::from_raw(1'000'000);              // of PackSensor in car.dbc
+inline constexpr Current kLimitRiseMax = Current::from_raw(1'000'000'000);          // 1000 A in a millisecond
+inline constexpr Current kSocStartCurrentMax = Current::from_raw(100'000);          // 100 A; chosen, no rest beyond
+inline constexpr Current kOpeningCurrentMax = Current::from_raw(100'000);           // 100 A; chosen, contactors open it
+inline constexpr Temperature kTemperatureRangeMin = Temperature::from_raw(-400);    // of Temperatures in car.dbc
+inline constexpr Temperature kReferenceMax = Temperature::from_raw(1'000);          // 100 degC; chosen
+inline constexpr std::int32_t kSlopeMaxPpm = 200'000;                               // 20 % a kelvin; chosen
+inline constexpr std::int32_t kMotorConstantMinUnm = 1'000, kMotorConstantMaxUnm = 10'000'000;  // as in the master
+// Chosen: a fault that is seen this late does not protect the pack any more.
+inline constexpr Duration kVoltageTripTimeMax = Duration::from_ms(5'000);
+inline constexpr Duration kTemperatureTripTimeMax = Duration::from_ms(5'000);
+inline constexpr Duration kMeasurementLostTimeMax = Duration::from_ms(2'000);
+inline constexpr Duration kCurrentTripTimeMax = Duration::from_ms(10'000);
+inline constexpr Duration kMismatchTimeMax = Duration::from_ms(10'000);
+inline constexpr Duration kImplausibleTimeMax = Duration::from_ms(10'000);
+inline constexpr Duration kContactorTimeMax = Duration::from_ms(2'000);
+inline constexpr Duration kDischargeTimeMax = Duration::from_ms(5'000);             // EV.5.4.5
+inline constexpr Duration kPrechargeTimeMax = Duration::from_ms(60'000);
+inline constexpr Duration kPrechargeCoolingMax = Duration::from_ms(600'000);
+inline constexpr std::uint8_t kPrechargeAttemptsMax = 20;
+inline constexpr Duration kOpeningTimeMax = Duration::from_ms(100);                 // inside the 250 ms of EV.7.2.2
 
 constexpr ConfigError pack(const Config& c) {
   return first_broken<ConfigError>({
@@ -166,6 +230,7 @@ constexpr ConfigError pack(const Config& c) {
       {c.temperature_sensors > 0 && c.temperature_sensors <= kMaxTemperatures, ConfigError::kTemperatureSensors},
       {c.temperature_sensors * 5 >= c.cells_in_series, ConfigError::kTemperatureSensorsShare},  // EV.7.5: 20 %
       {c.capacity_mah > 0 && c.capacity_mah <= kCapacityMaxMah, ConfigError::kCapacity},
+      {c.soc_method == SocMethod::kNone || c.soc_method == SocMethod::kCoulomb, ConfigError::kSocMethod},
   });
 }
 
@@ -191,6 +256,10 @@ constexpr ConfigError tables(const Config& c) {
       {c.ocv.voltage[0] > CellVoltage{} && strictly_increasing(c.ocv.voltage, c.ocv.count), ConfigError::kOcvVoltage},
       {spans_soc(c.resistance.soc, c.resistance.count), ConfigError::kResistanceSoc},
       {all_positive(c.resistance.resistance, c.resistance.count), ConfigError::kResistance},
+      {kTemperatureRangeMin <= c.resistance.reference && c.resistance.reference <= kReferenceMax,
+       ConfigError::kResistanceReference},
+      {-kSlopeMaxPpm <= c.resistance.ppm_per_kelvin && c.resistance.ppm_per_kelvin <= kSlopeMaxPpm,
+       ConfigError::kResistanceSlope},
   });
 }
 
@@ -202,6 +271,7 @@ constexpr ConfigError voltages(const Config& c) {
       {c.cell_voltage_min < c.cell_voltage_max, ConfigError::kVoltageMaxMin},
       {c.cell_voltage_max <= c.cell_voltage_trip_high, ConfigError::kVoltageTripHighMax},
       {c.cell_voltage_trip_high < c.cell_voltage_plausible_max, ConfigError::kVoltagePlausibleMaxTripHigh},
+      {c.cell_voltage_plausible_max <= kCellVoltageRange, ConfigError::kVoltagePlausibleMaxRange},
   });
 }
 
@@ -209,17 +279,27 @@ constexpr ConfigError currents(const Config& c) {
   return first_broken<ConfigError>({
       {Current{} < c.discharge_current_max, ConfigError::kDischargeCurrentMax},
       {c.discharge_current_max <= c.discharge_current_trip, ConfigError::kDischargeCurrentTrip},
+      {c.discharge_current_trip <= kCurrentRange, ConfigError::kDischargeCurrentTripRange},
       {Current{} <= c.charge_current_max, ConfigError::kChargeCurrentMax},
       {c.charge_current_max <= c.charge_current_trip, ConfigError::kChargeCurrentTrip},
       {Current{} < c.charge_current_trip, ConfigError::kChargeCurrentTripPositive},
+      {c.charge_current_trip <= kCurrentRange, ConfigError::kChargeCurrentTripRange},
       {Current{} < c.limit_rise_per_s, ConfigError::kLimitRise},
+      {c.limit_rise_per_s <= kLimitRiseMax, ConfigError::kLimitRiseMax},
       {Current{} <= c.soc_start_current, ConfigError::kSocStartCurrent},
+      {c.soc_start_current <= kSocStartCurrentMax, ConfigError::kSocStartCurrentMax},
+      {Current{} <= c.opening_current, ConfigError::kOpeningCurrent},
+      {c.opening_current <= kOpeningCurrentMax, ConfigError::kOpeningCurrentMax},
+      {c.motor_constant_unm_per_a == 0 || (c.motor_constant_unm_per_a >= kMotorConstantMinUnm &&
+                                           c.motor_constant_unm_per_a <= kMotorConstantMaxUnm),
+       ConfigError::kMotorConstant},
   });
 }
 
 constexpr ConfigError temperatures(const Config& c) {
   return first_broken<ConfigError>({
       {c.charge_temperature_min < c.derating_start, ConfigError::kChargeTemperatureMin},
+      {kTemperatureRangeMin <= c.charge_temperature_min, ConfigError::kChargeTemperatureMinRange},
       {c.derating_start < c.temperature_trip, ConfigError::kDeratingStart},
       {c.temperature_trip <= kTemperatureTripMax, ConfigError::kTemperatureTripRule},
   });
@@ -229,16 +309,34 @@ constexpr ConfigError times(const Config& c) {
   constexpr Duration kZero{};
   return first_broken<ConfigError>({
       {kZero < c.voltage_trip_time, ConfigError::kVoltageTripTime},
+      {c.voltage_trip_time <= kVoltageTripTimeMax, ConfigError::kVoltageTripTimeMax},
       {kZero < c.temperature_trip_time, ConfigError::kTemperatureTripTime},
+      {c.temperature_trip_time <= kTemperatureTripTimeMax, ConfigError::kTemperatureTripTimeMax},
       {kZero < c.measurement_lost_time, ConfigError::kMeasurementLostTime},
+      {c.measurement_lost_time <= kMeasurementLostTimeMax, ConfigError::kMeasurementLostTimeMax},
       {kZero < c.current_trip_time, ConfigError::kCurrentTripTime},
+      {c.current_trip_time <= kCurrentTripTimeMax, ConfigError::kCurrentTripTimeMax},
       {kZero < c.mismatch_time, ConfigError::kMismatchTime},
+      {c.mismatch_time <= kMismatchTimeMax, ConfigError::kMismatchTimeMax},
+      {kZero < c.implausible_time, ConfigError::kImplausibleTime},
+      {c.implausible_time <= kImplausibleTimeMax, ConfigError::kImplausibleTimeMax},
       {kZero < c.contactor_time, ConfigError::kContactorTime},
+      {c.contactor_time <= kContactorTimeMax, ConfigError::kContactorTimeMax},
       {kZero <= c.contactor_drop_time, ConfigError::kContactorDropTime},
       {c.contactor_drop_time <= c.contactor_time, ConfigError::kContactorDropTimeMax},
       {kZero < c.discharge_time, ConfigError::kDischargeTime},
+      {c.discharge_time <= kDischargeTimeMax, ConfigError::kDischargeTimeRule},
       {kZero <= c.precharge_time_min, ConfigError::kPrechargeTimeMin},
       {c.precharge_time_min < c.precharge_timeout, ConfigError::kPrechargeTimeout},
+      {c.precharge_timeout <= kPrechargeTimeMax, ConfigError::kPrechargeTimeoutMax},
+      {kZero < c.precharge_time_unseen, ConfigError::kPrechargeTimeUnseen},
+      {c.precharge_time_unseen <= kPrechargeTimeMax, ConfigError::kPrechargeTimeUnseenMax},
+      {c.precharge_attempts > 0, ConfigError::kPrechargeAttempts},
+      {c.precharge_attempts <= kPrechargeAttemptsMax, ConfigError::kPrechargeAttemptsMax},
+      {kZero < c.precharge_cooling, ConfigError::kPrechargeCooling},
+      {c.precharge_cooling <= kPrechargeCoolingMax, ConfigError::kPrechargeCoolingMax},
+      {kZero <= c.opening_time, ConfigError::kOpeningTime},
+      {c.opening_time <= kOpeningTimeMax, ConfigError::kOpeningTimeMax},
   });
 }
 
@@ -255,15 +353,24 @@ constexpr ConfigError ratios(const Config& c) {
   });
 }
 
+constexpr ConfigError balancing(const Config& c) {
+  return first_broken<ConfigError>({
+      {CellVoltage{} <= c.balancing_voltage_min, ConfigError::kBalancingVoltageMin},
+      {c.balancing_voltage_min <= c.cell_voltage_plausible_max, ConfigError::kBalancingVoltageMax},
+      {CellVoltage{} <= c.balancing_difference, ConfigError::kBalancingDifference},
+      {Current{} <= c.balancing_current_max, ConfigError::kBalancingCurrent},
+  });
+}
+
 }  // namespace check
 
 /// The first condition that does not hold; kNone when every value is inside its range and the limits stand in their
 /// order. An image asserts it at compile time.
-// BMS-002: a configuration that contradicts itself never closes a contactor.
+// BMS-002, BMS-070: a configuration that contradicts itself never closes a contactor.
 [[nodiscard]] constexpr ConfigError config_check(const Config& config) {
   const ConfigError found[] = {check::pack(config), check::tables(config), check::voltages(config),
                                check::currents(config), check::temperatures(config), check::times(config),
-                               check::ratios(config)};
+                               check::ratios(config), check::balancing(config)};
   for (const ConfigError error : found) {
     if (error != ConfigError::kNone) return error;
   }

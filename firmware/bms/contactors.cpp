@@ -30,30 +30,72 @@ bool dc_link_above(const Measured& m, Ratio ratio) {
   return std::int64_t{m.dc_link_voltage.value.raw()} * kWhole >= std::int64_t{m.pack_voltage.value.raw()} * ratio.raw();
 }
 
+void open_all(Instant now, Contactors& c) {
+  if (commanded(c.command)) c.opened_at = now;
+  c.command = ContactorCommand{};
+  c.opening = false;
+}
+
+/// Leaves a state in which contactors may be closed. The torque goes first, where there is time for it.
+void leave(BmsState next, bool at_once, Instant now, Contactors& c) {
+  c.opening = c.state == BmsState::kTsActive && !at_once;
+  if (c.opening) c.opening_since = now;
+  if (!c.opening) open_all(now, c);
+  c.state = next;
+  c.entered = now;
+}
+
 void enter(BmsState next, Instant now, Contactors& c) {
-  const bool was_open = !c.command.air_plus && !c.command.air_minus && !c.command.precharge;
   c.state = next;
   c.entered = now;
   if (next == BmsState::kPrecharge) {
     c.command = ContactorCommand{false, true, true};
+    c.closed_once = true;
   } else if (next == BmsState::kTsActive) {
     c.command = ContactorCommand{true, true, false};
   } else {
-    c.command = ContactorCommand{};
-    if (!was_open) c.opened_at = now;
+    open_all(now, c);
   }
+}
+
+// BMS-034: limits are zero since the step that asked for it; the contactors follow the current, or the time.
+void open_after_torque(const Config& config, Instant now, State& s) {
+  Contactors& c = s.contactors;
+  if (!c.opening) return;
+  const Sample<Current>& current = s.measured.current;
+  const bool gone = current.good() && current.value <= config.opening_current &&
+                    -current.value <= config.opening_current;
+  if (gone || now - c.opening_since >= config.opening_time) open_all(now, c);
+}
+
+// BMS-033: every precharge warms its resistor; it gives back one after each time of cooling.
+void cool_down(const Config& config, Instant now, Contactors& c) {
+  if (c.precharges == 0 || now - c.credit_at < config.precharge_cooling) return;
+  --c.precharges;
+  c.credit_at = now;
 }
 
 void from_invalid(const Config& config, Instant now, State& s) {
   const bool complete = s.pack.complete_once && soc_ready(config, s.soc);
-  if (complete && released(s.measured)) enter(BmsState::kIdle, now, s.contactors);
+  // With a contact that says closed the reading with open contactors is not known; the fault of the contact is told.
+  const bool offset_known = s.current_check.offset_known || (s.measured.io.good() && !all_aux_open(s.measured));
+  if (complete && offset_known && released(s.measured)) enter(BmsState::kIdle, now, s.contactors);
+}
+
+// BMS-032: a DC link that reads charged, and that nothing here has charged, is waited for; it trips when it stays.
+bool dc_link_explained(const Config& config, const State& s) {
+  return s.contactors.closed_once || !dc_link_above(s.measured, config.dc_link_welded);
 }
 
 void from_idle(const Config& config, Instant now, State& s) {
+  Contactors& c = s.contactors;
   if (!requested(s.measured) || !shutdown_closed(s.measured)) return;
   if (!measurements_good(config, s) || !s.measured.dc_link_voltage.good()) return;
-  s.contactors.dc_link_was_low = !dc_link_above(s.measured, config.dc_link_welded);
-  enter(BmsState::kPrecharge, now, s.contactors);
+  if (!dc_link_explained(config, s) || c.precharges >= config.precharge_attempts) return;
+  if (c.precharges == 0) c.credit_at = now;
+  ++c.precharges;
+  c.dc_link_was_low = !dc_link_above(s.measured, config.dc_link_welded);
+  enter(BmsState::kPrecharge, now, c);
 }
 
 // BMS-031, EV.5.6: the second AIR closes on the measured DC-link voltage, never on time alone.
@@ -64,20 +106,23 @@ void from_precharge(const Config& config, Instant now, State& s) {
     if (s.measured.io.value.air_plus_aux) enter(BmsState::kTsActive, now, c);
     return;
   }
-  if (dc_link_above(s.measured, config.precharge_ratio)) {
+  // BMS-032: what was not seen to rise has the time in which it rises.
+  const bool seen = c.dc_link_was_low || elapsed >= config.precharge_time_unseen;
+  if (dc_link_above(s.measured, config.precharge_ratio) && seen) {
     c.precharge_too_fast = c.dc_link_was_low && elapsed < config.precharge_time_min;
     if (c.precharge_too_fast) {
       enter(BmsState::kFault, now, c);
     } else {
       c.command.air_plus = true;
     }
-  } else if (elapsed >= config.precharge_timeout) {
+  } else if (elapsed >= config.precharge_timeout && seen) {
     c.precharge_failed = true;
     enter(BmsState::kFault, now, c);
   }
 }
 
 void from_open(Instant now, State& s) {
+  if (s.contactors.opening) return;
   if (released(s.measured) && all_aux_open(s.measured)) enter(BmsState::kIdle, now, s.contactors);
 }
 
@@ -85,10 +130,10 @@ bool closed_or_closing(const Contactors& c) {
   return c.state == BmsState::kPrecharge || c.state == BmsState::kTsActive;
 }
 
-/// AIR+ and the precharge relay close only on top of AIR-, and nothing closes outside of precharge and active.
+/// AIR+ and the precharge relay close only on top of AIR-, and nothing is closed outside of precharge and active but
+/// what opens after the torque.
 bool command_fits_state(const Contactors& c) {
-  const bool any = c.command.air_plus || c.command.air_minus || c.command.precharge;
-  return closed_or_closing(c) ? c.command.air_minus : !any;
+  return closed_or_closing(c) || c.opening ? c.command.air_minus : !commanded(c.command);
 }
 
 void advance(const Config& config, Instant now, State& state) {
@@ -99,25 +144,35 @@ void advance(const Config& config, Instant now, State& state) {
     case BmsState::kPrecharge: from_precharge(config, now, state); break;
     case BmsState::kTsActive: break;
     case BmsState::kOpen: from_open(now, state); break;
-    case BmsState::kFault: enter(BmsState::kOpen, now, c); break;
+    case BmsState::kFault:
+      if (!c.opening) enter(BmsState::kOpen, now, c);
+      break;
   }
 }
 
 }  // namespace
 
-// BMS-030, EV.7.2.2: whatever asks for open contactors gets them in the same step.
+// BMS-030, EV.7.2.2: an open shutdown circuit, and whatever cannot wait, opens in the same step.
 void sequence_contactors(const Config& config, Instant now, State& state) {
   Contactors& c = state.contactors;
   VOLTLAP_REQUIRE(command_fits_state(c));
   c.precharge_failed = false;
   c.precharge_too_fast = false;
+  cool_down(config, now, c);
+  const bool at_once = state.faults.open_now || !shutdown_closed(state.measured);
   if (state.faults.open && c.state != BmsState::kInvalid) {
-    if (c.state != BmsState::kFault) enter(BmsState::kFault, now, c);
+    if (c.state != BmsState::kFault && !(c.state == BmsState::kOpen && c.opening)) {
+      leave(BmsState::kFault, at_once, now, c);
+    } else {
+      c.state = BmsState::kFault;
+    }
   } else if (closed_or_closing(c) && (!requested(state.measured) || !shutdown_closed(state.measured))) {
-    enter(BmsState::kOpen, now, c);
+    leave(BmsState::kOpen, at_once, now, c);
   } else {
     advance(config, now, state);
   }
+  if (c.opening && at_once) open_all(now, c);
+  open_after_torque(config, now, state);
   VOLTLAP_REQUIRE(command_fits_state(c));
 }
 

@@ -10,7 +10,11 @@ namespace {
 using codec::expire;
 using codec::refresh;
 
+constexpr Temperature kThermistorOpen = Temperature::from_raw(-390);  // 1 K inside the range of the message, -40 degC
+constexpr Temperature kThermistorShort = Temperature::from_raw(1'200);  // 5 K inside it, 125 degC
+
 void take_cells(const Config& config, const can::CellVoltages& m, Instant now, Measured& out) {
+  out.arrived |= std::uint64_t{1} << m.group;
   for (std::size_t i = 0; i < can::CellVoltages::kPerFrame; ++i) {
     const std::size_t cell = m.group * can::CellVoltages::kPerFrame + i;
     if (cell >= config.cells_in_series) return;
@@ -20,15 +24,34 @@ void take_cells(const Config& config, const can::CellVoltages& m, Instant now, M
   }
 }
 
+// BMS-065: the ends of the range are an open and a shorted thermistor, no temperatures.
+bool inside_ends(Temperature t) { return kThermistorOpen < t && t < kThermistorShort; }
+
 void take_temperatures(const Config& config, const can::Temperatures& m, Instant now, Measured& out) {
+  out.temperatures_arrived = true;
   for (std::size_t i = 0; i < can::Temperatures::kPerFrame; ++i) {
     const std::size_t sensor = m.group * can::Temperatures::kPerFrame + i;
     if (sensor >= config.temperature_sensors) return;
-    refresh(out.temperature[sensor], m.temperature_ok[i], Temperature::from_raw(m.temperature_dc[i]), now);
+    const Temperature temperature = Temperature::from_raw(m.temperature_dc[i]);
+    refresh(out.temperature[sensor], m.temperature_ok[i] && inside_ends(temperature), temperature, now);
   }
 }
 
-void take_frame(const Config& config, const Frame& frame, Instant now, Measured& out) {
+void take_pack(const can::PackSensor& m, Instant now, State& state) {
+  const Current raw = Current::from_raw(m.pack_current_ma);
+  if (m.pack_current_ok) learn_current_offset(raw, now, state);
+  refresh(state.measured.current, m.pack_current_ok, raw - state.current_check.offset, now);
+  refresh(state.measured.pack_voltage, m.pack_voltage_ok, PackVoltage::from_raw(m.pack_voltage_100uv), now);
+}
+
+void take_inverter(const can::InverterStatus& m, Instant now, Measured& out) {
+  refresh(out.dc_link_voltage, m.dc_link_voltage_ok, PackVoltage::from_raw(m.dc_link_voltage_100uv), now);
+  refresh(out.phase_current, m.phase_current_ok, Current::from_raw(m.phase_current_ma), now);
+  refresh(out.motor_speed, m.motor_speed_ok, MotorSpeed::from_raw(m.motor_speed_rpm), now);
+}
+
+void take_frame(const Config& config, const Frame& frame, Instant now, State& state) {
+  Measured& out = state.measured;
   can::CellVoltages cells;
   can::Temperatures temperatures;
   can::PackSensor pack;
@@ -38,11 +61,9 @@ void take_frame(const Config& config, const Frame& frame, Instant now, Measured&
   if (can::decode(frame, cells)) {
     take_cells(config, cells, now, out);
   } else if (can::decode(frame, pack)) {
-    refresh(out.current, pack.pack_current_ok, Current::from_raw(pack.pack_current_ma), now);
-    refresh(out.pack_voltage, pack.pack_voltage_ok, PackVoltage::from_raw(pack.pack_voltage_100uv), now);
+    take_pack(pack, now, state);
   } else if (can::decode(frame, inverter)) {
-    const auto dc_link = PackVoltage::from_raw(inverter.dc_link_voltage_100uv);
-    refresh(out.dc_link_voltage, inverter.dc_link_voltage_ok, dc_link, now);
+    take_inverter(inverter, now, out);
   } else if (can::decode(frame, io)) {
     refresh(out.io, true, VehicleIo{io.air_plus_aux, io.air_minus_aux, io.precharge_aux, io.shutdown_closed}, now);
   } else if (can::decode(frame, master)) {
@@ -60,16 +81,20 @@ void expire_all(const Config& config, Instant now, Measured& out) {
   }
   expire(out.current, can::PackSensor::kTimeoutMs, now);
   expire(out.pack_voltage, can::PackSensor::kTimeoutMs, now);
+  expire(out.phase_current, can::InverterStatus::kTimeoutMs, now);
+  expire(out.motor_speed, can::InverterStatus::kTimeoutMs, now);
   expire(out.dc_link_voltage, can::InverterStatus::kTimeoutMs, now);
   expire(out.io, can::VehicleIo::kTimeoutMs, now);
   expire(out.master, can::MasterStatus::kTimeoutMs, now);
 }
 
 /// A cell's voltage belongs to the current that flowed when it was taken, whatever the order of the frames.
-void pair_cells_with_current(const Config& config, Instant now, Measured& out) {
-  for (std::size_t i = 0; i < config.cells_in_series; ++i) {
-    if (out.cell[i].good() && (now - out.cell[i].time).ms() == 0) out.cell_current[i] = out.current.value;
-  }
+void pair_cells_with_current(const Config& config, Measured& out) {
+  for_each_arrived(config, out, [&](std::size_t i) {
+    if (!out.cell[i].good()) return;
+    out.cell_current[i] = out.current.value;
+    out.cell_pack[i] = out.pack_voltage.value;
+  });
 }
 
 }  // namespace
@@ -78,14 +103,16 @@ void pair_cells_with_current(const Config& config, Instant now, Measured& out) {
 void ingest(const Config& config, const Input& input, State& state) {
   VOLTLAP_REQUIRE(input.frames.count == 0 || input.frames.first != nullptr);
   VOLTLAP_REQUIRE(config.cells_in_series <= kMaxCells && config.temperature_sensors <= kMaxTemperatures);
+  state.measured.arrived = 0;
+  state.measured.temperatures_arrived = false;
   for (const Frame& frame : input.frames) {
     if (state.rx.receive(frame, input.now, config.cells_in_series) == codec::RxVerdict::kAccepted) {
-      take_frame(config, frame, input.now, state.measured);
+      take_frame(config, frame, input.now, state);
     }
   }
   state.rx.expire(input.now, config.cells_in_series);
   expire_all(config, input.now, state.measured);
-  pair_cells_with_current(config, input.now, state.measured);
+  pair_cells_with_current(config, state.measured);
 }
 
 }  // namespace voltlap::bms

@@ -16,7 +16,7 @@ Instant waiting_since(const Sample<T>& sample, Instant start) {
 Instant earlier(Instant a, Instant b) { return (a - b).ms() < 0 ? a : b; }
 
 void summarise_cells(const Config& config, const Measured& measured, Instant start, Pack& pack) {
-  std::int64_t sum = 0;
+  std::int64_t sum = 0, by_pack = 0;
   pack.cells_good = true;
   pack.weakest_cell = kNoCell;
   pack.oldest_cell = waiting_since(measured.cell[0], start);
@@ -34,8 +34,10 @@ void summarise_cells(const Config& config, const Measured& measured, Instant sta
     }
     pack.cell_max = first ? cell.value : max(pack.cell_max, cell.value);
     sum += cell.value.raw();
+    by_pack += measured.cell_pack[i].raw();
   }
   pack.cell_sum = PackVoltage::saturated(sum);
+  pack.sum_by_pack = PackVoltage::saturated(by_pack / config.cells_in_series);
 }
 
 void summarise_temperatures(const Config& config, const Measured& measured, Instant start, Pack& pack) {
@@ -67,14 +69,15 @@ void summarise(const Config& config, const Measured& measured, Instant start, Pa
   summarise_temperatures(config, measured, start, pack);
   VOLTLAP_REQUIRE(pack.weakest_cell == kNoCell || pack.cell_min <= pack.cell_max);
   VOLTLAP_REQUIRE(pack.hottest_sensor == kNoCell || pack.temperature_min <= pack.temperature_max);
-  if (pack.cells_good && pack.temperatures_good && measured.current.good()) pack.complete_once = true;
+  const bool whole = measured.current.good() && measured.pack_voltage.good();
+  if (pack.cells_good && pack.temperatures_good && whole) pack.complete_once = true;
 }
 
-bool voltages_disagree(const Config& config, const Measured& measured, const Pack& pack) {
-  const std::int64_t pack_voltage = measured.pack_voltage.value.raw();
-  const std::int64_t difference = pack_voltage - pack.cell_sum.raw();
+bool voltages_disagree(const Config& config, const Pack& pack) {
+  const std::int64_t by_pack = pack.sum_by_pack.raw();
+  const std::int64_t difference = by_pack - pack.cell_sum.raw();
   const std::int64_t size = difference < 0 ? -difference : difference;
-  return size * 1'000'000 > pack_voltage * config.voltage_mismatch.raw();
+  return size * 1'000'000 > by_pack * config.voltage_mismatch.raw();
 }
 
 }  // namespace voltlap::bms

@@ -8,7 +8,8 @@ namespace voltlap::bms {
 /// `start` is when the node began: a sample that never came has waited since then.
 void summarise(const Config& config, const Measured& measured, Instant start, Pack& pack);
 
-/// |pack voltage - sum of cells| above config.voltage_mismatch of the pack voltage. Both must be good.
-[[nodiscard]] bool voltages_disagree(const Config& config, const Measured& measured, const Pack& pack);
+/// |pack voltage - sum of cells| above config.voltage_mismatch of the pack voltage, each cell beside the pack voltage
+/// of its own step. Both must be good.
+[[nodiscard]] bool voltages_disagree(const Config& config, const Pack& pack);
 
 }  // namespace voltlap::bms

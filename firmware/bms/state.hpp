@@ -7,7 +7,12 @@
 #include "base/can_frame.hpp"
 #include "base/sample.hpp"
 #include "base/units.hpp"
+#include "bms/cell_check.hpp"
 #include "bms/config.hpp"
+#include "bms/current_check.hpp"
+#include "bms/fault_timer.hpp"
+#include "bms/temperature_check.hpp"
+#include "bms/voltage_check.hpp"
 #include "bms/estimate/soc_estimator.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/tables.hpp"
@@ -36,24 +41,42 @@ struct MasterRequest {
 /// Written by ingest. A sample keeps its last good value and the time of it; its quality tells what came since.
 struct Measured {
   Sample<CellVoltage> cell[kMaxCells] = {};
-  Current cell_current[kMaxCells] = {};  ///< pack current at the time of the cell's sample
+  Current cell_current[kMaxCells] = {};      ///< pack current at the time of the cell's sample
+  PackVoltage cell_pack[kMaxCells] = {};     ///< pack voltage then
+  std::uint64_t arrived = 0;                 ///< groups of cells whose frames came in this step, one bit each
+  bool temperatures_arrived = false;         ///< some did in this step
   Sample<Temperature> temperature[kMaxTemperatures] = {};
   Sample<Current> current{};
   Sample<PackVoltage> pack_voltage{};
   Sample<PackVoltage> dc_link_voltage{};
+  Sample<Current> phase_current{};      ///< of the motor, driving positive
+  Sample<MotorSpeed> motor_speed{};
   Sample<VehicleIo> io{};
   Sample<MasterRequest> master{};
 };
+
+static_assert(can::CellVoltages::kGroups <= 64, "one bit each");
+
+/// Every cell of the groups that came in this step.
+template <class Visit>
+void for_each_arrived(const Config& config, const Measured& measured, const Visit& visit) {
+  for (std::size_t group = 0; measured.arrived >> group != 0; ++group) {
+    if ((measured.arrived >> group & 1U) == 0) continue;
+    const std::size_t first = group * can::CellVoltages::kPerFrame;
+    for (std::size_t i = first; i < first + can::CellVoltages::kPerFrame && i < config.cells_in_series; ++i) visit(i);
+  }
+}
 
 /// Written by plausibility: what the single samples say together.
 struct Pack {
   bool cells_good = false;         ///< every cell
   bool temperatures_good = false;  ///< every sensor
-  bool complete_once = false;      ///< cells, temperatures and current have all been good in one step
+  bool complete_once = false;      ///< everything of them, current and pack voltage have been good in one step
   std::uint8_t weakest_cell = kNoCell;
   CellVoltage cell_min{};  ///< over the good cells; meaningless when weakest_cell is kNoCell
   CellVoltage cell_max{};
   PackVoltage cell_sum{};
+  PackVoltage sum_by_pack{};  ///< the same by the pack's channel: mean of its readings in the steps of the cells
   std::uint8_t hottest_sensor = kNoCell;
   Temperature temperature_min{};  ///< over the good sensors; meaningless when hottest_sensor is kNoCell
   Temperature temperature_max{};
@@ -62,17 +85,13 @@ struct Pack {
 };
 
 /// Written by faults: one timer a row of its table.
-inline constexpr std::size_t kFaultRows = 19;
-struct FaultTimer {
-  Instant since{};
-  bool timing = false;
-  bool set = false;
-};
+inline constexpr std::size_t kFaultRows = 29;
 struct Faults {
   FaultTimer timer[kFaultRows] = {};
   std::uint32_t latched = 0;
   std::uint32_t bits = 0;  ///< set now or latched, as on the bus
   bool open = false;       ///< some fault that is set asks for open contactors
+  bool open_now = false;   ///< one of them without waiting for the torque
   bool reset_released = false;
 };
 
@@ -82,12 +101,20 @@ struct ContactorCommand {
   bool precharge = false;
 };
 
+/// Some contactor is to be closed.
+[[nodiscard]] constexpr bool commanded(const ContactorCommand& c) { return c.air_plus || c.air_minus || c.precharge; }
+
 /// Written by contactors.
 struct Contactors {
   can::BmsState state = can::BmsState::kInvalid;
   Instant entered{};    ///< the state
   Instant opened_at{};  ///< all contactors commanded open since
   ContactorCommand command{};
+  Instant opening_since{};        ///< an opening that waits for the current to go
+  Instant credit_at{};            ///< of the last precharge that has been given back
+  std::uint8_t precharges = 0;    ///< that the resistor has not cooled from
+  bool opening = false;           ///< limits and torque are zero, the contactors follow
+  bool closed_once = false;       ///< since power-on
   bool dc_link_was_low = false;   ///< at the begin of precharge
   bool precharge_failed = false;  ///< for one step: too slow
   bool precharge_too_fast = false;
@@ -118,6 +145,10 @@ struct State {
   Pack pack{};                         // plausibility
   SocEstimate soc{};                   // estimate/soc_estimator
   Resistance cell_resistance{};        // estimate/resistance, 10 Hz
+  CellCheck cell_check{};              // cell_check
+  CurrentCheck current_check{};        // current_check
+  TemperatureCheck temperature_check{};  // temperature_check
+  VoltageCheck voltage_check{};        // voltage_check
   Faults faults{};                     // faults
   Contactors contactors{};             // contactors
   Limits limits{};                     // limits
@@ -148,6 +179,11 @@ struct Output {
   Temperature temperature_min{};
   Temperature temperature_max{};
   CellReport cell{};
+  can::WaitsFor waits_for = can::WaitsFor::kNone;
+  std::uint8_t suspect = kNoCell;
+  can::SuspectWhy suspect_why = can::SuspectWhy::kNone;
+  Current current_offset{};
+  bool current_offset_known = false;
 };
 
 }  // namespace voltlap::bms

@@ -25,6 +25,11 @@ can::ContactorCommand contactor_command(const Output& out) {
   m.air_plus_close = out.contactors.air_plus;
   m.air_minus_close = out.contactors.air_minus;
   m.precharge_close = out.contactors.precharge;
+  m.waits_for = out.waits_for;
+  m.suspect = out.suspect;
+  m.suspect_why = out.suspect_why;
+  m.current_offset_ma = out.current_offset.raw();
+  m.current_offset_ok = out.current_offset_known;
   return m;
 }
 

@@ -44,10 +44,13 @@ def _driver(node: YamlNode, _: Car) -> Step:
     return Step("driver", lambda rig: rig.driver(**pedals, **switches))  # type: ignore[arg-type]
 
 
-# Unit of a fault's value, and how many of its codes one unit is; a resistance stays above nothing.
+# Unit of a fault's value, and how many of its codes one unit is; factors stay above nothing.
 _FAULT_VALUES = {"CellOffset": ("mV", 1), "Apps1Offset": ("mV", 1), "ThermistorOffset": ("degC", 10),
-                 "CellResistanceScale": ("", 100)}
-_INDEXED = ("CellLost", "CellOffset", "CellResistanceScale", "ThermistorLost", "ThermistorOffset", "BrakeLost")
+                 "CellResistanceScale": ("", 100), "CellGain": ("", 1000), "CurrentOffset": ("A", 100),
+                 "DcLinkStuck": ("V", 10)}
+_ABOVE_NOTHING = ("CellResistanceScale", "CellGain")
+_INDEXED = ("CellLost", "CellFrozen", "CellGain", "CellOffset", "CellResistanceScale", "ThermistorLost",
+            "ThermistorOffset", "BrakeLost")
 _BRAKE_SENSORS = 2
 
 
@@ -61,7 +64,7 @@ def _plant(node: YamlNode, car: Car) -> Step:
         if "value" not in found:
             raise node.error(f"'value' is missing: {fault} needs one, with unit {unit or 'none'}")
         low, high = (limit / codes for limit in car.dbc.signal("PlantFault.Value").range)
-        low = 1.0 / codes if fault == "CellResistanceScale" else low
+        low = 1.0 / codes if fault in _ABOVE_NOTHING else low
         value = round(found["value"].value(partial(number, unit=unit, low=low, high=high)) * codes)
     elif "value" in found:
         raise found["value"].error(f"{fault} has no value")

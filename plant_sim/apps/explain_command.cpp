@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -16,10 +17,10 @@
 #include "apps/run_recorder.hpp"
 #include "core/errors.hpp"
 #include "core/toml_text.hpp"
-#include "discrepancy/explanation_json.hpp"
-#include "discrepancy/explanation_report.hpp"
-#include "discrepancy/extended_model.hpp"
 #include "explain/explain.hpp"
+#include "explain/extend/extended_model.hpp"
+#include "explain/say/explanation_json.hpp"
+#include "explain/say/page/explanation_report.hpp"
 #include "io/atomic_file.hpp"
 
 namespace voltlap::plant {
@@ -47,8 +48,8 @@ void print(std::FILE* to, const Explanation& e) {
                gain.floor);
   }
   for (const RunnerUp& rival : e.runners_up) {
-    fmt::print(to, "  runner-up {}: {:.1f} behind in ln evidence, {}\n", fmt::join(rival.names, " + "), rival.behind,
-               rival.why);
+    fmt::print(to, "  runner-up {}: {:.1f} {} in ln evidence, {}\n", fmt::join(rival.names, " + "),
+               std::abs(rival.behind), rival.behind < 0.0 ? "ahead" : "behind", rival.why);
   }
   if (!e.next_test.empty()) fmt::print(to, "\nThe test that would tell: {}.\n", e.next_test);
   for (const std::string& note : e.notes) fmt::print(to, "  {}\n", note);
@@ -67,7 +68,8 @@ struct Interrupted {};
 class Outputs {
  public:
   explicit Outputs(std::initializer_list<std::string> paths) {
-    for (const std::string& path : paths) files_.push_back(path.empty() ? nullptr : std::make_unique<AtomicFile>(path));
+    for (const std::string& path : paths)
+      files_.push_back(path.empty() ? nullptr : std::make_unique<AtomicFile>(path));
   }
   [[nodiscard]] AtomicFile* operator[](std::size_t k) { return files_[k].get(); }
   void leave_out(std::size_t k) { files_[k].reset(); }
@@ -90,14 +92,14 @@ std::string no_model_because(const Explanation& e, const Model& model) {
   const auto left_out = extended_car(model.world, *e.world).left_out;
   if (!left_out.empty()) return fmt::format("a car file has no parameter for {}", fmt::join(left_out, ", "));
   if (model.kind != ModelKind::kCell) return "the cause is in a sensor, not in the car";
-  return "it is not in the cell of this file but in a sensor, a contact or one cell of many; a pack file as --model "
+  return "it is not in the cell of this file but in a sensor, a contact or one cell of many; a pack file as "
+         "--model "
          "can hold the last two";
 }
 
 }  // namespace
 
-ExplainCommand::ExplainCommand(CLI::App& app)
-    : command_(app.add_subcommand("explain", what_it_does("explain"))) {
+ExplainCommand::ExplainCommand(CLI::App& app) : command_(app.add_subcommand("explain", what_it_does("explain"))) {
   command_->add_option("log", log_, "Log of a cell test, a pack or a car: CSV, also gzipped, or CAN through a map")
       ->required();
   command_->add_option("--map", map_,
@@ -115,11 +117,13 @@ ExplainCommand::ExplainCommand(CLI::App& app)
                   "Write the model with its causes, of the kind that was given");
   command_
       ->add_option("--set", settings_,
-                   "Change the model (voltlap list keys), or explain.without=CAUSE, explain.fit_blocks=even|odd, "
-                   "explain.engine=readings (the engine on trial, docs/explain_mirror.md); key=value, one or several")
+                   "Change the model (voltlap list keys), or explain.without=CAUSE, explain.fit_blocks=even|odd; "
+                   "key=value, one or several")
       ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command_->add_option("--seed", seed_, "Seed of the null distribution")
+  command_
+      ->add_option("--seed", seed_,
+                   "Written into the JSON; the answer itself draws nothing, every seed gives the same")
       ->check(whole_number(0, std::numeric_limits<decltype(seed_)>::max()))
       ->capture_default_str();
   command_->footer(
@@ -149,8 +153,10 @@ void ExplainCommand::refuse_shared_files() const {
     std::error_code ignored;
     return a == b || std::filesystem::equivalent(a, b, ignored);
   };
-  const std::pair<const char*, std::string> outputs[] = {
-      {"--json", json_}, {"--report", report_}, {"--write-model", write_model_}, {"--write-map", finding_.write_map}};
+  const std::pair<const char*, std::string> outputs[] = {{"--json", json_},
+                                                         {"--report", report_},
+                                                         {"--write-model", write_model_},
+                                                         {"--write-map", finding_.write_map}};
   std::vector<std::pair<const char*, std::string>> inputs = {
       {"the log", log_}, {"--model", model_}, {"--map", map_}, {"--holdout", holdout_}};
   for (const std::string& reference : references_) inputs.emplace_back("--reference", reference);
@@ -170,7 +176,7 @@ void ExplainCommand::refuse_shared_files() const {
   }
 }
 
-std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) {
+std::vector<std::string> ExplainCommand::take_settings(explain::ExplainOptions& options) {
   std::vector<std::string> model;
   for (const std::string& text : settings_) {
     if (!text.starts_with("explain.")) {
@@ -181,27 +187,26 @@ std::vector<std::string> ExplainCommand::take_settings(ExplainOptions& options) 
     const auto word = setting.value->value<std::string>();
     if (setting.key == "explain.without" && word) {
       options.without.push_back(*word);
-    } else if (setting.key == "explain.fit_blocks" && word && (*word == "even" || *word == "odd" || *word == "all")) {
+    } else if (setting.key == "explain.fit_blocks" && word &&
+               (*word == "even" || *word == "odd" || *word == "all")) {
       options.fit_blocks = *word;
-    } else if (setting.key == "explain.engine" && word && (*word == "floor" || *word == "readings")) {
-      anew_ = *word == "readings";
     } else {
       throw InputError("--set " + text, "an unknown setting",
-                       "explain.without=CAUSE, explain.fit_blocks=even|odd|all or explain.engine=floor|readings",
-                       "Correct it");
+                       "explain.without=CAUSE or explain.fit_blocks=even|odd|all", "Correct it");
     }
   }
   return model;
 }
 
-Explanation ExplainCommand::explained(const DataFolder& data, Model& model, const ExplainOptions& asked) const {
-  ExplainOptions options = asked;
+Explanation ExplainCommand::explained(const DataFolder& data, Model& model,
+                                      const explain::ExplainOptions& asked) const {
+  explain::ExplainOptions options = asked;
   const auto step = [&](const std::string& what, double fraction) {
     if (interrupted()) throw Interrupted{};
     options.progress(what, fraction);
   };
   step("reading " + log_, 0.0);
-  const Recording log = read_recording(data, log_, map_);
+  Recording log = read_recording(data, log_, map_);
   fit_to_log(model, log);
   for (const std::string& path : references_) {
     step("reading " + path, 0.05);
@@ -213,13 +218,7 @@ Explanation ExplainCommand::explained(const DataFolder& data, Model& model, cons
     if (interrupted()) throw Interrupted{};
     asked.progress(what, fraction);
   };
-  if (anew_ && (options.holdout || options.fit_blocks != "all")) {
-    throw InputError("--set explain.engine=readings",
-                     options.holdout ? "--holdout beside it" : "explain.fit_blocks beside it",
-                     "the log alone: this engine measures its gain on minutes of the log that it did not fit",
-                     "Leave it out, or take the other engine");
-  }
-  return anew_ ? voltlap::explain::explain(model, log, options) : explain(model, log, options);
+  return explain::explain(model, std::move(log), std::move(options));
 }
 
 std::optional<RaceChange> ExplainCommand::raced(const DataFolder& data, const Model& model,
@@ -249,8 +248,7 @@ std::vector<std::pair<std::string, std::string>> ExplainCommand::run_facts(const
 
 int ExplainCommand::run(const DataFolder& data) try {
   refuse_shared_files();
-  ExplainOptions options;
-  options.seed = seed_;
+  explain::ExplainOptions options;
   Model model = load_model(data, model_, take_settings(options));
   const auto map_file = find_map();
   catch_interrupt();  // before there is a file that must not stay behind

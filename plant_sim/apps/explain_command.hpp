@@ -12,8 +12,8 @@
 #include "apps/map_finding.hpp"
 #include "apps/progress_line.hpp"
 #include "core/parameter_file.hpp"
-#include "discrepancy/explain.hpp"
-#include "discrepancy/race_change.hpp"
+#include "explain/explain.hpp"
+#include "explain/extend/race_change.hpp"
 
 namespace voltlap::plant {
 
@@ -28,8 +28,9 @@ class ExplainCommand {
   [[nodiscard]] std::unique_ptr<ScratchFile> find_map();
   void refuse_shared_files() const;
   /// Splits --set into settings of the model and of the explanation itself.
-  [[nodiscard]] std::vector<std::string> take_settings(ExplainOptions& options);
-  [[nodiscard]] Explanation explained(const DataFolder& data, Model& model, const ExplainOptions& options) const;
+  [[nodiscard]] std::vector<std::string> take_settings(explain::ExplainOptions& options);
+  [[nodiscard]] Explanation explained(const DataFolder& data, Model& model,
+                                      const explain::ExplainOptions& options) const;
   /// What the explanation changes in the endurance, when a report is asked for.
   [[nodiscard]] std::optional<RaceChange> raced(const DataFolder& data, const Model& model,
                                                 const Explanation& explanation, ProgressLine& line) const;
@@ -40,7 +41,6 @@ class ExplainCommand {
   MapFinding finding_;
   std::vector<std::string> references_, settings_;
   std::uint64_t seed_ = 1;
-  bool anew_ = false;  ///< by the engine on trial
 };
 
 }  // namespace voltlap::plant

@@ -189,6 +189,8 @@ bms::Config bms_config(const VehicleParameters& car, const Origins& origins) {
                           : bms::SocMethod::kCoulomb;
   const double capacity_ah =
       car.bms.capacity_ah > 0.0 ? car.bms.capacity_ah : car.cell.capacity_ah * car.battery.cells_in_parallel;
+  const double motor_nm_per_a = car.master.motor_constant_nm_per_a.value_or(car.motor.constant_nm_per_a);
+  config.motor_constant_unm_per_a = static_cast<std::int32_t>(std::lround(1e6 * motor_nm_per_a));
   config.capacity_mah = static_cast<std::int32_t>(std::lround(capacity_ah * 1e3));
   fill_tables(car, config);
   refuse(refusal(car, config), car, origins);

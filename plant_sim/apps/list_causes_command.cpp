@@ -5,7 +5,7 @@
 
 #include "apps/exit_code.hpp"
 #include "apps/flag_checks.hpp"
-#include "discrepancy/causes/list.hpp"
+#include "explain/causes/list.hpp"
 
 namespace voltlap::plant {
 namespace {

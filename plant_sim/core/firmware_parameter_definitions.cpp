@@ -13,6 +13,7 @@ using enum Presence;
 constexpr double kTripMargin_v = 0.1;  // below the least cell voltage, where the limit already holds it
 constexpr double kTripMarginHigh_v = 0.05;
 constexpr double kCurrentTripFactor = 1.2;
+constexpr double kCurrentRange_a = 1000.0;  // of PackSensor: above it nothing is seen to trip on
 constexpr double kDeratingBand_k = 5.0;
 
 double cell_voltage_min_v(const Car& car) { return car.bms.cell_voltage_min_v.value_or(car.cell.voltage_min_v); }
@@ -20,9 +21,11 @@ double cell_voltage_max_v(const Car& car) { return car.bms.cell_voltage_max_v.va
 double cell_voltage_trip_low_v(const Car& car) { return cell_voltage_min_v(car) - kTripMargin_v; }
 double cell_voltage_trip_high_v(const Car& car) { return cell_voltage_max_v(car) + kTripMarginHigh_v; }
 double temperature_derating_start_c(const Car& car) { return car.bms.temperature_max_c - kDeratingBand_k; }
-double discharge_current_trip_a(const Car& car) { return car.bms.discharge_current_max_a * kCurrentTripFactor; }
+double discharge_current_trip_a(const Car& car) {
+  return std::min(kCurrentRange_a, car.bms.discharge_current_max_a * kCurrentTripFactor);
+}
 double charge_current_trip_a(const Car& car) {
-  return std::max(1.0, car.bms.charge_current_max_a) * kCurrentTripFactor;
+  return std::min(kCurrentRange_a, std::max(1.0, car.bms.charge_current_max_a) * kCurrentTripFactor);
 }
 double phase_current_max_a(const Car& car) { return car.inverter.current_max_a; }
 double motor_constant_nm_per_a(const Car& car) { return car.motor.constant_nm_per_a; }
@@ -72,9 +75,11 @@ const ParameterRow kRows[] = {
   {"bms.cell_voltage_plausible_max_v", "V", 0, 10, kOptional, at<&Car::bms, &BmsSection::cell_voltage_plausible_max_v>,
     "a higher reading is a broken wire, not a voltage"},
   {"bms.discharge_current_trip_a", "A", 0, 100000, kOptional, at<&Car::bms, &BmsSection::discharge_current_trip_a>,
-    "discharge current that trips", {discharge_current_trip_a, "1.2 times bms.discharge_current_max_a"}},
+    "discharge current that trips",
+    {discharge_current_trip_a, "1.2 times bms.discharge_current_max_a, at most 1000 A"}},
   {"bms.charge_current_trip_a", "A", 0, 100000, kOptional, at<&Car::bms, &BmsSection::charge_current_trip_a>,
-    "charge current that trips", {charge_current_trip_a, "1.2 times bms.charge_current_max_a, at least 1.2 A"}},
+    "charge current that trips",
+    {charge_current_trip_a, "1.2 times bms.charge_current_max_a, 1.2 A to 1000 A"}},
   {"bms.voltage_mismatch", "1", 0, 1, kOptional, at<&Car::bms, &BmsSection::voltage_mismatch>,
     "share by which the pack voltage may differ from the sum of the cells"},
   {"bms.voltage_trip_time_s", "s", 0, 60, kOptional, at<&Car::bms, &BmsSection::voltage_trip_time_s>,

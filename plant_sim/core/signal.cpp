@@ -22,7 +22,7 @@ double quantile(std::vector<double> values, double share) {
 
 double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
 
-double rms(const std::vector<double>& values) {
+double rms(std::span<const double> values) {
   double square = 0.0, count = 0.0;
   for (const double v : values) {
     if (!std::isfinite(v)) continue;

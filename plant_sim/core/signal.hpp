@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is asked of a list of readings again and again. Readings that are no numbers do not count.
 #pragma once
+#include <span>
 #include <vector>
 
 namespace voltlap::plant {
@@ -13,7 +14,7 @@ namespace voltlap::plant {
 [[nodiscard]] double median(std::vector<double> values);
 
 /// sqrt(mean of squares); 0 without any value.
-[[nodiscard]] double rms(const std::vector<double>& values);
+[[nodiscard]] double rms(std::span<const double> values);
 
 /// Smallest difference between two readings that differ by more than `same`: the step of a coarse sensor. 0 when no
 /// two differ.

@@ -2,121 +2,16 @@
 #include "explain/explain.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <memory>
+#include <deque>
 
-#include "discrepancy/car_balances.hpp"
-#include "discrepancy/causes/list.hpp"
-#include "discrepancy/integrity.hpp"
-#include "explain/decide/answer.hpp"
-#include "explain/decide/unknown.hpp"
-#include "explain/model/corrected.hpp"
-#include "explain/model/interpolated.hpp"
-#include "explain/say/explanation.hpp"
+#include "explain/causes/list.hpp"
+#include "explain/decide/members.hpp"
+#include "explain/decide/rounds.hpp"
+#include "explain/gate/integrity.hpp"
+#include "explain/say/verdict.hpp"
 
 namespace voltlap::explain {
 namespace {
-
-/// A log against the model, with everything that is asked of it.
-struct Held {
-  plant::Recording log;
-  plant::World world;
-  Observed seen;
-  std::vector<Family> members;
-  std::unique_ptr<Family> global;
-};
-
-Held held_against(const plant::World& model, plant::Recording read, const plant::ComparisonOptions& compared) {
-  Held out;
-  out.world = model;
-  out.log = interpolated(model, std::move(read));
-  plant::Comparison comparison = plant::comparison_of(model, out.log, compared);
-  if (out.log.derived.contains("motor_speed")) {
-    // As the car's speed is, and the slip that its tyres have by the model.
-    out.log.signals["motor_speed"] = plant::car_prediction("motor_speed", model, comparison, {});
-    comparison = plant::comparison_of(model, out.log, compared);
-  }
-  out.seen = observed(model, std::move(comparison), compared.hold.has_value());
-  return out;
-}
-
-void learn_members(Held& held, const std::vector<plant::Cause>& causes) {
-  for (const Member& member : held.seen.members) held.members.push_back(member_family(held.seen, member, causes));
-}
-
-/// The same member's family in each reference.
-std::vector<const Family*> same_member(const std::vector<Held>& references, const std::string& role) {
-  std::vector<const Family*> out;
-  for (const Held& reference : references) {
-    for (std::size_t k = 0; k < reference.members.size(); ++k) {
-      if (reference.seen.members[k].channel.name == role) out.push_back(&reference.members[k]);
-    }
-  }
-  return out;
-}
-
-std::vector<AnswerOf> member_answers(const Held& held, const std::vector<Held>& references,
-                                     const std::vector<plant::Cause>& causes) {
-  std::vector<AnswerOf> out;
-  for (std::size_t k = 0; k < held.members.size(); ++k) {
-    const Member& member = held.seen.members[k];
-    const auto alike = std::count_if(held.seen.members.begin(), held.seen.members.end(),
-                                     [&](const Member& other) { return other.group == member.group; });
-    Search search(held.members[k], causes);
-    AnswerOf answer = answer_of(held.members[k], search,
-                                {same_member(references, member.channel.name), static_cast<double>(alike)},
-                                [](const Family&, const Set& set) { return set; });
-    if (!answer.sets.empty()) out.push_back(std::move(answer));
-  }
-  return out;
-}
-
-/// Does this answer say how warm a cell is that another answer names? A cell that is weak or leaks warms its
-/// thermistor: where every cell has one, that of its number.
-bool follows_from_cell(const Held& held, const AnswerOf& answer, const std::vector<AnswerOf>& answers) {
-  const std::string& role = answer.family->channel.front();
-  const auto thermistors = held.log.numbered("temperature_");
-  if (!role.starts_with("temperature_") || thermistors.size() != held.log.numbered("cell_voltage_").size())
-    return false;
-  const std::string cell = "cell_voltage_" + role.substr(role.find_last_of('_') + 1);
-  return std::any_of(answers.begin(), answers.end(), [&](const AnswerOf& other) {
-    const Set& set = other.sets.front();
-    return other.family->channel.front() == cell &&
-           std::any_of(set.members.begin(), set.members.end(),
-                       [&](std::size_t m) { return !other.family->suspects[m].form.of_sensor; });
-  });
-}
-
-/// What the first set of each answer puts into its member's readings.
-std::vector<MemberEffect> effects_of(const Held& held, const std::vector<AnswerOf>& answers) {
-  std::vector<MemberEffect> out;
-  for (const AnswerOf& answer : answers) {
-    const Set& set = answer.sets.front();
-    for (std::size_t m = 0; m < set.members.size(); ++m) {
-      const Suspect& c = answer.family->suspects[set.members[m]];
-      const std::vector<VectorXd> shapes = c.form.shapes(held.world, held.seen.comparison, held.seen.base);
-      MemberEffect effect{c.channel, c.form.of_sensor || c.channel.starts_with("temperature_"),
-                          VectorXd::Zero(held.log.rows())};
-      for (std::size_t s = 0; s < shapes.size(); ++s) {
-        effect.by_row +=
-            set.values[m][c.form.linear[s]] * VectorXd(shapes[s].array().isFinite().select(shapes[s], 0.0));
-      }
-      out.push_back(std::move(effect));
-    }
-  }
-  return out;
-}
-
-AnswerOf global_answer(const Held& held, const std::vector<Held>& references,
-                       const std::vector<plant::Cause>& causes) {
-  std::vector<const Family*> theirs;
-  for (const Held& reference : references) theirs.push_back(reference.global.get());
-  Search search(*held.global, causes);
-  const Fit& nothing = search.nothing();
-  return answer_of(*held.global, search, {theirs, 1.0}, [&](const Family& family, const Set& set) {
-    return refined(held.seen, causes, family, nothing, set);
-  });
-}
 
 /// What the gate found and sound logs do not have. Steps of a pedal, and steps that no reading is worse for, are no
 /// finding.
@@ -128,72 +23,115 @@ std::vector<plant::FoundCause> unusual(const std::vector<plant::GateFinding>& fi
   return plant::unusual_findings(worth, usual);
 }
 
-/// Shapes without a name that sound logs do not have.
-std::optional<Unnamed> unnamed_of(const Held& held, const std::vector<VectorXd>& left,
-                                  const std::vector<Held>& references) {
-  constexpr double kBeyond = 2.0;                       // of what references have
-  const double least = references.empty() ? 2.0 : 1.0;  // practical sizes: alone, a model's own error is not known
-  std::optional<Unnamed> out;
-  std::vector<std::vector<Unnamed>> theirs;
-  for (const Unnamed& one : unnamed_in(held.seen, left)) {
-    if (!one.lead.decisive || one.practical < least) continue;
-    // How well tyres and brakes are known is told by sound drives alone.
-    if (references.empty() && one.balance == plant::Balance::kForce) continue;
-    if (theirs.empty()) {
-      for (const Held& reference : references)
-        theirs.push_back(unnamed_in(reference.seen, residuals_of(reference.seen)));
-    }
-    double usual = 0.0;
-    for (const auto& reference : theirs) {
-      for (const Unnamed& same : reference) {
-        if (same.channel == one.channel) usual = std::max(usual, same.practical);
-      }
-    }
-    if (one.practical > least + kBeyond * usual && (!out || one.practical > out->practical)) out = one;
+Minutes minutes_of(const std::string& fit_blocks) {
+  return fit_blocks == "even" ? Minutes::kEven : fit_blocks == "odd" ? Minutes::kOdd : Minutes::kAll;
+}
+
+/// What is left of another log, or of the minutes that were not fitted, by the model as it was given and with what
+/// was found.
+std::map<std::string, plant::ChannelGain> gain_on(const Held& other, const Saying& saying, const Holding& how) {
+  const std::map<std::string, LeftOf> before = left_of(other.seen);
+  plant::World found = other.world;
+  for (const AnswerOf* answer : saying.global) found = world_with(std::move(found), *answer);
+  const Held with = held_against(found, corrected(other.log(), effects_of(other, saying.members)), how);
+  std::map<std::string, plant::ChannelGain> out;
+  for (const auto& [channel, after] : left_of(with.seen)) {
+    if (!before.contains(channel)) continue;
+    out[channel] = gain_of(before.at(channel), after);
   }
   return out;
 }
 
+std::vector<VectorXd> times_of(const Observed& log) {
+  std::vector<VectorXd> out;
+  for (const ReadChannel& channel : log.channels) out.push_back(channel.reader.time_s());
+  return out;
+}
+
+/// An answer with which another log, or the other minutes, are worse is none: something is wrong there, and it is
+/// not this.
+void take_back_if_worse(Saying& saying, std::deque<Round>& rounds) {
+  constexpr double kWorse = 1.1;
+  for (const Round& round : rounds) {
+    if (round.answer.sets.empty()) continue;
+    const std::string& channel = round.answer.family->channel[round.answer.sets.front().use.channel];
+    const auto gain = saying.gain.find(channel);
+    if (gain == saying.gain.end() || gain->second.after < kWorse * gain->second.before) continue;
+    saying.unnamed = error_of(round.answer, round.held->seen);
+    rounds.resize(1);
+    rounds.front().answer.sets.clear();
+    saying.global = {&rounds.front().answer};
+    saying.members.clear();
+    saying.left = left_by(rounds.front().held->seen, rounds.front().answer);
+    saying.left_s = times_of(rounds.front().held->seen);
+    for (auto& [name, of] : saying.gain) of.after = of.before, of.drop_low = of.drop_high = 0.0;
+    return;
+  }
+}
+
 }  // namespace
 
-plant::Explanation explain(const plant::Model& model, const plant::Recording& raw,
-                           const plant::ExplainOptions& options) {
+plant::Explanation explain(const plant::Model& model, plant::Recording raw, ExplainOptions options) {
   const auto progress = [&](const char* what, double fraction) {
     if (options.progress) options.progress(what, fraction);
   };
-  plant::ComparisonOptions compared{model.kind != plant::ModelKind::kCell, !options.references.empty()};
+  Holding how{{model.kind != plant::ModelKind::kCell, !options.references.empty()}, Minutes::kAll};
   std::vector<plant::Cause> causes = plant::catalogue(options.without);
   plant::size_for(model.world.car.cell, causes);
-  plant::Gated gated = plant::integrity_gate(raw, model, false);
+  plant::Gated gated = plant::integrity_gate(std::move(raw), model);
   std::vector<Held> references;
   std::vector<std::vector<plant::GateFinding>> usual_findings;
-  for (const plant::Recording& reference : options.references) {
+  for (plant::Recording& reference : options.references) {
     progress("reading references",
              0.1 + 0.4 * static_cast<double>(references.size()) / static_cast<double>(options.references.size()));
-    plant::Gated theirs = plant::integrity_gate(reference, model, false);
+    plant::Gated theirs = plant::integrity_gate(std::move(reference), model);
     usual_findings.push_back(theirs.findings);
-    references.push_back(held_against(model.world, std::move(theirs.log), compared));
-    compared.hold = references.front().seen.comparison.facts.hold;  // one logger holds the current in one way
-    learn_members(references.back(), causes);
-    references.back().global = std::make_unique<Family>(global_family(references.back().seen, causes));
+    references.push_back(held_against(model.world, std::move(theirs.log), how));
+    how.compared.hold = references.front().seen.comparison.facts.hold;  // one logger holds the current in one way
   }
-  Saying saying{model, causes, {}, {}, {}, {}, {}, {}};
+  Saying saying{model, causes, {}, {}, {}, {}, {}, {}, {}, {}};
   saying.with_references = !references.empty();
   saying.gate = unusual(gated.findings, usual_findings);
   if (!gated.enough.empty()) return too_little(saying, gated);
   progress("comparing with the model", 0.5);
-  Held held = held_against(model.world, gated.log, compared);
-  learn_members(held, causes);
-  saying.members = member_answers(held, references, causes);
+  how.minutes = minutes_of(options.fit_blocks);
+  Held held = held_against(model.world, gated.log, how);
+  how.compared.hold = held.seen.comparison.facts.hold;  // beside whatever is found
+  std::deque<Held> without_worst;
+  saying.members = worst_first(held, references, causes, how, without_worst);
   progress("weighing causes", 0.6);
-  Held rest = held_against(model.world, corrected(held.log, effects_of(held, saying.members)), compared);
+  const std::vector<MemberEffect> found = effects_of(held, saying.members);
+  Held without;
+  if (!found.empty()) without = held_against(model.world, corrected(held.log(), found), how);
+  const Held& rest = found.empty() ? held : without;
   const std::vector<AnswerOf> all = saying.members;
   std::erase_if(saying.members, [&](const AnswerOf& answer) { return follows_from_cell(held, answer, all); });
-  rest.global = std::make_unique<Family>(global_family(rest.seen, causes));
-  saying.global = global_answer(rest, references, causes);
+  std::deque<Round> rounds;
+  put_rounds(rest, references, causes, how, rounds);
+  for (const Round& round : rounds) saying.global.push_back(&round.answer);
   progress("looking for what has no name", 0.85);
-  saying.left = left_by(rest.seen, saying.global, causes);
-  saying.unnamed = unnamed_of(rest, saying.left, references);
+  if (!saying.members.empty() && !rounds.front().answer.sets.empty()) {
+    // What is wrong with all, seen at one member's times, may look like an error of that one.
+    plant::World world = model.world;
+    for (const Round& round : rounds) world = world_with(std::move(world), round.answer);
+    Held beside = held_against(world, held.log(), how);
+    const std::vector<AnswerOf> still = member_answers(
+        beside, references, causes, [&](const std::string& role) { return is_of(saying.members, role); });
+    std::erase_if(saying.members, [&](const AnswerOf& a) { return !is_of(still, a.family->channel.front()); });
+  }
+  saying.unnamed = unnamed_beside(rounds, references);
+  saying.left = left_by(rounds.back().held->seen, rounds.back().answer);
+  saying.left_s = times_of(rounds.back().held->seen);
+  if (!saying.unnamed) saying.unnamed = unnamed_member(held, references, causes, saying.members);
+  if (options.holdout) {
+    how.minutes = Minutes::kAll;
+    plant::Gated theirs = plant::integrity_gate(std::move(*options.holdout), model);
+    saying.gain = gain_on(held_against(model.world, std::move(theirs.log), how), saying, how);
+  } else if (how.minutes != Minutes::kAll) {
+    how.minutes = how.minutes == Minutes::kEven ? Minutes::kOdd : Minutes::kEven;
+    saying.gain = gain_on(held_against(model.world, gated.log, how), saying, how);
+  }
+  take_back_if_worse(saying, rounds);
   return said(saying, gated, held.seen, rest.seen);
 }
 

@@ -22,7 +22,9 @@ void clear_all(Car& car, SensorFaults& sensors) {
 [[nodiscard]] bool has_part(const can::PlantFault& fault, const Car& car) {
   switch (fault.fault) {
     case Kind::kCellLost:
+    case Kind::kCellFrozen:
     case Kind::kCellOffset: return fault.index < car.pack().cells();
+    case Kind::kCellGain:
     case Kind::kCellResistanceScale: return fault.index < car.pack().cells() && fault.value > 0;
     case Kind::kThermistorLost:
     case Kind::kThermistorOffset: return fault.index < car.parameters().sensors.temperature_count;
@@ -65,6 +67,12 @@ bool apply_plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sen
     case Kind::kCurrentLost: sensors.current_lost = true; break;
     case Kind::kApps1Offset: sensors.apps1_offset_v = fault.value * 1e-3; break;
     case Kind::kBrakeLost: sensors.brake_lost[fault.index] = true; break;
+    case Kind::kCellFrozen: cell().frozen = true; break;
+    case Kind::kCellGain: cell().gain = fault.value * 1e-3; break;
+    case Kind::kCurrentOffset: sensors.current_offset_a = fault.value * 0.01; break;
+    case Kind::kCurrentReversed: sensors.current_gain = -1.0; break;
+    case Kind::kCurrentFrozen: sensors.current_frozen = true; break;
+    case Kind::kDcLinkStuck: sensors.dc_link_v = fault.value * 0.1; break;
     case Kind::kCellResistanceScale: car.pack().scale_resistance(fault.index, fault.value * 0.01); break;
   }
   return true;

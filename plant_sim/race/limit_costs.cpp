@@ -28,16 +28,16 @@ std::vector<LiftedKey> lifts(std::string_view reason, const VehicleParameters& c
   constexpr double kAboveBrokenWire_v = 0.1;
   const double lowest_v = car.bms.cell_voltage_plausible_min_v + kAboveBrokenWire_v;
   if (reason == "config_maximum")
-    return {{"bms.discharge_current_max_a", 1000.0}, {"bms.discharge_current_trip_a", 1200.0}};
+    return {{"bms.discharge_current_max_a", 1000.0}, {"bms.discharge_current_trip_a", 1000.0}};
   if (reason == "cell_voltage")
     return {{"bms.cell_voltage_min_v", lowest_v}, {"bms.cell_voltage_trip_low_v", lowest_v}};
   if (reason == "temperature")
     return {{"bms.temperature_max_c", 60.0}, {"bms.temperature_derating_start_c", 59.9}};
   if (reason == "soc_low") return {{"bms.soc_derating_start", 0.0}};
   if (reason == "charge_limit") {
-    return {{"bms.charge_current_max_a", 1000.0},     {"bms.charge_current_trip_a", 1200.0},
+    return {{"bms.charge_current_max_a", 1000.0},     {"bms.charge_current_trip_a", 1000.0},
             {"bms.cell_voltage_max_v", 4.9},          {"bms.cell_voltage_trip_high_v", 4.9},
-            {"bms.cell_voltage_plausible_max_v", 5.0}, {"bms.charge_temperature_min_c", -60.0}};
+            {"bms.cell_voltage_plausible_max_v", 5.0}, {"bms.charge_temperature_min_c", -40.0}};
   }
   if (reason == "power") return {{"master.power_max_kw", 80.0}, {"master.drive_efficiency", 1.0}};
   if (reason == "motor_temperature") {

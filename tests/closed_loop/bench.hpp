@@ -13,8 +13,9 @@ namespace voltlap::plant::test {
 
 class LoopBench {
  public:
-  explicit LoopBench(const VehicleParameters& parameters)
-      : car(parameters, true, 0.001), loop(parameters), frames_(car.parameters(), 1) {}
+  /// `representative`: one cell stands for all.
+  explicit LoopBench(const VehicleParameters& parameters, bool representative = true, std::uint64_t seed = 1)
+      : car(parameters, representative, 0.001), loop(parameters), frames_(car.parameters(), seed) {}
 
   void tick();
   void run_for(double seconds);
@@ -24,6 +25,8 @@ class LoopBench {
   [[nodiscard]] bool any_air_closed() const {
     return car.contactors.air_plus.closed() || car.contactors.air_minus.closed();
   }
+
+  [[nodiscard]] SensorFaults& faults() { return frames_.faults; }
 
   Car car;
   SilenceableLoop loop;

@@ -3,8 +3,6 @@
 // seed.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <random>
 #include <string>
 #include <string_view>
 
@@ -12,6 +10,7 @@
 
 #include "car/powertrain/full_torque.hpp"
 #include "car/vehicle/grip.hpp"
+#include "drawn.hpp"
 #include "loop.hpp"
 #include "plant_sim/fixtures.hpp"
 
@@ -24,12 +23,9 @@ namespace {
 
 constexpr int kRaces = 40;
 
-class Draw {
+class Draw : public Drawn {
  public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
-  double between(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
-  int whole(int low, int high) { return std::uniform_int_distribution(low, high)(random_); }
-
+  using Drawn::Drawn;
   Track course() {
     Track out;
     out.name = "drawn";
@@ -58,15 +54,7 @@ class Draw {
     if (between(0.0, 1.0) < 0.3) out.tyres.cornering_stiffness_per_rad = between(10.0, 30.0);
     return out;
   }
-
- private:
-  std::mt19937_64 random_;
 };
-
-std::uint64_t seed() {
-  const char* given = std::getenv("VOLTLAP_TEST_SEED");
-  return given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
-}
 
 /// What is wrong with a race that nothing limits; empty when nothing is.
 std::string fault_of(const EnduranceOptions& options) {
@@ -110,7 +98,7 @@ constexpr Handicap kHandicaps[] = {
 }  // namespace
 
 TEST_GROUP(DrawnRaces) {
-  const std::uint64_t drawn = seed();
+  const std::uint64_t drawn = drawn_seed();
   Draw draw{drawn};
 };
 

@@ -2,11 +2,11 @@
 // Plant and both nodes on a bus that loses frames, at each receiver by itself: no car stops.
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <map>
 #include <random>
 
 #include "bench.hpp"
+#include "drawn.hpp"
 #include "fixtures.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -19,11 +19,6 @@ namespace {
 
 constexpr int kCars = 12;  // of each loss
 constexpr double kDrive_s = 60.0;
-
-std::uint64_t seed() {
-  const char* given = std::getenv("VOLTLAP_TEST_SEED");
-  return given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
-}
 
 VehicleParameters of_cells(int cells) {
   VehicleParameters car = vtm16e();
@@ -58,7 +53,8 @@ TEST_GROUP(LossyBus) {
     while (bench.now_ms() < end) {
       bench.tick();
       const std::string why = watch.stopped(bench);
-      if (!why.empty()) FAIL(fmt::format("{}: {} after {} ms", what, why, bench.now_ms()).c_str());
+      if (!why.empty()) FAIL(fmt::format("{}: {} after {} ms, faults {:#x}", what, why, bench.now_ms(),
+                                         bench.commands.bms().faults).c_str());
       if (bench.car.phase_current_a() > 0.0) torque_at = bench.now_ms();
       longest = std::max(longest, bench.now_ms() - torque_at);
     }
@@ -72,7 +68,7 @@ TEST_GROUP(LossyBus) {
 
 // BMS-001, BMS-014, BMS-020, BMS-021, MST-001, MST-020, MST-060
 TEST(LossyBus, RandomLossStopsNoCar) {
-  const std::uint64_t drawn = seed();
+  const std::uint64_t drawn = drawn_seed();
   constexpr std::pair<double, int> kLostAndCells[] = {{0.02, 24}, {0.05, 24}, {0.05, 48}, {0.02, 144}};
   for (const auto& [lost, cells] : kLostAndCells) {
     std::uint32_t longest = 0;

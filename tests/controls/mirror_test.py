@@ -194,7 +194,7 @@ def test_only_what_was_asked_for_is_hidden():
 
 
 def test_every_kind_of_cause_is_one_that_explain_knows():
-    causes = Path(__file__).resolve().parents[2] / "plant_sim/discrepancy/causes"
+    causes = Path(__file__).resolve().parents[2] / "plant_sim/explain/causes"
     assert set(catalogue.NAMES) <= {path.stem for path in causes.glob("*.cpp")}
     assert set(catalogue.TAU_S) <= set(catalogue.NAMES)
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "car/battery/pack.hpp"
-#include "discrepancy/battery_response.hpp"
+#include "explain/balances/battery_response.hpp"
 #include "learn/identify/circuit/circuit_model.hpp"
 #include "learn/validate/cell_response.hpp"
 #include "plant_sim/fixtures.hpp"

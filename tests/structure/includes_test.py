@@ -22,17 +22,15 @@ FIRMWARE = {
 }
 FIRMWARE_HOST = "firmware/port/host/"  # behind the seams on Linux: the system's headers are allowed here alone
 FIRMWARE_SYSTEM = {"cstdint", "cstddef", "limits", "type_traits"}
-# What each flow of the plant may include besides itself: a row a flow. discrepancy/ is explain's first engine,
-# of which explain/ takes the causes and the page.
+# What each flow of the plant may include besides itself: a row a flow.
 PLANT = {
     "core": set(),
     "car": {"core"},
     "io": {"core"},
     "race": {"core", "car", "io"},
     "learn": {"core", "car", "io", "race"},
-    "explain": {"core", "car", "io", "race", "discrepancy"},
-    "discrepancy": {"core", "car", "io", "race"},
-    "apps": {"core", "car", "io", "race", "learn", "explain", "discrepancy"},
+    "explain": {"core", "car", "io", "race"},
+    "apps": {"core", "car", "io", "race", "learn", "explain"},
 }
 # The plant talks to the firmware in frames: the wire, its seal; on Linux the port; the nodes only where processes are
 # put together.
@@ -79,8 +77,7 @@ def test_every_flow_has_its_row():
 
 
 def test_learn_and_explain_never_meet():
-    explaining = {"explain", "discrepancy"}
-    assert "learn" not in PLANT["explain"] | PLANT["discrepancy"] and not explaining & PLANT["learn"]
+    assert "learn" not in PLANT["explain"] and "explain" not in PLANT["learn"]
 
 
 PLANTED = {

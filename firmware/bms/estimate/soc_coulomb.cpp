@@ -9,6 +9,10 @@ namespace {
 
 constexpr std::int64_t kHalfUnitsPerMah = 2LL * 3'600'000LL;  // 1 mAh = 3.6e6 mA ms
 constexpr std::int64_t kFullPpm = 1'000'000;
+// A million and the units of a mAh have 100'000 in common. Without it a full pack of 2000 Ah, 1.44e13 units, times a
+// million is beyond 64 bits; with it the largest product is 1.44e14.
+constexpr std::int64_t kCommon = 100'000;
+static_assert(kHalfUnitsPerMah % kCommon == 0 && kFullPpm % kCommon == 0);
 
 std::int64_t capacity(const Config& config) { return config.capacity_mah * kHalfUnitsPerMah; }
 
@@ -19,13 +23,13 @@ bool at_rest(const Config& config, const Sample<Current>& current) {
 Soc as_soc(const Config& config, std::int64_t charge) {
   const std::int64_t full = capacity(config);
   const std::int64_t inside = charge < 0 ? 0 : (charge > full ? full : charge);
-  return Soc::saturated(divide_rounded(inside * kFullPpm, full));
+  return Soc::saturated(divide_rounded(inside * (kFullPpm / kCommon), full / kCommon));
 }
 
 void start(const Config& config, const SocInput& input, SocEstimate& state) {
   if (!input.cells_good || !at_rest(config, input.current)) return;
   state.value = soc_from_ocv(config, input.cells);
-  state.charge = divide_rounded(state.value.raw() * capacity(config), kFullPpm);
+  state.charge = divide_rounded(state.value.raw() * (capacity(config) / kCommon), kFullPpm / kCommon);
   state.last_current = input.current;
   state.valid = true;
 }

@@ -3,27 +3,51 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
 
 namespace voltlap::explain {
 namespace {
 
-constexpr double kSameJob = 0.5;     // of what the best takes from the plain error, in the same channel
-constexpr double kTells = 0.25;      // of a practical size: less does not tell two causes apart
-constexpr double kSameClass = 0.98;  // overlap from which two sets look the same
-constexpr std::size_t kRefined = 6;
+constexpr double kSameJob = 0.5;        // of what the best takes from the plain error, in the same channel
+constexpr double kTells = 0.25;         // of a practical size: less does not tell two causes apart
+constexpr double kTellsOfWhole = 0.03;  // of what the best takes: no signature is truer than that at any size
+constexpr double kTellsOfSound = 0.25;  // of what sound logs leave
+constexpr double kSameClass = 0.98;     // overlap from which two sets look the same
+constexpr std::size_t kRefined = 6;     // sets of one cause that are followed for an answer, half as many of two
+constexpr double kNear = 0.7;  // of what the best takes: what a straight line is far behind with no bend mends
 constexpr std::size_t kShown = 8;
 
-bool all_unlike(const Family& family, const Set& set, const Asked& asked) {
-  for (const std::size_t m : set.members) {
-    if (!unlike_of(family, set, m, asked.references, asked.alike).is) return false;
-  }
-  return true;
+/// Is the error that it takes larger than that of any sound log? Else it is one that the model always has. What
+/// differs from reading to reading is that beside the set: a hypothesis without it may call all of the error noise.
+bool is_beyond_sound(const Family& family, const Fit& nothing, const Set& set, const Asked& asked) {
+  const SoundError sound = asked.error(family.channel[set.use.channel]);
+  return error_in(family, nothing, set.fit, set.use.channel) > sound.most;
+}
+
+bool all_unlike(const Family& family, const Fit& nothing, const Set& set, const Asked& asked) {
+  return is_beyond_sound(family, nothing, set, asked) &&
+         std::all_of(set.members.begin(), set.members.end(),
+                     [&](std::size_t m) { return unlike_of(family, set, m, asked).is; });
 }
 
 /// Decisively, and by more of the plain error than what models miss anyway: a likelihood of exact models would
-/// decide by errors that nobody can see.
-bool is_clearly_better(const Family& family, const Set& best, const Set& other) {
-  return lead_of(best.fit, other.fit).decisive && use_of(family, best.fit, other.fit).practical > kTells;
+/// decide by errors that nobody can see, and one of rough models by those that sound logs have.
+bool is_clearly_better(const Family& family, const Set& best, const Set& other, const Asked& asked) {
+  if (!lead_of(best.fit, other.fit).decisive) return false;
+  double won = 0.0;  // what is better in one channel and worse in another tells nothing
+  for (std::size_t c = 0; c < family.channel.size(); ++c) {
+    won +=
+        std::pow(use_in(family, c, best.fit, other.fit), 2) - std::pow(use_in(family, c, other.fit, best.fit), 2);
+  }
+  if (won < 0.0) return false;
+  for (std::size_t c = 0; c < family.channel.size(); ++c) {
+    const double least = std::max(
+        {kTells, kTellsOfWhole * best.use.practical, kTellsOfSound * asked.error(family.channel[c]).usual});
+    if (use_in(family, c, best.fit, other.fit) > least) return true;
+  }
+  return false;
 }
 
 /// What a set takes from one channel's plain squares.
@@ -46,46 +70,29 @@ std::vector<Index> places(const ChannelGram& channel, const std::vector<Index>& 
   return out;
 }
 
-/// Signatures are straight lines: beside one that bends a second cause may seem to be needed. Each set has to beat
-/// its subsets where those bend as well.
-void drop_needless(const Family& family, Search& search, const Refine& refine, std::vector<Set>& sets) {
-  std::vector<Set> smaller;
-  std::erase_if(sets, [&](const Set& set) {
-    if (set.members.size() < 2) return false;
-    for (std::size_t k = 0; k < set.members.size(); ++k) {
-      std::vector<std::size_t> rest = set.members;
-      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-      Set subset = refine(family, search.of(rest));
-      if (is_worth_more(family, set, subset)) continue;
-      smaller.push_back(std::move(subset));
-      return true;
-    }
-    return false;
-  });
-  for (Set& set : smaller) {
-    const bool there =
-        std::any_of(sets.begin(), sets.end(), [&](const Set& s) { return s.members == set.members; });
-    if (!there && set.stands) sets.push_back(std::move(set));
-  }
+/// The causes of a set, in order.
+std::vector<std::string> named(const Family& family, const Set& set) {
+  std::vector<std::string> out;
+  for (const std::size_t m : set.members) out.push_back(family.suspects[m].name + "/" + family.suspects[m].channel);
+  std::sort(out.begin(), out.end());
+  return out;
 }
 
-/// A cause with another time constant is the same answer.
+/// A cause with another time constant is the same answer; that with the fewest numbers is it.
 void drop_same_names(const Family& family, std::vector<Set>& sets) {
+  const std::vector<std::string> best = named(family, sets.front());
+  for (std::size_t k = 1; k < sets.size(); ++k) {
+    if (named(family, sets[k]) == best && sets[k].linear.columns.size() < sets.front().linear.columns.size())
+      std::swap(sets.front(), sets[k]);
+  }
   std::vector<std::vector<std::string>> seen;
   std::erase_if(sets, [&](const Set& set) {
-    std::vector<std::string> names;
-    for (const std::size_t m : set.members)
-      names.push_back(family.suspects[m].name + "/" + family.suspects[m].channel);
-    std::sort(names.begin(), names.end());
+    std::vector<std::string> names = named(family, set);
     if (std::find(seen.begin(), seen.end(), names) != seen.end()) return true;
     seen.push_back(std::move(names));
     return false;
   });
 }
-
-}  // namespace
-
-namespace {
 
 /// Sets that differ in one cause, whose effect looks the same on this log, are one answer: a class.
 void join_classes(const Family& family, AnswerOf& out) {
@@ -104,7 +111,176 @@ void join_classes(const Family& family, AnswerOf& out) {
   });
 }
 
+/// The smallest of the rivals, each name once.
+void put_sets(std::vector<Set> rivals, AnswerOf& out) {
+  drop_same_names(*out.family, rivals);
+  std::size_t least = rivals.front().members.size();
+  for (const Set& set : rivals) least = std::min(least, set.members.size());
+  for (Set& set : rivals) {
+    if (set.members.size() == least) out.sets.push_back(std::move(set));
+  }
+  // Of those that look the same, the one with the fewest numbers is said first.
+  for (std::size_t k = 1; k < out.sets.size(); ++k) {
+    Set &first = out.sets.front(), &set = out.sets[k];
+    if (set.linear.columns.size() < first.linear.columns.size() && overlap(*out.family, first, set) >= kSameClass)
+      std::swap(first, set);
+  }
+  join_classes(*out.family, out);
+}
+
+/// Members of a set that sound logs do not show.
+std::vector<std::size_t> unlike_members(const Family& family, const Set& set, const Asked& asked) {
+  std::vector<std::size_t> out;
+  for (const std::size_t m : set.members) {
+    if (unlike_of(family, set, m, asked).is) out.push_back(m);
+  }
+  return out;
+}
+
+/// The sets that may be the answer. Their signatures are straight lines until they are followed along their bends,
+/// which costs as much as all other weighing: only those are that the answer depends on, each once.
+class Standing {
+ public:
+  Standing(const Family& family, Search& search, const Asked& asked, const Refine& refine)
+      : family_(family), search_(search), asked_(asked), refine_(refine) {
+    for (const Set* set : search.ranked()) {
+      if (set->stands || set->bends) sets_.push_back({*set, false});
+    }
+  }
+
+  /// The most probable of all, followed; none where none is left that stands.
+  std::optional<Set> best() {
+    while (!sets_.empty()) {
+      const auto top = std::max_element(sets_.begin(), sets_.end(),
+                                        [](const One& a, const One& b) { return a.set.lead.ln < b.set.lead.ln; });
+      if (top->followed) return top->set;
+      follow(static_cast<std::size_t>(top - sets_.begin()));
+    }
+    return std::nullopt;
+  }
+
+  /// Follows those that could do the best one's job, the most probable of each size; the rest of them is gone.
+  void follow_rivals(const Fit& nothing, const Set& best) {
+    const double most = taken(nothing, best.fit, best.use.channel);
+    std::map<std::size_t, std::size_t> count;
+    for (const Set& set : all()) {
+      const double least = (set.bends ? kSameJob : kNear) * most;
+      const bool near =
+          taken(nothing, set.fit, best.use.channel) > least || !is_clearly_better(family_, best, set, asked_);
+      if (!near || set.members.size() > best.members.size()) continue;
+      if (count[set.members.size()] < kRefined / set.members.size()) {
+        if (follow(set.members)) ++count[set.members.size()];
+      } else {
+        keep([&](const Set& other) { return other.members != set.members; });
+      }
+    }
+  }
+
+  /// Is it one of them, along its bends?
+  bool follow(const std::vector<std::size_t>& members) {
+    for (std::size_t k = 0; k < sets_.size(); ++k) {
+      if (sets_[k].set.members != members) continue;
+      if (!sets_[k].followed) follow(k);
+      return find(members) != nullptr;
+    }
+    return false;
+  }
+
+  [[nodiscard]] std::vector<Set> all() const {
+    std::vector<Set> out;
+    for (const One& one : sets_) out.push_back(one.set);
+    std::stable_sort(out.begin(), out.end(), [](const Set& a, const Set& b) { return a.lead.ln > b.lead.ln; });
+    return out;
+  }
+  [[nodiscard]] const Set* find(const std::vector<std::size_t>& members) const {
+    for (const One& one : sets_) {
+      if (one.set.members == members) return &one.set;
+    }
+    return nullptr;
+  }
+  void keep(const std::function<bool(const Set&)>& is_kept) {
+    std::erase_if(sets_, [&](const One& one) { return !is_kept(one.set); });
+  }
+
+ private:
+  struct One {
+    Set set;
+    bool followed;
+  };
+
+  const Set& followed(const Set& set) {
+    const auto known = known_.find(set.members);
+    return known != known_.end() ? known->second : known_.emplace(set.members, refine_(family_, set)).first->second;
+  }
+
+  /// In the place of its straight line, if it stands then: it has to beat each of its subsets where those bend as
+  /// well, for beside one that bends a second cause may seem to be needed. A subset that it does not beat takes its
+  /// place.
+  void follow(std::size_t at) {
+    const std::vector<std::size_t> members = sets_[at].set.members;
+    const auto drop = [&] { sets_.erase(sets_.begin() + static_cast<std::ptrdiff_t>(at)); };
+    const Set set = followed(sets_[at].set);
+    if (!set.stands) return drop();
+    for (std::size_t k = 0; members.size() > 1 && k < members.size(); ++k) {
+      std::vector<std::size_t> rest = members;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+      const Set& smaller = followed(search_.of(rest));
+      if (is_worth_more(family_, set, smaller)) continue;
+      drop();
+      if (smaller.stands && find(rest) == nullptr) sets_.push_back({smaller, true});
+      return;
+    }
+    sets_[at] = {set, true};
+  }
+
+  const Family& family_;
+  Search& search_;
+  const Asked& asked_;
+  const Refine& refine_;
+  std::vector<One> sets_;
+  std::map<std::vector<std::size_t>, Set> known_;
+};
+
+/// The most probable set and those that it does not clearly beat at the same job. What sound logs show as well is
+/// left out of it; where that is all of it, what it beats is the same usual error under another name (`usual`: the
+/// first such sets).
+std::vector<Set> most_probable(const Family& family, const Fit& nothing, const Asked& asked, Standing& standing,
+                               std::vector<Set>& usual) {
+  for (;;) {
+    std::optional<Set> best = standing.best();
+    if (!best) return {};
+    standing.follow_rivals(nothing, *best);
+    best = standing.best();
+    const std::vector<std::size_t> unlike = unlike_members(family, *best, asked);
+    if (standing.follow(unlike)) best = *standing.find(unlike);
+    std::vector<Set> rivals{*best};
+    std::vector<std::vector<std::size_t>> done;
+    for (const Set& set : standing.all()) {
+      if (set.members == best->members) {
+        done.push_back(set.members);
+      } else if (does_the_same(nothing, *best, set)) {
+        done.push_back(set.members);
+        if (set.members.size() <= best->members.size() && !is_clearly_better(family, *best, set, asked))
+          rivals.push_back(set);
+      }
+    }
+    const bool said = std::any_of(rivals.begin(), rivals.end(),
+                                  [&](const Set& set) { return all_unlike(family, nothing, set, asked); });
+    if (said) return rivals;
+    if (usual.empty()) usual = std::move(rivals);
+    standing.keep([&](const Set& set) { return std::find(done.begin(), done.end(), set.members) == done.end(); });
+  }
+}
+
 }  // namespace
+
+plant::World world_with(plant::World world, const AnswerOf& answer) {
+  if (answer.sets.empty()) return world;
+  const Set& set = answer.sets.front();
+  for (std::size_t k = 0; k < set.members.size(); ++k)
+    answer.family->suspects[set.members[k]].form.apply(world, set.values[k]);
+  return world;
+}
 
 double overlap(const Family& family, const Set& a, const Set& b) {
   const std::size_t starts = family.problem.nuisances.size();
@@ -125,6 +301,10 @@ double overlap(const Family& family, const Set& a, const Set& b) {
     }
   }
   const auto s = static_cast<Index>(starts);
+  for (auto k = static_cast<Index>(family.problem.free); k < s; ++k) {
+    gram.row(k).setZero();
+    gram.col(k).setZero();
+  }
   const MatrixXd nn = gram.topLeftCorner(s, s) + 1e-12 * gram.trace() * MatrixXd::Identity(s, s);
   const MatrixXd own = gram.bottomRightCorner(n - s, n - s) -
                        gram.bottomLeftCorner(n - s, s) * nn.ldlt().solve(gram.topRightCorner(s, n - s));
@@ -140,34 +320,22 @@ AnswerOf answer_of(const Family& family, Search& search, const Asked& asked, con
   AnswerOf out;
   out.family = &family;
   out.nothing = search.nothing();
-  std::vector<Set> standing;
-  for (const Set* set : search.ranked()) {
-    if (!set->stands || standing.size() == kRefined || !all_unlike(family, *set, asked)) continue;
-    Set followed = refine(family, *set);
-    if (followed.stands) standing.push_back(std::move(followed));
-  }
-  drop_needless(family, search, refine, standing);
+  Standing standing(family, search, asked, refine);
   for (const Set* set : search.ranked()) {
     if (out.beaten.size() < kShown && set->lead.ln > 0.0) out.beaten.push_back(*set);
   }
-  if (standing.empty()) return out;
-  std::stable_sort(standing.begin(), standing.end(),
-                   [](const Set& a, const Set& b) { return a.lead.ln > b.lead.ln; });
-  const Set best = standing.front();
-  std::vector<Set> rivals{best};
-  for (std::size_t k = 1; k < standing.size(); ++k) {
-    if (!is_clearly_better(family, best, standing[k]) && does_the_same(out.nothing, best, standing[k])) {
-      rivals.push_back(standing[k]);
-    }
+  std::vector<Set> usual_sets;
+  std::vector<Set> rivals = most_probable(family, out.nothing, asked, standing, usual_sets);
+  if (rivals.empty()) {
+    out.usual = std::move(usual_sets);
+  } else {
+    put_sets(std::move(rivals), out);
   }
-  drop_same_names(family, rivals);
-  std::size_t least = best.members.size();
-  for (const Set& set : rivals) least = std::min(least, set.members.size());
-  for (Set& set : rivals) {
-    if (set.members.size() == least) out.sets.push_back(std::move(set));
-  }
-  join_classes(family, out);
   return out;
+}
+
+void say_usual(AnswerOf& answer) {
+  put_sets(std::exchange(answer.usual, {}), answer);
 }
 
 }  // namespace voltlap::explain

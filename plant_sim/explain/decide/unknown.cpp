@@ -2,26 +2,27 @@
 #include "explain/decide/unknown.hpp"
 
 #include <cmath>
+#include <limits>
 
-#include "discrepancy/anonymous_shapes.hpp"
+#include "explain/fit/collected.hpp"
+#include "explain/shapes/anonymous_shapes.hpp"
 
 namespace voltlap::explain {
 
-std::vector<Unnamed> unnamed_in(const Observed& log, const std::vector<VectorXd>& left) {
-  plant::Design design;
-  design.model = log.model;
-  design.comparison = log.comparison;
-  design.base = log.base;
-  const std::vector<plant::Column> shapes = plant::anonymous_columns(design);
+std::vector<Unnamed> unnamed_in(const Observed& log, const std::vector<VectorXd>& left, double least) {
+  std::vector<plant::Shape> shapes;
   std::vector<Unnamed> out;
   for (std::size_t c = 0; c < log.channels.size(); ++c) {
     const ReadChannel& channel = log.channels[c];
-    ChannelColumns made{channel.reader.time_s(), channel.rough, {}, {}, log.blocks_of(channel)};
+    const double rows = static_cast<double>(left[c].size());
+    if (left[c].squaredNorm() < std::pow(least * channel.practical, 2) * rows) continue;
+    ChannelColumns made{channel.reader.even_time_s(), channel.rough, {}, {}, log.blocks_of(channel)};
     std::vector<VectorXd> columns;
     std::vector<double> sigma;
-    for (const plant::Column& shape : shapes) {
-      if (shape.effect[c].size() == 0) continue;
-      columns.push_back(channel.reader.of(shape.effect[c]));
+    if (shapes.empty()) shapes = plant::anonymous_shapes({log.model, log.comparison, log.base});
+    for (const plant::Shape& shape : shapes) {
+      if (shape.channel != c) continue;
+      columns.push_back(channel.reader.of(shape.effect));
       sigma.push_back(std::max(1.0, shape.usual));
     }
     if (columns.empty()) continue;
@@ -34,9 +35,11 @@ std::vector<Unnamed> unnamed_in(const Observed& log, const std::vector<VectorXd>
     made.values.rightCols(1) = left[c];
     problem.blocks = log.blocks;
     problem.prior_sigma = Eigen::Map<const VectorXd>(sigma.data(), static_cast<Index>(sigma.size()));
-    problem.least_sigma = {0.02 * channel.practical};
-    problem.channels.push_back(gram_of(made, noise_grid(channel.balance != plant::Balance::kHeat), log.blocks));
-    const Fit nothing = fit_of(problem, {}), all = fit_of(problem, made.column);
+    problem.least_sigma = {least_noise(channel)};
+    problem.most_slow = {std::numeric_limits<double>::infinity()};
+    problem.channels.emplace_back(std::move(made), noise_grid(channel.balance != plant::Balance::kHeat),
+                                  log.blocks);
+    const Fit nothing = fit_of(problem, {}), all = fit_of(problem, problem.channels.front().column);
     const double gone =
         (nothing.left.sum() - all.left.sum()) / static_cast<double>(std::max<Index>(1, channel.residual.size()));
     out.push_back({channel.name, channel.balance, gone > 0.0 ? std::sqrt(gone) / channel.practical : 0.0,

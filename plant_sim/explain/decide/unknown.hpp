@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Is something wrong that no cause describes? A flexible smooth model (shapes over SOC, current at several lags,
-// temperature and time; discrepancy/anonymous_shapes.hpp) is fitted beside the answer and judged like any
+// temperature and time; explain/shapes/anonymous_shapes.hpp) is fitted beside the answer and judged like any
 // hypothesis.
 #pragma once
 #include <optional>
@@ -18,7 +18,7 @@ struct Unnamed {
   double practical = 0.0;  ///< RMS over what is worth a word
   Lead lead;
 };
-/// By channel that has shapes. `left`: the residual beyond the answer, by channel of the log.
-[[nodiscard]] std::vector<Unnamed> unnamed_in(const Observed& log, const std::vector<VectorXd>& left);
+/// By channel that has shapes and whose residual beyond the answer, `left`, is as large as `least` practical sizes.
+[[nodiscard]] std::vector<Unnamed> unnamed_in(const Observed& log, const std::vector<VectorXd>& left, double least);
 
 }  // namespace voltlap::explain

@@ -3,56 +3,69 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace voltlap::explain {
 namespace {
 
 constexpr double kFreedom = 8.0;  // of the prior of a spread
 constexpr double kOfPractical =
-    1.0 / 7;  // of an effect that is worth a word: its spread where no reference tells it
+    1.0 / 7;                       // of an effect that is worth a word: its spread where no reference tells it
+constexpr double kOfError = 0.25;  // of what sound logs leave in the channel that shows it: that spread, then
 constexpr double kChance = 1e-3;
+constexpr double kLeastSlow = 0.2;  // of a practical size: slow noise that any log may have
+constexpr double kAloneSlow = 2.0;  // where no reference tells it
+constexpr double kMoreSlow = 1.5;   // than the noisiest reference
 
-/// The suspect of another log's family.
-std::optional<std::size_t> same_in(const Family& other, const Suspect& wanted) {
-  for (std::size_t k = 0; k < other.suspects.size(); ++k) {
-    const Suspect& c = other.suspects[k];
-    if (c.cause == wanted.cause && c.number == wanted.number && (c.channel == wanted.channel || !c.form.apply))
-      return k;
+/// RMS [practical sizes] that this much of a column adds to a channel, beyond what nuisances can take.
+double effect_in(const Family& family, std::size_t c, Index column, double size) {
+  const ChannelGram& channel = family.problem.channels[c];
+  const MatrixXd& gram = channel.all[0].gram;
+  const auto place = [&](Index wanted) {
+    const auto found = std::lower_bound(channel.column.begin(), channel.column.end(), wanted);
+    return found != channel.column.end() && *found == wanted ? found - channel.column.begin() : Index{-1};
+  };
+  const Index own = place(column);
+  if (own < 0) return 0.0;
+  std::vector<Index> starts;
+  std::vector<double> sigma;
+  for (const Index n : family.problem.nuisances) {
+    if (place(n) < 0) continue;
+    starts.push_back(place(n));
+    sigma.push_back(family.problem.prior_sigma(n));
   }
-  return std::nullopt;
+  const auto count = static_cast<Index>(starts.size());
+  MatrixXd a(count, count);
+  VectorXd b(count);
+  for (Index i = 0; i < count; ++i) {
+    b(i) = size * gram(own, starts[static_cast<std::size_t>(i)]);
+    for (Index j = 0; j < count; ++j)
+      a(i, j) = gram(starts[static_cast<std::size_t>(i)], starts[static_cast<std::size_t>(j)]);
+  }
+  const double least = family.problem.least_sigma[c] * family.problem.least_sigma[c];
+  for (Index i = 0; i < count; ++i)
+    a(i, i) += least / (sigma[static_cast<std::size_t>(i)] * sigma[static_cast<std::size_t>(i)]);
+  const VectorXd x = bounded_starts(a, b, Eigen::Map<const VectorXd>(sigma.data(), count));
+  const double left = size * size * gram(own, own) - 2.0 * b.dot(x) + x.dot(a * x);
+  return std::sqrt(std::max(0.0, left) / std::max(1.0, channel.all[0].count)) / family.practical[c];
 }
 
-/// RMS that one unit of a column adds, in practical sizes, where that is most; what nuisances take is no part of
-/// it.
-double effect_of_unit(const Family& family, Index column) {
-  double most = 0.0;
-  for (std::size_t c = 0; c < family.problem.channels.size(); ++c) {
-    const ChannelGram& channel = family.problem.channels[c];
-    const MatrixXd& gram = channel.all[0].gram;
-    const auto place = [&](Index wanted) {
-      const auto found = std::lower_bound(channel.column.begin(), channel.column.end(), wanted);
-      return found != channel.column.end() && *found == wanted ? found - channel.column.begin() : Index{-1};
-    };
-    const Index own = place(column);
-    if (own < 0) continue;
-    std::vector<Index> starts;
-    for (const Index n : family.problem.nuisances) {
-      if (place(n) >= 0) starts.push_back(place(n));
-    }
-    const auto count = static_cast<Index>(starts.size());
-    MatrixXd a(count, count);
-    VectorXd b(count);
-    for (Index i = 0; i < count; ++i) {
-      b(i) = gram(own, starts[static_cast<std::size_t>(i)]);
-      for (Index j = 0; j < count; ++j)
-        a(i, j) = gram(starts[static_cast<std::size_t>(i)], starts[static_cast<std::size_t>(j)]);
-    }
-    const double taken = count > 0 ? b.dot(a.completeOrthogonalDecomposition().solve(b)) : 0.0;
-    const double rms = std::sqrt(std::max(0.0, gram(own, own) - taken) / std::max(1.0, channel.all[0].count));
-    most = std::max(most, rms / family.practical[c]);
+/// How much of a column adds a practical size to the channel that shows it best.
+double practical_amount(const Family& family, Index column) {
+  constexpr double kMost = 1e6;
+  const auto shown = [&](double size) {
+    double most = 0.0;
+    for (std::size_t c = 0; c < family.problem.channels.size(); ++c)
+      most = std::max(most, effect_in(family, c, column, size));
+    return most;
+  };
+  double low = 1.0, high = 1.0;
+  while (low > 1.0 / kMost && shown(low) > 1.0) low *= 0.5;
+  while (high < kMost && shown(high) < 1.0) high *= 2.0;
+  for (int round = 0; round < 12; ++round) {
+    const double middle = std::sqrt(low * high);
+    (shown(middle) < 1.0 ? low : high) = middle;
   }
-  return most;
+  return high;
 }
 
 /// Size of a member's columns as one number: its own where there is one, else what they add together in practical
@@ -68,26 +81,26 @@ Size size_of(const Family& family, const Fit& fit, const Suspect& suspect) {
   if (at.size() == 1) return {fit.size(at[0]), std::sqrt(fit.covariance(at[0], at[0]))};
   Size out;
   for (std::size_t k = 0; k < at.size(); ++k) {
-    const double unit = effect_of_unit(family, suspect.columns[k]);
+    const double unit = 1.0 / practical_amount(family, suspect.columns[k]);
     out.value = std::hypot(out.value, fit.size(at[k]) * unit);
     out.sigma = std::hypot(out.sigma, std::sqrt(fit.covariance(at[k], at[k])) * unit);
   }
   return out;
 }
 
-std::vector<double> in_references(const Family& family, const Set& set, std::size_t member,
-                                  const std::vector<const Family*>& references) {
-  std::vector<double> out;
-  for (const Family* reference : references) {
-    std::vector<std::size_t> members;
-    for (const std::size_t m : set.members) {
-      const auto same = same_in(*reference, family.suspects[m]);
-      if (same) members.push_back(*same);
-    }
-    const auto own = same_in(*reference, family.suspects[member]);
-    if (!own) continue;
-    const Fit fit = fit_of(reference->problem, columns_of(*reference, members));
-    out.push_back(size_of(*reference, fit, reference->suspects[*own]).value);
+std::vector<Size> in_references(const Family& family, const Set& set, std::size_t member,
+                                const std::vector<Sound>& references) {
+  std::vector<Suspect> asked;
+  for (const std::size_t m : set.members) asked.push_back(family.suspects[m]);
+  std::vector<Size> out;
+  for (const Sound& reference : references) {
+    const Family& theirs = reference(asked);
+    std::vector<Index> all;
+    for (const Suspect& s : theirs.suspects) all.insert(all.end(), s.columns.begin(), s.columns.end());
+    const auto own = std::find_if(theirs.suspects.begin(), theirs.suspects.end(),
+                                  [&](const Suspect& s) { return is_same(s, family.suspects[member]); });
+    if (own == theirs.suspects.end()) continue;
+    out.push_back(size_of(theirs, fit_of(theirs.problem, all), *own));
   }
   return out;
 }
@@ -107,22 +120,68 @@ double critical_t(double probability, double freedom) {
   return std::sqrt(n * y);
 }
 
-Unlike unlike_of(const Family& family, const Set& set, std::size_t member,
-                 const std::vector<const Family*>& references, double alike) {
+double error_in(const Family& family, const Fit& fit, const Fit& noise, std::size_t channel) {
+  const double rows = std::max(1.0, family.problem.channels[channel].all[0].count);
+  const double left =
+      fit.left.row(static_cast<Index>(channel)).sum() / rows - fast_variance(family.problem, noise, channel);
+  return std::sqrt(std::max(0.0, left)) / family.practical[channel];
+}
+
+std::map<std::string, SoundError> errors_of_sound(const std::vector<Sound>& references) {
+  std::map<std::string, SoundError> out;
+  for (const Sound& reference : references) {
+    const Family& theirs = reference({});
+    const Fit fit = fit_of(theirs.problem, {});
+    for (std::size_t c = 0; c < theirs.channel.size(); ++c) {
+      SoundError& error = out[theirs.channel[c]];
+      const double own = error_in(theirs, fit, fit, c);
+      error.most = std::max(error.most, own);
+      error.usual = std::sqrt((error.usual * error.usual * error.logs + own * own) / (error.logs + 1.0));
+      error.logs += 1.0;
+    }
+  }
+  return out;
+}
+
+void bound_noise(Family& family, const std::vector<Sound>& references) {
+  for (std::size_t c = 0; c < family.channel.size(); ++c) {
+    // Steps of a thermistor leave slow errors that nothing bounds.
+    if (references.empty() && family.channel[c] == "temperature") continue;
+    double most = (references.empty() ? kAloneSlow : kLeastSlow) * family.practical[c];
+    for (const Sound& reference : references) {
+      const Family& theirs = reference({});
+      const Fit fit = fit_of(theirs.problem, {});
+      for (std::size_t r = 0; r < theirs.channel.size(); ++r) {
+        if (theirs.channel[r] == family.channel[c])
+          most = std::max(most, kMoreSlow * slow_noise(theirs.problem, fit, r));
+      }
+    }
+    family.problem.most_slow[c] = most;
+  }
+}
+
+Unlike unlike_of(const Family& family, const Set& set, std::size_t member, const Asked& asked) {
   const Suspect& suspect = family.suspects[member];
   const Size size = size_of(family, set.linear, suspect);
-  const double unit = suspect.columns.size() == 1 ? effect_of_unit(family, suspect.columns[0]) : 1.0;
-  const double least = kOfPractical / std::max(1e-12, unit);
-  const std::vector<double> seen = in_references(family, set, member, references);
-  const auto n = static_cast<double>(seen.size());
+  const double usual = kOfError * asked.error(family.channel[set.use.channel]).usual;
+  const double least = std::max(kOfPractical, usual) *
+                       (suspect.columns.size() == 1 ? practical_amount(family, suspect.columns[0]) : 1.0);
+  const std::vector<Size> seen = in_references(family, set, member, asked.references);
   Unlike out;
-  for (const double s : seen) out.habit.mean += s / (n + 1.0);
-  double square = kFreedom * least * least;
-  for (const double s : seen) square += (s - out.habit.mean) * (s - out.habit.mean);
+  double weights = 1.0 / (least * least);  // of one reference that shows none
+  for (const Size& s : seen) weights += 1.0 / (least * least + s.sigma * s.sigma);
+  for (const Size& s : seen) out.habit.mean += s.value / (least * least + s.sigma * s.sigma) / weights;
+  double square = kFreedom * least * least, freedom = kFreedom;
+  for (const Size& s : seen) {
+    // A reference that hardly moves what the cause acts on says little of it, and its own error is no habit.
+    const double off = s.value - out.habit.mean, said = least * least / (least * least + s.sigma * s.sigma);
+    square += std::max(said * off * off, off * off - s.sigma * s.sigma);
+    freedom += said;
+  }
   out.habit.references = static_cast<int>(seen.size());
-  out.habit.spread = std::sqrt(square / (kFreedom + n) * (1.0 + 1.0 / (n + 1.0)));
+  out.habit.spread = std::sqrt(square / freedom + 1.0 / weights);
   out.t = std::abs(size.value - out.habit.mean) / std::hypot(out.habit.spread, size.sigma);
-  out.least = critical_t(kChance / alike, kFreedom + n);
+  out.least = critical_t(kChance / asked.alike, freedom);
   out.is = out.t > out.least;
   return out;
 }

@@ -1,35 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "explain/fit/columns.hpp"
 
-#include <cmath>
+#include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
 #include <optional>
 
-#include "discrepancy/anonymous_shapes.hpp"
-#include "discrepancy/saturation.hpp"
+#include "explain/fit/collected.hpp"
+#include "explain/gate/rail.hpp"
 
 namespace voltlap::explain {
 namespace {
 
-constexpr double kStep = 0.1;         // of a typical size: derivative
-constexpr double kNothing = 1e-9;     // of a parameter: what has no size of its own is told by its presence
-constexpr double kWide = 30.0;        // typical sizes: nothing is known of a cause beforehand
-constexpr double kRest_v = 1e-3;      // how well a first rest tells the open-circuit voltage
-constexpr double kUnderLoad = 0.05;   // SOC, where no rest tells it
-constexpr double kBestSensor = 0.02;  // of a practical size: noise that no reading is below
-constexpr double kWarmth_k = 0.5;     // cells beside their thermistors at the start
+using plant::Acts;
 
-/// Columns as they are collected: effects by channel.
-struct Collected {
-  std::vector<std::vector<VectorXd>> effect;  ///< [column][channel]
-  std::vector<double> sigma, typical;
-  Index add(std::vector<VectorXd> by_channel, double prior_sigma, double unit) {
-    effect.push_back(std::move(by_channel));
-    sigma.push_back(prior_sigma);
-    typical.push_back(unit);
-    return static_cast<Index>(effect.size()) - 1;
-  }
-};
+constexpr double kNothing = 1e-9;    // of a parameter: what has no size of its own is told by its presence
+constexpr double kRest_v = 1e-3;     // how well a first rest tells the open-circuit voltage
+constexpr double kUnderLoad = 0.05;  // SOC, where no rest tells it
+constexpr double kWarmth_k = 0.5;    // cells beside their thermistors at the start
+constexpr double kCounted = 0.01;    // SOC: how well whoever counts it knew where it began
+constexpr double kAir_k = 1.0;       // beside the model, where the log does not say it
 
 bool acts(const std::vector<VectorXd>& by_channel) {
   for (const VectorXd& v : by_channel) {
@@ -39,79 +30,106 @@ bool acts(const std::vector<VectorXd>& by_channel) {
 }
 
 /// What can a cause of this kind change? Only errors of the current are seen by battery and car.
-plant::Acts acts_on(plant::Balance balance, const plant::World& from, const plant::World& to) {
-  if (from.current_limit_a != to.current_limit_a) return plant::Acts::kOnAll;
-  if (balance == plant::Balance::kForce || balance == plant::Balance::kPower) return plant::Acts::kOnCar;
+Acts acts_on(plant::Balance balance, const plant::World& from, const plant::World& to) {
+  if (from.current_limit_a != to.current_limit_a) return Acts::kOnAll;
+  if (balance == plant::Balance::kForce || balance == plant::Balance::kPower) return Acts::kOnCar;
   const auto differ = [](const plant::SensorError& a, const plant::SensorError& b) {
     return a.gain != b.gain || a.offset != b.offset || a.delay_s != b.delay_s;
   };
-  return differ(from.current, to.current) ? plant::Acts::kOnAll : plant::Acts::kOnBattery;
+  return differ(from.current, to.current) ? Acts::kOnAll : Acts::kOnBattery;
+}
+
+plant::Prediction predicted(const Observed& log, const plant::World& world, Acts acts) {
+  return plant::predict(world, log.comparison, log.base, acts);
+}
+
+/// What was reckoned once of this log is not reckoned again: `key` says what was changed.
+const std::vector<VectorXd>& known(const Observed& log, const std::string& key,
+                                   const std::function<std::vector<VectorXd>()>& reckon) {
+  const auto found = log.known->find(key);
+  return found != log.known->end() ? found->second : log.known->emplace(key, reckon()).first->second;
+}
+
+/// What can a set of them change?
+Acts acts_of(const Observed& log, const std::vector<plant::Cause>& causes, const Family& family,
+             const std::vector<std::size_t>& members, const plant::World& world) {
+  std::optional<Acts> out;
+  for (const std::size_t m : members) {
+    const Acts own = acts_on(causes[static_cast<std::size_t>(family.suspects[m].cause)].balance, log.model, world);
+    out = !out || *out == own ? own : Acts::kOnAll;
+  }
+  return out.value_or(Acts::kOnAll);
+}
+
+/// (to - from) / step; what is empty is nothing.
+std::vector<VectorXd> slope(std::vector<VectorXd> to, const std::vector<VectorXd>& from, double step) {
+  for (std::size_t c = 0; c < to.size(); ++c) {
+    if (!from.empty() && from[c].size() > 0)
+      to[c] = to[c].size() > 0 ? VectorXd(to[c] - from[c]) : VectorXd(-from[c]);
+    to[c] /= step;
+  }
+  return to;
 }
 
 /// Effect of a step away from the model itself.
 std::vector<VectorXd> signature(const Observed& log, const plant::World& to, plant::Balance balance, double step) {
-  std::vector<VectorXd> out =
-      log.effect_of(plant::predict(to, log.comparison, log.base, acts_on(balance, log.model, to)));
-  for (VectorXd& v : out) v /= step;
-  return out;
+  return slope(log.effect_of(predicted(log, to, acts_on(balance, log.model, to))), {}, step);
 }
 
-std::vector<VectorXd> derivative(const Observed& log, const plant::World& from, const plant::World& to,
-                                 double step) {
-  std::vector<VectorXd> out = log.effect_of(plant::predict(to, log.comparison));
-  if (&from != &log.model) {
-    const std::vector<VectorXd> before = log.effect_of(plant::predict(from, log.comparison));
-    for (std::size_t c = 0; c < out.size(); ++c) {
-      if (before[c].size() > 0) out[c] = out[c].size() > 0 ? VectorXd(out[c] - before[c]) : VectorXd(-before[c]);
-    }
-  }
-  for (VectorXd& v : out) v /= step;
-  return out;
+/// What a log does not say of how it began, by kind.
+struct Start {
+  double step = 0.0, sigma = 0.0;
+  void (*apply)(plant::World&, std::size_t gap, double) = nullptr;
+  std::size_t gap = 0;
+};
+
+/// Then it is known within a few kelvin alone.
+bool says_no_air(const Observed& log) {
+  return plant::has_temperature(log.comparison) && log.comparison.facts.ambient_above_model_k.size() == 0;
 }
 
-/// Where the log began: how full, and how warm beside its thermistors.
-void add_starts(const Observed& log, const plant::World& world, Collected& columns, std::vector<Index>& nuisances) {
-  constexpr double kSocStep = 0.002, kWarmthStep = 0.2;
-  plant::World changed = world;
-  changed.initial_soc_change += kSocStep;
+std::vector<Start> starts_of(const Observed& log) {
+  const plant::LogFacts& facts = log.comparison.facts;
   const double known =
-      log.comparison.facts.starts_at_rest ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
-  nuisances.push_back(columns.add(derivative(log, world, changed, kSocStep), known, 1.0));
-  if (!plant::has_temperature(log.comparison)) return;
-  changed = world;
-  changed.initial_warmth_k += kWarmthStep;
-  nuisances.push_back(columns.add(derivative(log, world, changed, kWarmthStep), kWarmth_k, 1.0));
-}
-
-Problem problem_of(const std::vector<const ReadChannel*>& channels, const Observed& log, const Collected& columns,
-                   const std::vector<Index>& nuisances) {
-  Problem out;
-  out.nuisances = nuisances;
-  out.blocks = log.blocks;
-  out.prior_sigma = Eigen::Map<const VectorXd>(columns.sigma.data(), static_cast<Index>(columns.sigma.size()));
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const ReadChannel& channel = *channels[c];
-    ChannelColumns made{channel.reader.time_s(), channel.rough, {}, {}, log.blocks_of(channel)};
-    for (std::size_t k = 0; k < columns.effect.size(); ++k) {
-      if (columns.effect[k][c].size() > 0) made.column.push_back(static_cast<Index>(k));
-    }
-    made.values.resize(channel.residual.size(), static_cast<Index>(made.column.size()) + 1);
-    for (std::size_t k = 0; k < made.column.size(); ++k) {
-      made.values.col(static_cast<Index>(k)) = columns.effect[static_cast<std::size_t>(made.column[k])][c];
-    }
-    made.values.rightCols(1) = channel.residual;
-    out.least_sigma.push_back(kBestSensor * channel.practical);
-    out.channels.push_back(gram_of(made, noise_grid(channel.balance != plant::Balance::kHeat), log.blocks));
+      facts.starts_at_rest ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
+  std::vector<Start> out{
+      {0.002, known, [](plant::World& w, std::size_t, double by) { w.initial_soc_change += by; }}};
+  if (plant::has_temperature(log.comparison)) {
+    out.push_back({0.2, kWarmth_k, [](plant::World& w, std::size_t, double by) { w.initial_warmth_k += by; }});
+  }
+  if (log.comparison.find("soc") != nullptr) {
+    out.push_back({0.002, kCounted, [](plant::World& w, std::size_t, double by) { w.reported_soc_low += by; }});
+  }
+  for (std::size_t gap = 0; gap < facts.gaps.size(); ++gap) {
+    out.push_back({0.002, kUnderLoad,
+                   [](plant::World& w, std::size_t number, double by) {
+                     w.soc_after_gap.resize(std::max(w.soc_after_gap.size(), number + 1));
+                     w.soc_after_gap[number] += by;
+                   },
+                   gap});
+  }
+  if (says_no_air(log)) {
+    out.push_back(
+        {1.0, kAir_k, [](plant::World& w, std::size_t, double by) { w.car.environment.ambient_c += by; }});
   }
   return out;
 }
 
-void describe(const std::vector<const ReadChannel*>& channels, const Collected& columns, Family& out) {
-  for (const ReadChannel* channel : channels) {
-    out.channel.push_back(channel->name);
-    out.practical.push_back(channel->practical);
+/// Where the log began, how full and how warm beside its thermistors, the air that it does not say, and how full it
+/// was after each gap.
+void add_starts(const Observed& log, Collected& columns, std::vector<Index>& nuisances) {
+  const std::vector<Start> starts = starts_of(log);
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    const Start& start = starts[k];
+    nuisances.push_back(columns.add(known(log, fmt::format("start {}", k),
+                                          [&] {
+                                            plant::World changed = log.model;
+                                            start.apply(changed, start.gap, start.step);
+                                            return slope(log.effect_of(predicted(log, changed, Acts::kOnBattery)),
+                                                         {}, start.step);
+                                          }),
+                                    start.sigma, 1.0));
   }
-  out.typical = Eigen::Map<const VectorXd>(columns.typical.data(), static_cast<Index>(columns.typical.size()));
 }
 
 std::vector<const ReadChannel*> pointers_to(const std::vector<ReadChannel>& channels) {
@@ -120,27 +138,12 @@ std::vector<const ReadChannel*> pointers_to(const std::vector<ReadChannel>& chan
   return out;
 }
 
-/// The start is no finding where the log does not say what it was.
+/// The start is no finding where the log does not say what it was; air that it says is not contradicted.
 bool may_be_named(const plant::Cause& cause, const Observed& log) {
-  return std::string_view(cause.name) != "initial_soc" || log.comparison.find("soc") != nullptr;
+  const std::string_view name = cause.name;
+  if (name == "ambient") return says_no_air(log);
+  return name != "initial_soc" || log.comparison.find("soc") != nullptr;
 }
-
-/// What a member begins with beside the others.
-void add_member_starts(const Observed& log, const ReadChannel& channel, bool heat, Collected& columns,
-                       std::vector<Index>& nuisances) {
-  constexpr double kSoc = 0.01, kWarmth = 0.3;
-  if (!heat) {
-    nuisances.push_back(columns.add({channel.reader.of(log.base.battery.ocv_slope_v)}, kSoc, 1.0));
-    return;
-  }
-  const plant::CellParameters& cell = log.model.car.cell;
-  const double cooling = cell.convection_w_per_m2_k * cell.surface_area_m2;
-  const double tau = cooling > 0.0 ? cell.mass_kg * cell.heat_capacity_j_per_kg_k / cooling : 1e9;
-  const VectorXd& t = channel.reader.time_s();
-  nuisances.push_back(columns.add({(-(t.array() - t(0)) / tau).exp().matrix()}, kWarmth, 1.0));
-}
-
-}  // namespace
 
 /// The forms of a cause on this log. A current sensor that ends at a limit has no signature that is a straight
 /// line: its column is the whole effect, and where its bends are followed nothing is left to estimate.
@@ -150,16 +153,30 @@ std::vector<plant::Form> forms_of(const plant::Cause& cause, const Observed& log
   if (!rail || log.comparison.facts.at_limit.empty()) return {};
   plant::Form form;
   form.at = {rail->limit_a};
+  // The slow part of a sensor's noise does not average out: one reading's spread is the mean's too. Readings that
+  // are all alike say where it ends to half a step.
+  form.read = {std::max(rail->noise_a, 0.25 * rail->step_a)};
   form.linear = {0};
   form.apply = [from_a = rail->from_a](plant::World& world, plant::Values) { world.current_limit_a = from_a; };
   return {form};
 }
 
-Family global_family(const Observed& log, const std::vector<plant::Cause>& causes) {
+}  // namespace
+
+void begin_at(plant::World& world, const Observed& log, const VectorXd& starts) {
+  const std::vector<Start> kinds = starts_of(log);
+  for (std::size_t k = 0; k < kinds.size(); ++k) kinds[k].apply(world, kinds[k].gap, starts(static_cast<Index>(k)));
+}
+
+bool is_same(const Suspect& a, const Suspect& b) {
+  return a.cause == b.cause && a.number == b.number && (a.channel == b.channel || !a.form.apply);
+}
+
+Family global_family(const Observed& log, const std::vector<plant::Cause>& causes, const Wanted& wanted) {
   Family out;
   Collected columns;
   std::vector<Index> nuisances;
-  add_starts(log, log.model, columns, nuisances);
+  add_starts(log, columns, nuisances);
   for (std::size_t k = 0; k < causes.size(); ++k) {
     if (!may_be_named(causes[k], log)) continue;
     const std::vector<plant::Form> forms = forms_of(causes[k], log);
@@ -167,6 +184,7 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
       const plant::Form& form = forms[number];
       if (!form.apply) continue;
       Suspect suspect{static_cast<int>(k), form, number, causes[k].name, form.channel, {}};
+      if (!wanted(suspect)) continue;
       for (const std::size_t p : form.linear) {
         plant::World world = log.model;
         std::vector<double> values = form.at;
@@ -174,57 +192,38 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
         const double typical = whole ? kNothing : causes[k].parameters[p].typical;
         values[p] += kStep * typical;
         form.apply(world, values);
-        std::vector<VectorXd> effect = signature(log, world, causes[k].balance, whole ? 1.0 : kStep);
-        if (acts(effect)) suspect.columns.push_back(columns.add(std::move(effect), kWide, typical));
+        const std::vector<VectorXd>& effect = known(log, fmt::format("{} {} {}", causes[k].name, number, p), [&] {
+          return signature(log, world, causes[k].balance, whole ? 1.0 : kStep);
+        });
+        if (acts(effect)) suspect.columns.push_back(columns.add(effect, kWide, typical));
       }
-      if (suspect.columns.size() == form.linear.size()) out.suspects.push_back(std::move(suspect));
+      if (suspect.columns.size() != form.linear.size()) continue;
+      columns.put_curve(form, suspect.columns);
+      out.suspects.push_back(std::move(suspect));
     }
   }
   const std::vector<const ReadChannel*> channels = pointers_to(log.channels);
   out.problem = problem_of(channels, log, columns, nuisances);
+  out.problem.free -= says_no_air(log) ? 1 : 0;
   describe(channels, columns, out);
-  return out;
-}
-
-Family member_family(const Observed& log, const Member& member, const std::vector<plant::Cause>& causes) {
-  Family out;
-  Collected columns;
-  std::vector<Index> nuisances;
-  const plant::Group& group = log.comparison.groups[member.group];
-  add_member_starts(log, member.channel, group.balance == plant::Balance::kHeat, columns, nuisances);
-  for (std::size_t k = 0; k < causes.size(); ++k) {
-    const std::vector<plant::Form> forms = causes[k].forms(log.model, log.comparison);
-    for (std::size_t number = 0; number < forms.size(); ++number) {
-      const plant::Form& form = forms[number];
-      if (form.apply || form.stem != group.stem || form.channel == "ends") continue;
-      Suspect suspect{static_cast<int>(k), form, number, causes[k].name, group.members[member.index], {}};
-      const std::vector<VectorXd> shapes = form.shapes(log.model, log.comparison, log.base);
-      for (std::size_t s = 0; s < shapes.size(); ++s) {
-        const double typical = causes[k].parameters[form.linear[s]].typical;
-        const VectorXd known = shapes[s].array().isFinite().select(shapes[s], 0.0);
-        suspect.columns.push_back(columns.add({member.channel.reader.of(known) * typical}, kWide, typical));
-      }
-      out.suspects.push_back(std::move(suspect));
-    }
-  }
-  out.problem = problem_of({&member.channel}, log, columns, nuisances);
-  describe({&member.channel}, columns, out);
   return out;
 }
 
 Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, const Family& family,
                  const SetValues& at) {
-  Family out = family;
+  Family out;
+  out.suspects = family.suspects;
   plant::World world = log.model;
   for (std::size_t k = 0; k < at.members.size(); ++k) out.suspects[at.members[k]].form.apply(world, at.values[k]);
-  const std::vector<VectorXd> moved = log.effect_of(plant::predict(world, log.comparison));
+  const Acts acts = acts_of(log, causes, out, at.members, world);
+  const std::vector<VectorXd> moved = log.effect_of(predicted(log, world, acts));
   std::vector<ReadChannel> channels = log.channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (moved[c].size() > 0) channels[c].residual -= moved[c];
   }
   Collected columns;
   std::vector<Index> nuisances;
-  add_starts(log, world, columns, nuisances);
+  add_starts(log, columns, nuisances);
   for (std::size_t k = 0; k < at.members.size(); ++k) {
     Suspect& suspect = out.suspects[at.members[k]];
     suspect.columns.clear();
@@ -236,13 +235,14 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
         if (m == k) values[p] += kStep * cause.parameters[p].typical;
         out.suspects[at.members[m]].form.apply(stepped, values);
       }
-      suspect.columns.push_back(
-          columns.add(derivative(log, world, stepped, kStep), kWide, cause.parameters[p].typical));
+      suspect.columns.push_back(columns.add(slope(log.effect_of(predicted(log, stepped, acts)), moved, kStep),
+                                            kWide, cause.parameters[p].typical));
     }
+    columns.put_curve(suspect.form, suspect.columns);
   }
   out.problem = problem_of(pointers_to(channels), log, columns, nuisances);
-  out.channel.clear();
-  out.practical.clear();
+  out.problem.most_slow = family.problem.most_slow;
+  out.problem.free = family.problem.free;
   describe(pointers_to(channels), columns, out);
   return out;
 }

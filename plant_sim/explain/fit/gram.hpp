@@ -39,11 +39,19 @@ struct Products {
   MatrixXd gram;  ///< the residual last
   double log_det = 0.0, count = 0.0;
 };
-struct ChannelGram {
-  std::vector<Index> column;                    ///< as above, without the residual
-  std::vector<std::vector<Products>> by_block;  ///< [noise][block]
-  std::vector<Products> all;                    ///< [noise]
+class ChannelGram {
+ public:
+  ChannelGram(ChannelColumns columns, std::vector<NoisePoint> grid, Index blocks);
+  std::vector<Index> column;      ///< as above, without the residual
+  std::vector<NoisePoint> noise;  ///< the grid
+  std::vector<Products> all;      ///< [noise], of the whole log
+  /// Of one block: reckoned when this noise is first asked for, as few of the grid ever are.
+  [[nodiscard]] const Products& of_block(std::size_t noise, Index block) const;
+
+ private:
+  ChannelColumns columns_;
+  Index blocks_;
+  mutable std::vector<std::vector<Products>> by_block_;  // [noise][block]
 };
-[[nodiscard]] ChannelGram gram_of(const ChannelColumns& channel, const std::vector<NoisePoint>& grid, Index blocks);
 
 }  // namespace voltlap::explain

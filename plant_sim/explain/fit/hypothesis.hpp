@@ -15,12 +15,21 @@
 
 namespace voltlap::explain {
 
+/// Columns next to each other that are the points of a curve: it goes on straight where nothing tells how it bends.
+struct Curve {
+  Index first = 0, points = 0;
+  double bend = 0.0;  ///< standard deviation of a second difference
+};
+
 /// Channels that share columns.
 struct Problem {
   std::vector<ChannelGram> channels;
-  VectorXd prior_sigma;             ///< of each column's size
+  VectorXd prior_sigma;  ///< of each column's size
+  std::vector<Curve> curves;
   std::vector<double> least_sigma;  ///< of each channel's noise: no sensor and no model is better
+  std::vector<double> most_slow;    ///< standard deviation of each channel's slow noise: sound logs have no more
   std::vector<Index> nuisances;     ///< columns that every hypothesis has
+  std::size_t free = 0;             ///< of them, the first: what they can take is no effect of a cause
   Index blocks = 0;
 };
 
@@ -35,6 +44,12 @@ struct Fit {
   VectorXd variance;               ///< s^2 by channel
   [[nodiscard]] double total() const { return log_p.sum(); }
 };
+/// Least squares of nuisances, none further from nothing than three of its standard deviations.
+[[nodiscard]] VectorXd bounded_starts(MatrixXd normal, VectorXd right, const VectorXd& sigma);
+/// Standard deviation of the slow part of a channel's noise.
+[[nodiscard]] double slow_noise(const Problem& problem, const Fit& fit, std::size_t channel);
+/// Variance of the rest of it: white, and what grows with the change of the current.
+[[nodiscard]] double fast_variance(const Problem& problem, const Fit& fit, std::size_t channel);
 /// `with` beside the nuisances.
 [[nodiscard]] Fit fit_of(const Problem& problem, const std::vector<Index>& with);
 

@@ -10,8 +10,17 @@ namespace {
 constexpr std::size_t kBestSingles = 12, kBestPairs = 6;  // that are grown
 constexpr double kOfWhole = 0.2;     // of what a set takes from the error: a part worth a name of its own
 constexpr double kCancelling = 2.5;  // effect of one cause over that of all together
-constexpr int kSteps = 3;            // of Gauss-Newton
-constexpr double kPractical = 0.8;   // of a practical size, as measured from a part of the log
+constexpr int kSteps = 3;            // of Gauss-Newton, at most; it ends where a step changes next to nothing:
+constexpr double kOfSigma = 0.1, kOfSize = 0.003;
+constexpr int kStepsOfBent = 6;  // where the straight line led nowhere
+constexpr double kFiner = 0.2;   // of the least noise that decides: where sizes are told
+constexpr double kReachOfMember =
+    2.0;                            // of the range: one cell can be worse than all, and no bend of it is followed
+constexpr double kInside = 0.5;     // of the range, where it begins then
+constexpr double kOfError = 0.19;   // of the squares of the error in a channel: a tenth of its RMS
+constexpr double kSpoils = 1.21;    // of the squares of a channel where it was not fitted
+constexpr double kSure = 2.0;       // standard deviations
+constexpr double kPractical = 0.8;  // of a practical size, as measured from a part of the log
 
 /// A step may have left what is physically possible.
 void hold_inside(const Family& family, const std::vector<plant::Cause>& causes, std::size_t member,
@@ -20,6 +29,63 @@ void hold_inside(const Family& family, const std::vector<plant::Cause>& causes, 
   for (std::size_t p = 0; p < values.size(); ++p) {
     values[p] = std::clamp(values[p], cause.parameters[p].low, cause.parameters[p].high);
   }
+}
+
+/// Does every channel stay as good as it was where it was not fitted, but for less than a practical size?
+bool spoils_nothing(const Family& family, const Fit& fit, const Fit& nothing) {
+  for (std::size_t c = 0; c < family.problem.channels.size(); ++c) {
+    const auto row = static_cast<Index>(c);
+    const double least = kPractical * family.practical[c];
+    const double allowed = family.problem.channels[c].all[0].count * least * least;
+    if (fit.left.row(row).sum() > kSpoils * nothing.left.row(row).sum() + allowed) return false;
+  }
+  return true;
+}
+
+/// Is its use where one of its causes acts? What is wrong with the voltage alone is no explanation of the heat.
+bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
+  if (family.channel[set.use.channel] != "temperature") return true;
+  return std::any_of(set.members.begin(), set.members.end(), [&](std::size_t m) {
+    const plant::Balance balance = causes[static_cast<std::size_t>(family.suspects[m].cause)].balance;
+    const std::string& name = family.suspects[m].name;
+    return balance == plant::Balance::kHeat || name.starts_with("current_");
+  });
+}
+
+/// Is it of practical use: by itself, and as a part of an error that is there anyway, noise apart?
+bool is_of_use(const Family& family, const Use& use, const Fit& nothing) {
+  const auto row = static_cast<Index>(use.channel);
+  const double count = std::max(1.0, family.problem.channels[use.channel].all[0].count);
+  const double error = nothing.left.row(row).sum() / count - fast_variance(family.problem, nothing, use.channel);
+  const double gone = use.practical * family.practical[use.channel];
+  const double asked = family.asked.empty() ? 1.0 : family.asked[use.channel];
+  return use.practical > kPractical * asked && gone * gone > kOfError * error;
+}
+
+/// Is each size sure to be more than nothing? Time constants are only ever near one.
+bool is_sure(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
+  for (std::size_t m = 0; m < set.members.size(); ++m) {
+    const plant::Cause& cause = causes[static_cast<std::size_t>(family.suspects[set.members[m]].cause)];
+    bool one = false, any = false;
+    for (const std::size_t p : family.suspects[set.members[m]].form.refined) {
+      if (cause.parameters[p].low > 0.0) continue;
+      any = true;
+      one = one || std::abs(set.values[m][p]) > kSure * set.sigma[m][p];
+    }
+    if (any && !one) return false;
+  }
+  return true;
+}
+
+/// Does another step change nothing that anyone would see?
+bool is_settled(const std::vector<std::vector<double>>& before, const Set& set) {
+  for (std::size_t m = 0; m < before.size(); ++m) {
+    for (std::size_t p = 0; p < before[m].size(); ++p) {
+      const double allowed = std::max(kOfSigma * set.sigma[m][p], kOfSize * std::abs(set.values[m][p]));
+      if (std::abs(set.values[m][p] - before[m][p]) > allowed) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -47,13 +113,17 @@ void put_values(const Family& family, const Fit& fit, const std::vector<std::vec
   }
 }
 
+double use_in(const Family& family, std::size_t channel, const Fit& better, const Fit& worse) {
+  const auto row = static_cast<Index>(channel);
+  const double count = family.problem.channels[channel].all[0].count;
+  const double gone = (worse.left.row(row).sum() - better.left.row(row).sum()) / std::max(1.0, count);
+  return gone > 0.0 ? std::sqrt(gone) / family.practical[channel] : 0.0;
+}
+
 Use use_of(const Family& family, const Fit& better, const Fit& worse) {
   Use out;
   for (std::size_t c = 0; c < family.problem.channels.size(); ++c) {
-    const auto row = static_cast<Index>(c);
-    const double count = family.problem.channels[c].all[0].count;
-    const double gone = (worse.left.row(row).sum() - better.left.row(row).sum()) / std::max(1.0, count);
-    const double size = gone > 0.0 ? std::sqrt(gone) / family.practical[c] : 0.0;
+    const double size = use_in(family, c, better, worse);
     if (size > out.practical) out = {size, c};
   }
   return out;
@@ -68,6 +138,7 @@ Search::Search(const Family& family, const std::vector<plant::Cause>& causes)
     : family_(family), causes_(causes), nothing_(fit_of(family.problem, {})) {
   for (std::size_t k = 0; k < family.suspects.size(); ++k) static_cast<void>(of({k}));
   grow(1, kBestSingles);
+  pair_identified();
   grow(2, kBestPairs);
 }
 
@@ -87,6 +158,19 @@ void Search::grow(std::size_t from_size, std::size_t best) {
   }
 }
 
+/// What is identified together may be no better alone, for then its sum is wrong.
+void Search::pair_identified() {
+  std::vector<std::size_t> identified;
+  for (std::size_t k = 0; k < family_.suspects.size(); ++k) {
+    if (causes_[static_cast<std::size_t>(family_.suspects[k].cause)].is_identified) identified.push_back(k);
+  }
+  for (const std::size_t a : identified) {
+    for (const std::size_t b : identified) {
+      if (a < b && fits_together({a, b})) static_cast<void>(of({a, b}));
+    }
+  }
+}
+
 bool Search::fits_together(const std::vector<std::size_t>& members) const {
   for (std::size_t a = 0; a < members.size(); ++a) {
     for (std::size_t b = a + 1; b < members.size(); ++b) {
@@ -102,18 +186,21 @@ bool Search::is_possible(const Set& set) const {
     const Suspect& c = family_.suspects[set.members[m]];
     for (const std::size_t p : c.form.linear) {
       const plant::CauseParameter& range = causes_[static_cast<std::size_t>(c.cause)].parameters[p];
-      if (set.values[m][p] < range.low || set.values[m][p] > range.high) return false;
+      const double reach = c.form.apply ? 1.0 : kReachOfMember;
+      if (set.values[m][p] < reach * range.low || set.values[m][p] > reach * range.high) return false;
     }
   }
   return true;
 }
 
-/// Do causes of the set undo each other? Then they follow, by their difference, a shape that none of them is.
+/// Do causes of the set undo each other? Then they follow, by their difference, a shape that none of them is. What
+/// is identified together counts as one: its sum is right.
 bool Search::cancels(const Set& set) const {
   const auto starts = static_cast<Index>(family_.problem.nuisances.size());
   for (std::size_t c = 0; c < family_.problem.channels.size(); ++c) {
     const ChannelGram& channel = family_.problem.channels[c];
     VectorXd all = VectorXd::Zero(static_cast<Index>(channel.column.size()));
+    VectorXd identified = VectorXd::Zero(all.size());
     std::vector<VectorXd> alone;
     Index at = starts;
     for (const std::size_t m : set.members) {
@@ -125,8 +212,13 @@ bool Search::cancels(const Set& set) const {
         ++at;
       }
       all += own;
-      alone.push_back(std::move(own));
+      if (causes_[static_cast<std::size_t>(family_.suspects[m].cause)].is_identified) {
+        identified += own;
+      } else {
+        alone.push_back(std::move(own));
+      }
     }
+    alone.push_back(std::move(identified));
     const auto norm = [&](const VectorXd& x) {
       return std::sqrt(std::max(0.0, x.dot(channel.all[0].gram.topLeftCorner(x.size(), x.size()) * x)) /
                        channel.all[0].count);
@@ -159,7 +251,10 @@ const Set& Search::of(const std::vector<std::size_t>& members) {
 }
 
 void Search::judge(Set& set) {
-  set.stands = set.lead.decisive && set.use.practical > kPractical && is_possible(set);
+  const bool possible = is_possible(set);
+  const bool takes = is_of_use(family_, set.use, nothing_);
+  set.bends = set.members.size() == 1 && (set.lead.decisive ? !possible : takes);
+  set.stands = set.lead.decisive && takes && is_at_home(causes_, family_, set) && possible;
   if (set.members.size() < 2) return;
   for (std::size_t k = 0; set.stands && k < set.members.size(); ++k) {
     std::vector<std::size_t> rest = set.members;
@@ -170,29 +265,38 @@ void Search::judge(Set& set) {
   if (set.stands) set.stands = !cancels(set);
 }
 
-Set refined(const Observed& log, const std::vector<plant::Cause>& causes, const Family& family, const Fit& nothing,
-            const Set& set) {
+Set refined(const std::vector<plant::Cause>& causes, const Family& family, const Fit& nothing, const Set& set,
+            const AtValues& at_values) {
   std::vector<std::vector<std::size_t>> parameters;
-  for (const std::size_t m : set.members) {
-    if (!family.suspects[m].form.apply) return set;  // a member's shapes are what they are
-    parameters.push_back(family.suspects[m].form.refined);
-  }
+  for (const std::size_t m : set.members) parameters.push_back(family.suspects[m].form.refined);
   Set out = set;
-  for (int step = 0; step < kSteps; ++step) {
+  out.stands = set.stands || set.bends;
+  for (std::size_t m = 0; set.bends && m < set.members.size(); ++m) {
+    hold_inside(family, causes, set.members[m], out.values[m]);
+    if (out.values[m] == set.values[m]) continue;
+    for (const std::size_t p : parameters[m]) out.values[m][p] *= kInside;
+  }
+  for (int step = 0; step < (set.bends ? kStepsOfBent : kSteps); ++step) {
     for (std::size_t m = 0; m < set.members.size(); ++m) hold_inside(family, causes, set.members[m], out.values[m]);
-    const Family there = at_values(log, causes, family, {set.members, out.values});
+    const std::vector<std::vector<double>> before = out.values;
+    Family there = at_values({set.members, out.values});
     out.fit = fit_of(there.problem, columns_of(there, set.members));
-    put_values(there, out.fit, out.values, parameters, out);
+    // What is too small to decide still tells how large a cause is.
+    for (double& sigma : there.problem.least_sigma) sigma *= kFiner;
+    put_values(there, fit_of(there.problem, columns_of(there, set.members)), out.values, parameters, out);
     for (std::size_t m = 0; m < set.members.size(); ++m) hold_inside(family, causes, set.members[m], out.values[m]);
     out.lead = lead_of(out.fit, nothing);
     out.use = use_of(there, out.fit, nothing);
+    if (is_settled(before, out)) break;
   }
   for (std::size_t m = 0; m < set.members.size(); ++m) {
     const plant::Cause& cause = causes[static_cast<std::size_t>(family.suspects[set.members[m]].cause)];
     for (const std::size_t p : parameters[m])
       out.stands = out.stands && plant::is_inside_prior(cause.parameters[p], out.values[m][p]);
   }
-  out.stands = out.stands && out.lead.decisive;
+  out.stands = out.stands && out.lead.decisive && is_of_use(family, out.use, nothing) &&
+               is_sure(causes, family, out) && is_at_home(causes, family, out) &&
+               spoils_nothing(family, out.fit, nothing);
   return out;
 }
 

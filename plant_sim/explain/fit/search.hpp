@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // All sets of up to three causes that could explain a family, each weighed on minutes it has not seen: singles,
-// pairs of the best singles with any, triples of the best pairs with any.
+// pairs of the best singles with any and of what is identified together, triples of the best pairs with any.
 #pragma once
 #include <functional>
 #include <map>
@@ -10,13 +10,16 @@
 
 namespace voltlap::explain {
 
-/// What a set takes away from the plain error of one channel: RMS of what is no longer there, in practical sizes.
+/// What a set takes away from the plain error of one channel: RMS of what is no longer there, in practical sizes,
+/// on blocks that its fit did not see, but for the one where it spoils most: that may be all that tells a curve
+/// there.
 struct Use {
   double practical = 0.0;
   std::size_t channel = 0;
 };
-/// Of `better` against `worse`, in the channel where it is most.
+/// Of `better` against `worse`, in the channel where it is most, and in one channel [practical sizes].
 [[nodiscard]] Use use_of(const Family& family, const Fit& better, const Fit& worse);
+[[nodiscard]] double use_in(const Family& family, std::size_t channel, const Fit& better, const Fit& worse);
 
 struct Set {
   std::vector<std::size_t> members;                ///< of family.suspects, rising
@@ -25,6 +28,9 @@ struct Set {
   std::vector<std::vector<double>> values, sigma;  ///< by member all its parameters; sigma 0: not estimated
   Lead lead;                                       ///< beyond nothing
   Use use;
+  /// As a straight line it is larger than can be, or takes what is there and foresees badly: it is judged where its
+  /// bends are followed.
+  bool bends = false;
   bool stands = false;  ///< against nothing and against each of its subsets, by a practical amount
 };
 
@@ -44,6 +50,7 @@ class Search {
   [[nodiscard]] bool fits_together(const std::vector<std::size_t>& members) const;
   [[nodiscard]] bool is_possible(const Set& set) const;
   [[nodiscard]] bool cancels(const Set& set) const;
+  void pair_identified();
   void grow(std::size_t from_size, std::size_t best);
 
   const Family& family_;
@@ -58,8 +65,10 @@ class Search {
 /// member are `parameters` of it.
 void put_values(const Family& family, const Fit& fit, const std::vector<std::vector<double>>& from,
                 const std::vector<std::vector<std::size_t>>& parameters, Set& set);
+/// A family where a set of its suspects has these values.
+using AtValues = std::function<Family(const SetValues&)>;
 /// The nonlinear fit of a set: Gauss-Newton from its linear one.
-[[nodiscard]] Set refined(const Observed& log, const std::vector<plant::Cause>& causes, const Family& family,
-                          const Fit& nothing, const Set& set);
+[[nodiscard]] Set refined(const std::vector<plant::Cause>& causes, const Family& family, const Fit& nothing,
+                          const Set& set, const AtValues& at_values);
 
 }  // namespace voltlap::explain

@@ -2,7 +2,7 @@
 // A recording without what was found in single members, so that the rest is judged as if they were sound: their
 // mean, the heat, the pack voltage beside them.
 #pragma once
-#include "discrepancy/cause.hpp"
+#include "explain/causes/cause.hpp"
 #include "explain/model/observed.hpp"
 
 namespace voltlap::explain {

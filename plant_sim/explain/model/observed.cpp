@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "discrepancy/integrity.hpp"
-#include "discrepancy/saturation.hpp"
+#include "explain/gate/integrity.hpp"
+#include "explain/gate/rail.hpp"
+#include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -13,10 +14,11 @@ namespace {
 constexpr double kBin_s = 0.1, kHeatBin_s = 1.0;  // what is faster is averaged
 constexpr double kScan = 1.05;                    // bins are at least a whole turn of the slowest sensor
 constexpr double kSlow_s = 100.0;                 // on each side, over which thermistors are believed
-constexpr double kClearly = 0.98;                 // by which another hold of the current has to be better
 constexpr double kSettle_s = 0.5;                 // after the bus has come up
 constexpr double kBlock_s = 60.0;
-constexpr Index kLeastBlocks = 6;
+constexpr Index kLeastBlocks = 6, kMostBlocks = 60;
+constexpr double kMostBins = 40000.0;  // a test of a day takes no longer than an endurance
+constexpr double kGap = 5.0;           // mean intervals between rows from which nothing was recorded between them
 
 double bin_for(const plant::Recording& log, const std::vector<std::string>& roles, double least_s) {
   double bin = least_s;
@@ -56,11 +58,17 @@ VectorXd over_its_rms(const VectorXd& values) {
   return rms > 0.0 ? VectorXd(values / rms) : values;
 }
 
-/// Leaves out bins without a value.
+/// Leaves out bins that the mean beside them does not have.
 void keep_known(ReadChannel& channel) {
-  for (double& v : channel.residual) {
-    if (!std::isfinite(v)) v = 0.0;  // a bin that the mean does not have says nothing: it agrees
+  std::vector<bool> known;
+  std::vector<double> left;
+  for (const double v : channel.residual) {
+    known.push_back(std::isfinite(v));
+    if (known.back()) left.push_back(v);
   }
+  if (left.size() == known.size()) return;
+  channel.reader.keep(known);
+  channel.residual = Eigen::Map<const VectorXd>(left.data(), static_cast<Index>(left.size()));
 }
 
 /// Time at which the bus has come up to the pack; the first row where no bus is recorded, or no pack.
@@ -68,8 +76,10 @@ double closed_from_s(const plant::Recording& log) {
   constexpr double kUp = 0.99;
   const VectorXd *bus = log.find("bus_voltage"), *pack = log.find("pack_voltage");
   if (bus == nullptr || pack == nullptr) return log.time_s(0);
+  bool was_down = false;  // where the first that is known is up, nothing settles, or it is masked already
   for (Index row = 0; row < log.rows(); ++row) {
-    if ((*bus)(row) >= kUp * (*pack)(row)) return log.time_s(row) + kSettle_s;
+    if ((*bus)(row) >= kUp * (*pack)(row)) return log.time_s(row) + (was_down ? kSettle_s : 0.0);
+    was_down = was_down || std::isfinite((*bus)(row) + (*pack)(row));
   }
   return log.time_s(0);
 }
@@ -87,18 +97,54 @@ void mask_open(plant::Comparison& comparison) {
   }
 }
 
+/// The usual interval between rows.
+double row_interval_s(const VectorXd& time_s) {
+  std::vector<double> steps;
+  for (Index row = 1; row < time_s.size(); ++row) steps.push_back(time_s(row) - time_s(row - 1));
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+/// What is recorded until each row: an hour between two rows is none of it.
+VectorXd recorded_until(const VectorXd& time_s) {
+  const double most = std::max(1.0, kGap * row_interval_s(time_s));
+  VectorXd out = VectorXd::Zero(time_s.size());
+  for (Index row = 1; row < time_s.size(); ++row) {
+    out(row) = out(row - 1) + std::min(most, time_s(row) - time_s(row - 1));
+  }
+  return out;
+}
+
+/// Rows after the longest stretches of which nothing is known; between rows that are nearer the current is
+/// straight.
+std::vector<Index> gaps_of(const VectorXd& time_s) {
+  constexpr double kLong_s = 60.0;
+  constexpr std::size_t kMost = 8;
+  const double least = std::max(kLong_s, kGap * row_interval_s(time_s));
+  std::vector<Index> out;
+  for (Index row = 1; row < time_s.size(); ++row) {
+    if (time_s(row) - time_s(row - 1) > least) out.push_back(row);
+  }
+  const auto length = [&](Index row) { return time_s(row) - time_s(row - 1); };
+  std::sort(out.begin(), out.end(), [&](Index a, Index b) { return length(a) > length(b); });
+  out.resize(std::min(out.size(), kMost));
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
 ReadChannel channel_of(const Observed& out, std::size_t c, double volts_bin_s) {
   const plant::BalanceChannel& from = out.comparison.channels[c];
-  const plant::Recording& log = out.comparison.log;
+  const plant::Recording &log = out.comparison.log, &read = out.read;
   const std::vector<std::string> roles = roles_of(out.comparison, from.name);
   const bool heat = from.balance == plant::Balance::kHeat;
   const double bin = heat ? bin_for(log, roles, kHeatBin_s) : volts_bin_s;
   ReadChannel made{from.name,
                    from.unit,
                    from.balance,
-                   practical_size(from.name, out.model, out.comparison),
-                   roles.empty() ? Reader::of_rows(log, from.measured - out.base.channels[c], kBin_s)
-                                 : Reader::of_roles(log, roles, bin),
+                   practical_size(from.name, out.model, out.comparison, read),
+                   roles.empty() ? Reader::of_rows(log, from.measured - out.base.channels[c], volts_bin_s)
+                                 : Reader::of_roles(read, roles, bin),
                    {},
                    {}};
   if (roles.empty()) {
@@ -131,12 +177,15 @@ void put_members(Observed& out, double volts_bin_s) {
                       mean->unit,
                       group.balance,
                       mean->practical,
-                      Reader::of_roles(log, {group.members[k]}, bin),
+                      Reader::of_roles(out.read, {group.members[k]}, bin),
                       {},
                       {}};
       if (one.reader.size() == 0) continue;
+      // Against the mean of the others.
+      const auto alike = static_cast<double>(group.members.size());
       one.residual =
-          one.reader.values() - one.reader.of(predicted) - one.reader.matched(mean->reader, mean->residual);
+          (alike > 1.0 ? alike / (alike - 1.0) : 1.0) *
+          (one.reader.values() - one.reader.of(predicted) - one.reader.matched(mean->reader, mean->residual));
       out.members.push_back({std::move(one), g, k});
     }
   }
@@ -149,16 +198,36 @@ double step_error(const plant::Recording& log, const std::string& stem) {
   return least < 1e300 ? least / std::sqrt(12.0) : 0.0;
 }
 
+/// Does the current change so much from row to row that what flowed between them may be anything? Then the charge
+/// and the lags that a model makes of the rows are off as well.
+bool is_between_rows(const VectorXd& current) {
+  constexpr double kMuch = 0.5;  // of its RMS; a drive at 1 Hz has 0.9, at 10 Hz 0.3, at 100 Hz 0.1
+  double off = 0.0, all = 0.0;
+  for (Index row = 1; row + 1 < current.size(); ++row) {
+    const double beside = current(row) - 0.5 * (current(row - 1) + current(row + 1));
+    if (!std::isfinite(beside)) continue;
+    off += beside * beside;
+    all += current(row) * current(row);
+  }
+  return off > kMuch * kMuch * all;
+}
+
 }  // namespace
 
-double practical_size(const std::string& channel, const plant::World& model, const plant::Comparison& comparison) {
+double practical_size(const std::string& channel, const plant::World& model, const plant::Comparison& comparison,
+                      const plant::Recording& read) {
   constexpr double kCell_v = 1e-3, kPack_v = 20e-3, kHeat_k = 0.1, kSoc = 0.005, kOfCar = 0.005;
-  constexpr double kCoarse_s = 0.05, kCoarse = 3.0;
-  if (channel == "voltage") return kCell_v;
-  if (channel == "temperature") return std::max(kHeat_k, step_error(comparison.log, "temperature_"));
+  constexpr double kCoarse_s = 0.05, kCoarse = 3.0, kGuessed = 0.5;
+  const double volts = is_between_rows(comparison.facts.current_a) ? kCoarse * kCell_v : kCell_v;
+  if (channel == "voltage") return volts;
+  if (channel == "temperature") {
+    // What the steps hid is known where they were passed, and guessed between.
+    return std::max(
+        {kHeat_k, step_error(read, "temperature_"), kGuessed * step_error(comparison.log, "temperature_")});
+  }
   if (channel == "soc") return kSoc;
   const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty();
-  if (channel.ends_with("voltage")) return beside_cells ? kPack_v : kCell_v * model.car.battery.cells_in_series;
+  if (channel.ends_with("voltage")) return beside_cells ? kPack_v : volts * model.car.battery.cells_in_series;
   const plant::BalanceChannel* found = comparison.find(channel);
   double square = 0.0, count = 0.0;
   for (const double v : found->measured) {
@@ -177,8 +246,7 @@ std::vector<VectorXd> Observed::effect_of(const plant::Prediction& changed) cons
   constexpr double kNothing = 1e-9;  // of a practical size
   std::vector<VectorXd> out(channels.size());
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    VectorXd by_row = changed.channels[c] - base.channels[c];
-    by_row = by_row.array().isFinite().select(by_row, 0.0);
+    const VectorXd by_row = filled(changed.channels[c] - base.channels[c]);
     if (!(by_row.cwiseAbs().maxCoeff() > kNothing * channels[c].practical)) continue;
     out[c] = channels[c].reader.of(by_row);
   }
@@ -187,85 +255,59 @@ std::vector<VectorXd> Observed::effect_of(const plant::Prediction& changed) cons
 
 std::vector<Index> Observed::blocks_of(const ReadChannel& channel) const {
   std::vector<Index> out;
+  const VectorXd& time_s = comparison.log.time_s;
+  Index row = 0;  // bins rise
   for (const double t : channel.reader.time_s()) {
-    out.push_back(std::clamp<Index>(static_cast<Index>((t - comparison.log.time_s(0)) / block_s), 0, blocks - 1));
+    while (row + 1 < time_s.size() && time_s(row) < t) ++row;
+    const double recorded = recorded_s(row);
+    out.push_back(std::clamp<Index>(static_cast<Index>(recorded / block_s), 0, blocks - 1));
   }
   return out;
 }
 
 namespace {
 
-/// Straight or held: whichever the voltage follows in the middle of its readings; a few readings at steps do not
-/// decide.
-void settle_hold(const plant::World& model, plant::Comparison& comparison) {
-  double best = 1e300;
-  plant::CurrentHold hold = comparison.facts.hold;
-  for (const plant::CurrentHold tried :
-       {plant::CurrentHold::kLinear, plant::CurrentHold::kPrevious, plant::CurrentHold::kNext}) {
-    comparison.facts.hold = tried;
-    const VectorXd left = comparison.channels[0].measured - plant::predict(model, comparison).channels[0];
-    double sum = 0.0;
-    for (Index row = 1; row < left.size(); ++row) {
-      const double step = std::abs(left(row) - left(row - 1));
-      if (std::isfinite(step)) sum += step;
-    }
-    if (sum < kClearly * best) {
-      best = sum;
-      hold = tried;
-    }
-  }
-  comparison.facts.hold = hold;
-}
-
-/// Mean over `window_s` on each side.
-VectorXd slow_part(const VectorXd& time_s, const VectorXd& values, double window_s) {
-  VectorXd out(values.size());
-  Index first = 0, last = -1;
-  double sum = 0.0;
-  for (Index row = 0; row < values.size(); ++row) {
-    while (last + 1 < values.size() && time_s(last + 1) <= time_s(row) + window_s) sum += values(++last);
-    while (time_s(first) < time_s(row) - window_s) sum -= values(first++);
-    out(row) = sum / static_cast<double>(last - first + 1);
-  }
-  return out;
-}
-
 /// The temperature at which the tables are read: the model's own course, and slowly what the thermistors say. Steps
 /// and noise of a thermistor would come back as errors of the resistances.
 void settle_temperature(const plant::World& model, plant::Comparison& comparison) {
   plant::LogFacts& facts = comparison.facts;
   if (facts.temperature_c.size() == 0) return;
+  facts.thermistor_c = facts.temperature_c;
   const VectorXd surface = plant::battery_response(model, comparison.log, facts).surface_c;
-  facts.temperature_c = surface + slow_part(comparison.log.time_s, facts.temperature_c - surface, kSlow_s);
+  facts.temperature_c = surface + plant::smoothed(comparison.log.time_s, facts.temperature_c - surface, kSlow_s);
 }
 
 }  // namespace
 
-Observed observed(const plant::World& model, plant::Comparison comparison, bool hold_is_known) {
+Observed observed(const plant::World& model, plant::Comparison comparison) {
   Observed out;
   out.model = model;
   out.comparison = std::move(comparison);
-  out.comparison.fine_curve = true;
-  if (!hold_is_known) settle_hold(model, out.comparison);
+  out.comparison.facts.gaps = gaps_of(out.comparison.log.time_s);
   if (const auto rail = plant::rail_of(*out.comparison.log.find("current")))
     out.comparison.facts.at_limit = rail->at;
   mask_open(out.comparison);
+  out.read = unstepped(out.comparison.log);
   settle_temperature(model, out.comparison);
   out.base = plant::predict(model, out.comparison);
+  out.comparison.soc = out.base.battery.soc;
   const plant::Recording& log = out.comparison.log;
-  const double volts_bin_s = bin_for(log, roles_of(out.comparison, out.comparison.channels[0].name), kBin_s);
+  out.recorded_s = recorded_until(log.time_s);
+  const double seconds = out.recorded_s(log.rows() - 1);
+  const double volts_bin_s = bin_for(log, roles_of(out.comparison, out.comparison.channels[0].name),
+                                     std::max(kBin_s, seconds / kMostBins));
   const VectorXd steps = steps_of(out.base.battery.current_a);
   const auto finish = [&](ReadChannel& channel) {
-    channel.rough = over_its_rms(channel.reader.of(steps));
     keep_known(channel);
+    channel.rough = over_its_rms(channel.reader.of(steps));
   };
   for (std::size_t c = 0; c < out.comparison.channels.size(); ++c)
     out.channels.push_back(channel_of(out, c, volts_bin_s));
   put_members(out, volts_bin_s);
   for (ReadChannel& channel : out.channels) finish(channel);
   for (Member& member : out.members) finish(member.channel);
-  const double seconds = log.time_s(log.rows() - 1) - log.time_s(0);
-  out.block_s = std::min(kBlock_s, seconds / static_cast<double>(kLeastBlocks));
+  out.block_s =
+      std::clamp(kBlock_s, seconds / static_cast<double>(kMostBlocks), seconds / static_cast<double>(kLeastBlocks));
   out.blocks = std::max<Index>(1, static_cast<Index>(std::floor(seconds / out.block_s)));
   return out;
 }

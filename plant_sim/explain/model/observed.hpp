@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A log held against a model: by channel what was measured beyond it, at the readings' own times.
 #pragma once
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "discrepancy/balances.hpp"
+#include "explain/balances/balances.hpp"
 #include "explain/model/readings.hpp"
 
 namespace voltlap::explain {
@@ -28,23 +30,26 @@ struct Member {
 struct Observed {
   plant::World model;
   plant::Comparison comparison;
+  plant::Recording read;  ///< what its sensors read: coarse steps of thermistors taken away
   plant::Prediction base;
   std::vector<ReadChannel> channels;  ///< as in the comparison
   std::vector<Member> members;
-  double block_s = 60.0;
+  VectorXd recorded_s;    ///< by row: recorded until then, gaps left out
+  double block_s = 60.0;  ///< recorded time in a block
   Index blocks = 1;
+
+  /// What was reckoned of it: effects by channel, by what was changed.
+  std::shared_ptr<std::map<std::string, std::vector<VectorXd>>> known =
+      std::make_shared<std::map<std::string, std::vector<VectorXd>>>();
 
   /// What a changed world adds, by channel; empty where nothing.
   [[nodiscard]] std::vector<VectorXd> effect_of(const plant::Prediction& changed) const;
-  [[nodiscard]] std::vector<Index> blocks_of(const ReadChannel& channel) const;
+  [[nodiscard]] std::vector<Index> blocks_of(const ReadChannel& channel) const;  ///< of each bin
 };
-/// `hold_is_known`: how the logger holds the current between its rows is that of the comparison; else the voltage
-/// tells.
-[[nodiscard]] Observed observed(const plant::World& model, plant::Comparison comparison,
-                                bool hold_is_known = false);
+[[nodiscard]] Observed observed(const plant::World& model, plant::Comparison comparison);
 
 /// RMS of a channel that is worth a word: a step of a good sensor.
 [[nodiscard]] double practical_size(const std::string& channel, const plant::World& model,
-                                    const plant::Comparison& comparison);
+                                    const plant::Comparison& comparison, const plant::Recording& read);
 
 }  // namespace voltlap::explain

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <set>
 
 namespace voltlap::explain {
 namespace {
@@ -34,31 +34,86 @@ std::vector<std::pair<Index, Read>> readings_of(const plant::Recording& log, con
 
 void Reader::keep_whole_bins(std::vector<Reading> all, const std::vector<double>& read,
                              const std::vector<int>& sensor, std::size_t sensors) {
-  Index bins = 0;
-  for (const Reading& one : all) bins = std::max(bins, one.bin + 1);
-  std::vector<std::vector<int>> count(static_cast<std::size_t>(bins), std::vector<int>(sensors, 0));
-  for (std::size_t k = 0; k < all.size(); ++k)
-    ++count[static_cast<std::size_t>(all[k].bin)][static_cast<std::size_t>(sensor[k])];
-  std::vector<Index> place(static_cast<std::size_t>(bins), -1);
-  for (std::size_t b = 0; b < place.size(); ++b) {
-    if (std::count(count[b].begin(), count[b].end(), 0) > 0) continue;
-    place[b] = static_cast<Index>(slot_.size());
-    slot_.push_back(static_cast<Index>(b));
-  }
-  values_ = VectorXd::Zero(static_cast<Index>(slot_.size()));
+  std::vector<Index> there;  // bins with a reading: a clock that jumps decides no memory
+  for (const Reading& one : all) there.push_back(one.bin);
+  std::sort(there.begin(), there.end());
+  there.erase(std::unique(there.begin(), there.end()), there.end());
+  std::vector<std::size_t> place(all.size());
+  std::size_t near = 0;  // each sensor's readings rise
   for (std::size_t k = 0; k < all.size(); ++k) {
-    Reading one = all[k];
-    const auto b = static_cast<std::size_t>(one.bin);
-    if (place[b] < 0) continue;
-    one.weight = 1.0 / (static_cast<double>(sensors) * count[b][static_cast<std::size_t>(sensor[k])]);
-    one.bin = place[b];
-    values_(one.bin) += one.weight * read[k];
-    readings_.push_back(one);
+    if (near + 1 < there.size() && there[near + 1] == all[k].bin) ++near;
+    if (there[near] != all[k].bin)
+      near = static_cast<std::size_t>(std::lower_bound(there.begin(), there.end(), all[k].bin) - there.begin());
+    place[k] = near;
   }
+  std::vector<int> count(there.size() * sensors, 0);
+  for (std::size_t k = 0; k < all.size(); ++k) ++count[place[k] * sensors + static_cast<std::size_t>(sensor[k])];
+  std::vector<Index> kept(there.size(), -1);
+  for (std::size_t b = 0; b < there.size(); ++b) {
+    const auto* first = &count[b * sensors];
+    if (std::count(first, first + sensors, 0) > 0) continue;
+    kept[b] = static_cast<Index>(slot_.size());
+    slot_.push_back(there[b]);
+  }
+  values_ = VectorXd::Zero(size());
+  std::vector<double> weight(all.size(), 0.0);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    all[k].bin = kept[place[k]];
+    if (all[k].bin < 0) continue;
+    weight[k] =
+        1.0 / (static_cast<double>(sensors) * count[place[k] * sensors + static_cast<std::size_t>(sensor[k])]);
+    values_(all[k].bin) += weight[k] * read[k];
+  }
+  put_parts(all, weight);
+}
+
+/// Readings of many sensors lie between the same rows: what they are means of is said once for each row.
+void Reader::put_parts(const std::vector<Reading>& readings, const std::vector<double>& weight) {
+  Index rows = 0;
+  for (const Reading& r : readings) rows = std::max(rows, r.row + 1);
+  std::vector<Part> first(static_cast<std::size_t>(rows), {0, -1, 0.0}), second = first, more;
+  const auto add = [&](Index row, Index bin, double by) {
+    for (std::vector<Part>* parts : {&first, &second}) {
+      Part& part = (*parts)[static_cast<std::size_t>(row)];
+      if (part.bin >= 0 && part.bin != bin) continue;
+      part = {row, bin, part.weight + by};
+      return;
+    }
+    more.push_back({row, bin, by});
+  };
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const Reading& r = readings[k];
+    if (r.bin < 0) continue;
+    const double part = r.row == 0 ? 1.0 : r.part;
+    add(r.row, r.bin, weight[k] * part);
+    if (part < 1.0) add(r.row - 1, r.bin, weight[k] * (1.0 - part));
+  }
+  for (const std::vector<Part>* parts : {&first, &second, &more}) {
+    std::copy_if(parts->begin(), parts->end(), std::back_inserter(parts_),
+                 [](const Part& p) { return p.bin >= 0; });
+  }
+}
+
+void Reader::keep(const std::vector<bool>& bins) {
+  std::vector<Index> kept(bins.size(), -1), slot;
+  std::vector<double> time_s, values;
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    if (!bins[b]) continue;
+    kept[b] = static_cast<Index>(slot.size());
+    slot.push_back(slot_[b]);
+    time_s.push_back(time_s_(static_cast<Index>(b)));
+    values.push_back(values_(static_cast<Index>(b)));
+  }
+  std::erase_if(parts_, [&](const Part& p) { return kept[static_cast<std::size_t>(p.bin)] < 0; });
+  for (Part& p : parts_) p.bin = kept[static_cast<std::size_t>(p.bin)];
+  slot_ = std::move(slot);
+  time_s_ = Eigen::Map<const VectorXd>(time_s.data(), static_cast<Index>(time_s.size()));
+  values_ = Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
 }
 
 Reader Reader::of_roles(const plant::Recording& log, const std::vector<std::string>& roles, double bin_s) {
   Reader out;
+  out.bin_s_ = bin_s;
   std::vector<Reading> all;
   std::vector<double> read;
   std::vector<int> sensor;
@@ -75,7 +130,7 @@ Reader Reader::of_roles(const plant::Recording& log, const std::vector<std::stri
       while (at > 1 && one.time_s < begin) begin = log.time_s(--at - 1);
       const double width = at == row ? step : log.time_s(at) - begin;
       const double part = width > 0.0 ? std::clamp((one.time_s - begin) / width, 0.0, 1.0) : 1.0;
-      all.push_back({at, static_cast<Index>((one.time_s - log.time_s(0)) / bin_s), part, 0.0});
+      all.push_back({at, static_cast<Index>((one.time_s - log.time_s(0)) / bin_s), part});
       read.push_back(one.value);
       sensor.push_back(sensors);
     }
@@ -89,11 +144,12 @@ Reader Reader::of_roles(const plant::Recording& log, const std::vector<std::stri
 
 Reader Reader::of_rows(const plant::Recording& log, const VectorXd& by_row, double bin_s) {
   Reader out;
+  out.bin_s_ = bin_s;
   std::vector<Reading> all;
   std::vector<double> read;
   for (Index row = 0; row < by_row.size(); ++row) {
     if (!std::isfinite(by_row(row))) continue;
-    all.push_back({row, static_cast<Index>((log.time_s(row) - log.time_s(0)) / bin_s), 1.0, 0.0});
+    all.push_back({row, static_cast<Index>((log.time_s(row) - log.time_s(0)) / bin_s), 1.0});
     read.push_back(by_row(row));
   }
   if (all.empty()) return out;
@@ -103,13 +159,15 @@ Reader Reader::of_rows(const plant::Recording& log, const VectorXd& by_row, doub
   return out;
 }
 
+VectorXd Reader::even_time_s() const {
+  VectorXd out(size());
+  for (Index k = 0; k < out.size(); ++k) out(k) = bin_s_ * static_cast<double>(slot_[static_cast<std::size_t>(k)]);
+  return out;
+}
+
 VectorXd Reader::of(const VectorXd& by_row) const {
-  VectorXd out = VectorXd::Zero(static_cast<Index>(slot_.size()));
-  for (const Reading& r : readings_) {
-    const double now = by_row(r.row);
-    out(r.bin) +=
-        r.weight * (r.part >= 1.0 || r.row == 0 ? now : by_row(r.row - 1) + r.part * (now - by_row(r.row - 1)));
-  }
+  VectorXd out = VectorXd::Zero(size());
+  for (const Part& p : parts_) out(p.bin) += p.weight * by_row(p.row);
   return out;
 }
 
@@ -122,6 +180,20 @@ VectorXd Reader::matched(const Reader& other, const VectorXd& by_bin_of_other) c
       out(static_cast<Index>(k)) = by_bin_of_other(static_cast<Index>(at));
   }
   return out;
+}
+
+VectorXd filled(VectorXd by_row) {
+  double last = 0.0;
+  for (const double v : by_row) {
+    if (!std::isfinite(v)) continue;
+    last = v;
+    break;
+  }
+  for (double& v : by_row) {
+    if (!std::isfinite(v)) v = last;
+    last = v;
+  }
+  return by_row;
 }
 
 double usual_interval_s(const plant::Recording& log, const std::string& role) {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "discrepancy/explain.hpp"
 #include "explain/decide/answer.hpp"
+#include "explain/explanation.hpp"
 
 namespace voltlap::explain {
 

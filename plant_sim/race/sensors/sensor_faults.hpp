@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace voltlap::plant {
@@ -11,10 +12,16 @@ struct SensorFaults {
   struct Channel {
     bool lost = false;    ///< the frame says "no value"
     double offset = 0.0;  ///< added to the reading [V, degC]
+    double gain = 1.0;    ///< of the reading; cells only
+    bool frozen = false;  ///< it reads what it last read, in frames that are new; cells only
   };
   std::vector<Channel> cells{}, thermistors{};  ///< shorter than the pack: the rest is sound
   std::array<bool, 2> brake_lost{};             ///< front, rear
   bool current_lost = false;
+  bool current_frozen = false;
+  double current_gain = 1.0;         ///< -1: the shunt is the wrong way round
+  double current_offset_a = 0.0;
+  std::optional<double> dc_link_v;   ///< what the sensor of the DC link reads for good
   double apps1_offset_v = 0.0;
 
   /// The channel to plant a fault in.

@@ -102,7 +102,9 @@ double SensorFrames::surface_at(const Car& car, std::size_t thermistor) const {
 void SensorFrames::send_pack(const Car& car, TxQueue& tx) {
   can::PackSensor m;
   const double current_a = sensors_.current(pack_current_.scaled(pack_current_.follow(car.pack_current_a())));
-  m.pack_current_ma = to_ma(pack_current_.clipped(current_a));
+  const double read_a = faults.current_gain * pack_current_.clipped(current_a) + faults.current_offset_a;
+  if (!faults.current_frozen) last_current_ma_ = to_ma(read_a);
+  m.pack_current_ma = last_current_ma_;
   m.pack_voltage_100uv = to_100uv(pack_voltage_.read(car.pack().voltage()));
   m.pack_current_ok = !faults.current_lost;
   m.pack_voltage_ok = true;
@@ -138,7 +140,7 @@ void SensorFrames::send_wheels(const Car& car, TxQueue& tx) {
 void SensorFrames::send_inverter(const Car& car, TxQueue& tx) {
   can::InverterStatus m;
   m.motor_speed_rpm = to_units(motor_speed_.read(car.motor_omega_rad_s() * kRpmPerRadPerS), 1.0);
-  m.dc_link_voltage_100uv = to_100uv(dc_link_voltage_.read(car.dc_link_voltage()));
+  m.dc_link_voltage_100uv = to_100uv(faults.dc_link_v.value_or(dc_link_voltage_.read(car.dc_link_voltage())));
   m.phase_current_ma = to_ma(phase_current_.read(car.phase_current_a()));
   m.motor_speed_ok = m.dc_link_voltage_ok = m.phase_current_ok = true;
   switch (car.inverter.state(car.dc_link_voltage())) {
@@ -165,6 +167,7 @@ void SensorFrames::send_io(const Car& car, const Switches& switches, TxQueue& tx
 void SensorFrames::send_cells(Instant now, const Car& car, TxQueue& tx) {
   const std::size_t cells = car.pack().cells();
   const std::int32_t cycle = can::cell_cycle_ms(cells);
+  last_cell_100uv_.resize(cells);
   for (std::size_t group = 0; group * can::CellVoltages::kPerFrame < cells; ++group) {
     if (!can::due(now.ms(), cycle, static_cast<std::int32_t>(group * can::kTickMs))) continue;
     can::CellVoltages m;
@@ -176,8 +179,9 @@ void SensorFrames::send_cells(Instant now, const Car& car, TxQueue& tx) {
       if (cell < cells) {
         const Instrument& instrument = cells_[std::min(cell, cells_.size() - 1)];
         const double arrived = instrument.arrived(car.pack().cell_voltage(cell));
-        m.cell_100uv[i] =
-            to_100uv(instrument.clipped(sensors_.cell_voltage(instrument.scaled(arrived))) + fault.offset);
+        const double read_v = instrument.clipped(sensors_.cell_voltage(instrument.scaled(arrived)));
+        if (!fault.frozen) last_cell_100uv_[cell] = to_100uv(fault.gain * read_v + fault.offset);
+        m.cell_100uv[i] = last_cell_100uv_[cell];
       }
     }
     codec::send(m, sealer_, tx);

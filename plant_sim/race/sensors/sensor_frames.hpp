@@ -50,6 +50,8 @@ class SensorFrames {
   Instrument wheel_front_left_, wheel_front_right_, wheel_rear_left_, wheel_rear_right_;
   Instrument apps1_, apps2_, brake_front_, brake_rear_;
   std::vector<Instrument> cells_, thermistors_;
+  std::vector<std::int32_t> last_cell_100uv_;  // as sent
+  std::int32_t last_current_ma_ = 0;
   bool slow_moves_ = false;
   codec::Sealer sealer_;
 };

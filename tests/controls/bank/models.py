@@ -169,7 +169,6 @@ def car_file(car, cells, ambient_c, losses, cell_name="cell.toml"):
             "[tyres]",
             f"radius_m = {radius:.4f}",
             f"lap_radius_m = {radius:.4f}",
-            f"friction = {friction:.4f}",
             f"rolling_resistance = {one(car.rolling):.5f}",
             # The slope at no slip is B C D times the load, as the truth's tyre has it.
             f"pacejka_b = {stiffness / (1.5 * friction):.4f}",

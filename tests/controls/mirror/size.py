@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How large an effect is, and whether a log of its kind can show it: both decided before any engine is asked.
 
-rho = RMS of what it adds to a channel, start charge and start temperature refitted, over the practical size of that
-channel; the largest over the channels. Invisible: the fit of its true signature, starts free, gains less than ln 20 on
+rho = RMS of what it adds to a channel, start charge, start temperature and, within 3 K, the air of a log that does not
+say it refitted, over the practical size of that channel; the largest over the channels. Invisible: the fit of its true signature, starts free, gains less than ln 20 on
 minutes that it did not see.
 """
 
@@ -15,6 +15,7 @@ SHARE = 0.005  # of the RMS of power and force
 BLOCK_S = 60.0
 GRID_S = 1.0  # between the rows that visibility is reckoned on
 DECISIVE = math.log(20.0)
+AIR_K = 3.0  # within which an air that is not logged is known; references of other days differ by 2 K
 FLOOR = 0.1  # of the practical size: what no log is better than
 # White noise and step of one reading, as the vehicle files have them [V, A, K].
 CELL_NOISE, CELL_STEP, CURRENT_NOISE, TEMPERATURE_NOISE, TEMPERATURE_STEP = 1.5e-3, 1.5e-3, 0.6, 0.1, 1.0
@@ -56,11 +57,22 @@ def refitted(values, columns):
     return values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
 
 
+def beyond_air(channel, scene, values):
+    """What an effect adds that no air within AIR_K of the model's would."""
+    if channel != "temperature" or scene.car.kind == "cell":  # a bench logs its air
+        return values
+    truth, columns = scene.truth, starts(channel, scene)
+    kelvin = 1.0 - np.exp(-np.arange(len(truth)) * truth.step_s / scene.car.cell.cooling_s)
+    best = np.linalg.lstsq(np.column_stack([columns, kelvin]), values, rcond=None)[0][-1]
+    return values - float(np.clip(best, -AIR_K, AIR_K)) * kelvin
+
+
 def rho_of(effect, scene, size):
     """(rho, channel)."""
     best = (0.0, "")
     for channel, values in effect.adds(scene, size).items():
         rows = seen(channel, scene)
+        values = beyond_air(channel, scene, values)
         left = refitted(values[rows], starts(channel, scene)[rows])
         best = max(best, (float(np.sqrt(np.mean(left**2))) / practical(channel, scene), channel))
     return best
@@ -127,7 +139,7 @@ def channel_rows(channel, values, scene, rng):
     """(log minus sound model, the same of a sound log, starts, signature), over its noise, white, by seconds."""
     every = max(1, round(GRID_S / scene.truth.step_s))
     rows = np.flatnonzero(seen(channel, scene))[::every]
-    signature, columns = values[rows], starts(channel, scene)[rows]
+    signature, columns = beyond_air(channel, scene, values)[rows], starts(channel, scene)[rows]
     if coarse(channel, scene):
         sound = scene.truth.temperature_c[rows]
         error = stepped(scene, rng, sound) - sound

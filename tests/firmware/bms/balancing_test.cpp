@@ -59,6 +59,7 @@ TEST(Balancing, StopsWithALatchedFaultThoughEveryMeasurementIsGoodAgain) {
 }
 
 TEST(Balancing, StopsUnderLoadAndWithALostCell) {
+  bench.drive();
   bench.current(amps(1) + Current::from_raw(1));
   bench.run(200);
   CHECK_FALSE(any());

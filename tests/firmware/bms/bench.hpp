@@ -98,6 +98,9 @@ class Bench {
     return -1;
   }
 
+  /// The frames of the last step.
+  [[nodiscard]] FrameView sent() const { return FrameView{frames_.data(), frames_.size()}; }
+
   void idle() { run(500); }
   void drive() {
     idle();

@@ -75,3 +75,100 @@ TEST(BmsConfig, CurrentsOutOfOrderAreRefused) {
   config.limit_rise_per_s = Current{};
   refuse(ConfigError::kLimitRise);
 }
+
+namespace {
+
+/// A field beyond each of its bounds, and at it, in the field's own counts.
+struct Bound {
+  ConfigError error;
+  void (*put)(Config&, std::int32_t);
+  std::int32_t beyond, at;
+};
+
+void put(Duration& field, std::int32_t counts) { field = Duration::from_ms(counts); }
+void put(std::int32_t& field, std::int32_t counts) { field = counts; }
+void put(std::uint8_t& field, std::int32_t counts) { field = static_cast<std::uint8_t>(counts); }
+void put(SocMethod& field, std::int32_t counts) { field = static_cast<SocMethod>(counts); }
+template <class Tag>
+void put(Quantity<Tag>& field, std::int32_t counts) { field = Quantity<Tag>::from_raw(counts); }
+
+template <auto Field>
+Bound bound(ConfigError error, std::int32_t beyond, std::int32_t at) {
+  return {error, [](Config& c, std::int32_t counts) { put(c.*Field, counts); }, beyond, at};
+}
+Bound reference(std::int32_t beyond, std::int32_t at) {
+  return {ConfigError::kResistanceReference,
+          [](Config& c, std::int32_t counts) { put(c.resistance.reference, counts); }, beyond, at};
+}
+Bound slope(std::int32_t beyond, std::int32_t at) {
+  return {ConfigError::kResistanceSlope,
+          [](Config& c, std::int32_t counts) { put(c.resistance.ppm_per_kelvin, counts); }, beyond, at};
+}
+
+using C = Config;
+using E = ConfigError;
+const Bound kBounds[] = {
+    bound<&C::voltage_trip_time>(E::kVoltageTripTime, 0, 1),
+    bound<&C::voltage_trip_time>(E::kVoltageTripTimeMax, 5'001, 5'000),
+    bound<&C::temperature_trip_time>(E::kTemperatureTripTime, 0, 1),
+    bound<&C::temperature_trip_time>(E::kTemperatureTripTimeMax, 5'001, 5'000),
+    bound<&C::measurement_lost_time>(E::kMeasurementLostTime, 0, 1),
+    bound<&C::measurement_lost_time>(E::kMeasurementLostTimeMax, 2'001, 2'000),
+    bound<&C::current_trip_time>(E::kCurrentTripTime, 0, 1),
+    bound<&C::current_trip_time>(E::kCurrentTripTimeMax, 10'001, 10'000),
+    bound<&C::mismatch_time>(E::kMismatchTime, 0, 1),
+    bound<&C::mismatch_time>(E::kMismatchTimeMax, 10'001, 10'000),
+    bound<&C::implausible_time>(E::kImplausibleTime, 0, 1),
+    bound<&C::implausible_time>(E::kImplausibleTimeMax, 10'001, 10'000),
+    bound<&C::contactor_time>(E::kContactorTime, 0, 20),
+    bound<&C::contactor_time>(E::kContactorTimeMax, 2'001, 2'000),
+    bound<&C::contactor_drop_time>(E::kContactorDropTime, -1, 0),
+    bound<&C::contactor_drop_time>(E::kContactorDropTimeMax, 201, 200),
+    bound<&C::discharge_time>(E::kDischargeTime, 0, 1),
+    bound<&C::discharge_time>(E::kDischargeTimeRule, 5'001, 5'000),
+    bound<&C::precharge_time_min>(E::kPrechargeTimeMin, -1, 0),
+    bound<&C::precharge_timeout>(E::kPrechargeTimeout, 20, 21),
+    bound<&C::precharge_timeout>(E::kPrechargeTimeoutMax, 60'001, 60'000),
+    bound<&C::precharge_time_unseen>(E::kPrechargeTimeUnseen, 0, 1),
+    bound<&C::precharge_time_unseen>(E::kPrechargeTimeUnseenMax, 60'001, 60'000),
+    bound<&C::precharge_attempts>(E::kPrechargeAttempts, 0, 1),
+    bound<&C::precharge_attempts>(E::kPrechargeAttemptsMax, 21, 20),
+    bound<&C::precharge_cooling>(E::kPrechargeCooling, 0, 1),
+    bound<&C::precharge_cooling>(E::kPrechargeCoolingMax, 600'001, 600'000),
+    bound<&C::opening_time>(E::kOpeningTime, -1, 0),
+    bound<&C::opening_time>(E::kOpeningTimeMax, 101, 100),
+    bound<&C::opening_current>(E::kOpeningCurrent, -1, 0),
+    bound<&C::opening_current>(E::kOpeningCurrentMax, 100'001, 100'000),
+    bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, 999, 1'000),
+    bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, 10'000'001, 10'000'000),
+    bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, -1, 0),
+    bound<&C::soc_method>(E::kSocMethod, 2, 0),
+    reference(-401, -400),
+    reference(1'001, 1'000),
+    slope(200'001, 200'000),
+    slope(-200'001, -200'000),
+    bound<&C::cell_voltage_plausible_max>(E::kVoltagePlausibleMaxRange, 65'001, 65'000),
+    bound<&C::discharge_current_trip>(E::kDischargeCurrentTripRange, 1'000'001, 1'000'000),
+    bound<&C::charge_current_trip>(E::kChargeCurrentTripRange, 1'000'001, 1'000'000),
+    bound<&C::limit_rise_per_s>(E::kLimitRiseMax, 1'000'000'001, 1'000'000'000),
+    bound<&C::soc_start_current>(E::kSocStartCurrent, -1, 0),
+    bound<&C::soc_start_current>(E::kSocStartCurrentMax, 100'001, 100'000),
+    bound<&C::charge_temperature_min>(E::kChargeTemperatureMinRange, -401, -400),
+    bound<&C::balancing_voltage_min>(E::kBalancingVoltageMin, -1, 0),
+    bound<&C::balancing_voltage_min>(E::kBalancingVoltageMax, 50'001, 50'000),
+    bound<&C::balancing_difference>(E::kBalancingDifference, -1, 0),
+    bound<&C::balancing_current_max>(E::kBalancingCurrent, -1, 0),
+    bound<&C::capacity_mah>(E::kCapacity, 2'000'001, 2'000'000),
+};
+
+}  // namespace
+
+// BMS-070
+TEST(BmsConfig, EveryBoundRefusesWhatIsBeyondItAndAcceptsWhatIsAtIt) {
+  for (const Bound& bound : kBounds) {
+    bound.put(config, bound.beyond);
+    refuse(bound.error);
+    bound.put(config, bound.at);
+    refuse(ConfigError::kNone);
+  }
+}

@@ -164,6 +164,7 @@ TEST(Fault, InvalidTemperatureTripsHalfASecondAfterItsLastGoodSample) {
 TEST(Fault, LostCurrentTripsHalfASecondAfterItsLastGoodSample) {
   bench.silent.insert(can::PackSensor::kId);
   expect_time("BMS-015 missing", time_to(BmsFault::kCurrentMeasurementLost), 490, 500);
+  expect_time("BMS-034 without a current", bench.until(all_open, 1000), 90, 100);
   check_tripped(BmsFault::kCurrentMeasurementLost);
 }
 
@@ -174,10 +175,25 @@ TEST(Fault, CorruptCurrentFramesAreAsGoodAsNone) {
   expect_time("BMS-015 corrupt", time_to(BmsFault::kCurrentMeasurementLost), 490, 500);
 }
 
+// BMS-026
+TEST(Fault, LostPackVoltageTripsHalfASecondAfterItsLastGoodSample) {
+  bench.pack.pack_voltage_ok = false;
+  expect_time("BMS-026", time_to(BmsFault::kVoltageImplausible), 490, 500);
+  check_tripped(BmsFault::kVoltageImplausible);
+  Bench again;
+  again.drive();
+  const std::int32_t took = again.until([&](const Output& o) {
+    again.pack.pack_voltage_ok = again.now_ms % 100 < 30;
+    return has(o, BmsFault::kVoltageImplausible);
+  });
+  expect_time("BMS-026 again and again", took, 1000, 2500);
+}
+
 // BMS-016
 TEST(Fault, CurrentAboveTripTripsAfterOneSecondInEitherDirection) {
   bench.current(amps(600) + Current::from_raw(1));
   expect_time("BMS-016 discharge", time_to(BmsFault::kDischargeCurrentHigh), 1000, 1010);
+  expect_time("BMS-034 under current", bench.until(all_open, 1000), 90, 100);
   check_tripped(BmsFault::kDischargeCurrentHigh);
   Bench charging;
   charging.drive();
@@ -296,7 +312,7 @@ TEST(Fault, PackVoltageAwayFromTheSumOfTheCellsTripsAfterOneSecond) {
   bench.sum_follows_cells = false;
   const std::int32_t sum = 24 * 39'000;
   bench.pack.pack_voltage_100uv = sum + sum / 18;  // 5.3 % of the pack voltage
-  expect_time("BMS-022", time_to(BmsFault::kVoltageImplausible), 1000, 1010);
+  expect_time("BMS-022", time_to(BmsFault::kVoltageImplausible), 1000, 1180);
   check_tripped(BmsFault::kVoltageImplausible);
 }
 
@@ -305,7 +321,11 @@ TEST(Fault, PackVoltageWithinFivePercentOfTheSumDoesNotTrip) {
   const std::int32_t sum = 24 * 39'000;
   for (std::int32_t pack : {sum + sum / 20, sum - sum / 22}) {
     bench.pack.pack_voltage_100uv = pack;
-    LONGS_EQUAL(-1, time_to(BmsFault::kVoltageImplausible));
+    // At a steady current one cell's worth is too much (BMS-062).
+    for (int k = 0; k < 15; ++k) {
+      bench.current(amps(k % 2 == 0 ? 0 : 60));
+      CHECK(bench.until([](const Output& o) { return has(o, BmsFault::kVoltageImplausible); }, 190) < 0);
+    }
   }
 }
 
@@ -325,7 +345,7 @@ TEST(Fault, ResetClearsALatchedFaultOnlyWhenHealthyAndWithTheTractiveSystemOff) 
   press_reset();
   CHECK_TEXT(has(bench.out, BmsFault::kCellVoltageLow), "unhealthy");
   bench.cell_100uv[7] = 39'000;
-  bench.run(1000);
+  bench.run(2000);  // BMS-061 wants to see the level for so long
   CHECK_TEXT(has(bench.out, BmsFault::kCellVoltageLow), "a standing request resets nothing");
   bench.request(true);
   press_reset();

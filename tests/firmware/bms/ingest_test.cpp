@@ -13,6 +13,7 @@ TEST_GROUP(Ingest) {
 };
 
 TEST(Ingest, EverythingSentArrivesInItsUnit) {
+  bench.drive();
   bench.current(amps(12.345));
   bench.cell_100uv[10] = 38'765;
   bench.temperature_dc[4] = 287;
@@ -89,7 +90,7 @@ TEST(Ingest, FrameOfWrongLengthOrOfNobodyIsIgnored) {
 TEST(Ingest, FirstFrameBehindAnyNumberOfLostOnesIsTaken) {
   for (std::uint32_t lost = 1; lost < 49; ++lost) {  // then the current trips
     Bench car;
-    car.idle();
+    car.drive();
     car.silent.insert(can::PackSensor::kId);
     car.run(10 * lost);
     car.silent.clear();
@@ -119,6 +120,7 @@ TEST(Ingest, ContestedMessageIsNamedInTheSameStepAndItsSamplesAgeLikeSilence) {
 }
 
 TEST(Ingest, CellKeepsTheCurrentOfTheStepInWhichItWasMeasured) {
+  bench.drive();
   bench.current(amps(40));
   bench.run(30);
   bench.silent.insert(0x200);

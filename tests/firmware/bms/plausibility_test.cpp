@@ -18,7 +18,7 @@ TEST_GROUP(Plausibility) {
     for (std::size_t i = 0; i < config.temperature_sensors; ++i) {
       measured.temperature[i] = Sample<Temperature>{Temperature::from_raw(250), Instant::from_ms(1000), Quality::kGood};
     }
-    measured.current.quality = Quality::kGood;
+    measured.current.quality = measured.pack_voltage.quality = Quality::kGood;
   }
   void cell(std::size_t i, std::int32_t v) {
     measured.cell[i] = Sample<CellVoltage>{CellVoltage::from_raw(v), Instant::from_ms(1000), Quality::kGood};
@@ -68,7 +68,7 @@ TEST(Plausibility, NothingGoodLeavesNoWeakestCell) {
 TEST(Plausibility, MismatchIsTriedAFewLsbOnBothSides) {
   pack.cell_sum = PackVoltage::from_raw(950'000);
   for (std::int32_t lsb : {-2, -1, 0, 1, 2}) {
-    measured.pack_voltage.value = PackVoltage::from_raw(1'000'000 + lsb);  // 5 % are 50'000
-    CHECK_EQUAL(lsb > 0, voltages_disagree(config, measured, pack));
+    pack.sum_by_pack = PackVoltage::from_raw(1'000'000 + lsb);  // 5 % are 50'000
+    CHECK_EQUAL(lsb > 0, voltages_disagree(config, pack));
   }
 }

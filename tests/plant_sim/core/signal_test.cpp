@@ -35,7 +35,8 @@ TEST(Signal, NineTenthsAreCountedAsExactlyAsInIntegers) {
 }
 
 TEST(Signal, TheRmsOfASignIsThatOfItsSize) {
-  DOUBLES_EQUAL(std::sqrt(12.5), rms({3.0, nan, -4.0}), 1e-15);
+  const std::vector<double> values{3.0, nan, -4.0};
+  DOUBLES_EQUAL(std::sqrt(12.5), rms(values), 1e-15);
   DOUBLES_EQUAL(0.0, rms({}), 0.0);
 }
 

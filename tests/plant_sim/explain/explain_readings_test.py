@@ -2,6 +2,7 @@
 """The engine that holds each reading against the model at its own time, on the simulator's own logs as they are: drawn
 drives, drawn sizes. VOLTLAP_TEST_SEED repeats a draw."""
 import json
+import math
 import os
 import pathlib
 import random
@@ -15,6 +16,8 @@ SEED = int(os.environ.get("VOLTLAP_TEST_SEED", random.SystemRandom().randrange(2
 EFFECTS = [
     ("cell.effects.series_ohm={}", 1e-4, 5e-4, "series_resistance", "resistance_ohm", lambda x: x),
     ("cell.effects.exchange_current_change={}", 0.2, 0.5, "resistance_current", "exchange_current_change", lambda x: x),
+    ("cell.effects.exchange_current_change={}", -0.75, -0.55, "resistance_current", "exchange_current_change",
+     lambda x: x),
     ("battery.contact_resistance_ohm={}", 1e-3, 5e-3, "contact_resistance", "resistance_ohm", lambda x: x),
     ("battery.cells.7.resistance_scale={}", 1.15, 1.6, "weak_cell", "resistance_change", lambda x: x - 1.0),
 ]
@@ -31,22 +34,22 @@ class Draw:
         self.random = random.Random(f"{SEED}/{label}")
         print(f"VOLTLAP_TEST_SEED={SEED}")
 
-    def drive(self, folder, *keys, candump=False):
-        """A drawn drive of four laps; returns its log."""
+    def drive(self, folder, *keys, candump=False, laps=4, vehicle="vtm16e"):
+        """A drawn drive; returns its log."""
         out = folder / f"drive{self.random.randrange(10**9)}"
         settings = [f"battery.initial_soc={self.random.uniform(0.5, 1.0):.3f}",
                     f"battery.initial_temperature_c={self.random.uniform(27.0, 34.0):.2f}",
                     f"driver.grip_use={self.random.uniform(0.85, 0.98):.3f}"]
         noise = ["sensors.noise=true", "sensors.quantisation=true"] if candump else []
         files = ["--csv", f"{out}.csv", *(["--candump", f"{out}.log"] if candump else [])]
-        run("endurance", "--vehicle", "vtm16e", "--laps", 4, "--seed", self.random.randrange(2**31), *files, "--set",
+        run("endurance", "--vehicle", vehicle, "--laps", laps, "--seed", self.random.randrange(2**31), *files, "--set",
             *settings, *noise, *keys)
         return f"{out}.log" if candump else f"{out}.csv"
 
 
 def explained(folder, log, *arguments, model="vtm16e"):
     out = folder / "out.json"
-    said = run("explain", log, "--model", model, "--json", out, "--set", "explain.engine=readings", *arguments)
+    said = run("explain", log, "--model", model, "--json", out, *arguments)
     return json.loads(out.read_text()), said
 
 
@@ -57,17 +60,140 @@ def test_a_drive_as_the_model_has_it_shows_no_discrepancy(tmp_path, candump):
     assert answer["verdict"] == "no_discrepancy" and answer["causes"] == [], said
 
 
-@pytest.mark.parametrize("effect", EFFECTS, ids=[e[3] for e in EFFECTS])
+@pytest.mark.parametrize("number", range(4))
+def test_a_sound_drive_of_another_car_shows_no_discrepancy(tmp_path, number):
+    """Its sensors' noise and steps, and no reference: a pair of small errors of tyres and mass was named so."""
+    draw = Draw(f"another{number}")
+    car = tmp_path / "car.toml"
+    car.write_text(f'name = "another"\nbase = "{draw.random.choice(("vtm16e", "vtm17e"))}"\n'
+                   f"[vehicle]\nmass_kg = {draw.random.uniform(170.0, 270.0):.0f}\n"
+                   f"[powertrain]\nfinal_drive = {draw.random.uniform(3.0, 5.0):.2f}\n")
+    answer, said = explained(tmp_path, draw.drive(tmp_path, candump=True, vehicle=car), model=car)
+    assert answer["verdict"] == "no_discrepancy", (car.read_text(), said)
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=[f"{e[3]}{e[1]}" for e in EFFECTS])
 def test_what_was_hidden_is_named_with_its_size(tmp_path, effect):
     key, low, high, name, parameter, says = effect
-    draw = Draw(name)
+    draw = Draw(f"{name}{low}")
     size = float(f"{draw.random.uniform(low, high):.4g}")
     answer, said = explained(tmp_path, draw.drive(tmp_path, key.format(size)))
     assert answer["verdict"] == "named" and len(answer["causes"]) == 1, (size, said)
     cause = answer["causes"][0]
     assert name in (cause["name"], *cause["equivalent_to"]), (size, said)
     if cause["name"] == name:
-        assert cause["parameters"][parameter]["value"] == pytest.approx(says(size), rel=0.1), (size, said)
+        assert cause["parameters"][parameter]["value"] == pytest.approx(says(size), rel=0.06), (size, said)
+
+
+def rows_of(path):
+    lines = [line for line in pathlib.Path(path).read_text().splitlines() if not line.startswith("#")]
+    names = lines[0].split(",")
+    return names, [line.split(",") for line in lines[1:]]
+
+
+def write(path, names, rows):
+    path.write_text("\n".join(",".join(row) for row in [names, *rows]) + "\n")
+    return path
+
+
+def test_a_cell_that_is_not_read_for_a_while_changes_no_size_of_another(tmp_path):
+    draw = Draw("missing")
+    scale = float(f"{draw.random.uniform(1.15, 1.6):.4g}")
+    names, rows = rows_of(draw.drive(tmp_path, f"battery.cells.7.resistance_scale={scale}"))
+    missing, first = names.index("cell_3_voltage_v"), draw.random.randrange(len(rows) // 2)
+    for row in rows[first:first + len(rows) // 3]:
+        row[missing] = ""
+    answer, said = explained(tmp_path, write(tmp_path / "missing.csv", names, rows))
+    weak = [c for c in answer["causes"] if c["name"] == "weak_cell"]
+    assert len(weak) == 1 and weak[0]["parameters"]["cell"]["value"] == 7, (scale, first, said)
+    assert weak[0]["parameters"]["resistance_change"]["value"] == pytest.approx(scale - 1, rel=0.1), (scale, said)
+
+
+def test_a_cell_that_is_wrong_in_no_known_way_is_not_nothing(tmp_path):
+    draw = Draw("odd")
+    names, rows = rows_of(draw.drive(tmp_path))
+    cell, size, period = draw.random.randint(1, 24), draw.random.uniform(0.006, 0.02), draw.random.uniform(15.0, 40.0)
+    column, time = names.index(f"cell_{cell}_voltage_v"), names.index("time_s")
+    for row in rows:
+        row[column] = f"{float(row[column]) + size * math.sin(2 * math.pi * float(row[time]) / period):.5f}"
+    answer, said = explained(tmp_path, write(tmp_path / "odd.csv", names, rows))
+    assert answer["verdict"] == "unknown", (cell, size, period, said)
+    assert f"cell {cell}." in answer["sentence"], (cell, size, period, said)
+
+
+def test_what_a_thermistor_gains_is_said_in_kelvin(tmp_path):
+    draw = Draw("thermistor")
+    by = draw.random.uniform(3.0, 8.0)
+    names, rows = rows_of(draw.drive(tmp_path))
+    warm = names.index("cell_5_temperature_c")
+    for row in rows:
+        row[warm] = f"{float(row[warm]) + by:.3f}"
+    answer, said = explained(tmp_path, write(tmp_path / "warm.csv", names, rows))
+    assert [c["name"] for c in answer["causes"]] == ["thermistor_offset"], said
+    assert answer["causes"][0]["parameters"]["temperature_k"]["value"] == pytest.approx(by, rel=0.05), said
+    assert " K of thermistor 5 error" in answer["sentence"], said
+
+
+def test_air_that_no_log_says_is_found_where_it_is_far_off(tmp_path):
+    draw = Draw("air")
+    air = draw.random.choice((draw.random.uniform(8.0, 14.0), draw.random.uniform(36.0, 42.0)))
+    answer, said = explained(tmp_path, draw.drive(tmp_path, f"environment.ambient_c={air:.1f}"))
+    names = {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])}
+    assert "ambient" in names | {n for rival in answer.get("alternatives", []) for n in rival}, (air, said)
+
+
+def test_air_a_little_off_is_no_discrepancy(tmp_path):
+    draw = Draw("little")
+    air = draw.random.choice((draw.random.uniform(23.0, 23.5), draw.random.uniform(26.5, 27.0)))  # the model's is 25
+    reference = draw.drive(tmp_path)
+    log = draw.drive(tmp_path, f"environment.ambient_c={air:.1f}")
+    answer, said = explained(tmp_path, log, "--reference", reference)
+    assert answer["verdict"] == "no_discrepancy", (air, said)
+
+
+def test_what_the_car_draws_is_no_offset_of_the_current(tmp_path):
+    """An offset beside what undoes its drift of the voltage explains the power as well: one cause goes first."""
+    draw = Draw("draws")
+    base = 670.0  # of the vehicle file
+    more = draw.random.uniform(200.0, 500.0)
+    reference = draw.drive(tmp_path, candump=True)
+    log = draw.drive(tmp_path, f"low_voltage.power_w={base + more:.1f}", candump=True)
+    answer, said = explained(tmp_path, log, "--reference", reference)
+    assert [c["name"] for c in answer["causes"]] == ["auxiliary_load"], (more, said)
+    assert answer["causes"][0]["parameters"]["power_w"]["value"] == pytest.approx(more, rel=0.05), (more, said)
+
+
+def test_coarse_thermistors_show_that_heat_is_missing(tmp_path):
+    """Thermistors in steps of 1 K, with noise: a reference of another drive tells what they show anyway. Which cause of
+    the heat balance it is four laps cannot always tell, nor always that there is one (one drive in four, of
+    eight tried); that the voltage is right they can."""
+    draw = Draw("coarse")
+    found = []
+    for _ in range(5):
+        size = float(f"{draw.random.uniform(4e-4, 6e-4) * draw.random.choice((-1, 1)):.3g}")
+        reference = draw.drive(tmp_path, candump=True)
+        log = draw.drive(tmp_path, f"cell.effects.entropy_v_per_k={size}", candump=True)
+        answer, said = explained(tmp_path, log, "--reference", reference)
+        if answer["verdict"] not in ("named", "ambiguous"):
+            continue
+        found.append(size)
+        names = {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])}
+        names |= {n for rival in answer.get("alternatives", []) for n in rival}
+        assert names <= {"entropic_heat", "ambient", "cooling", "heat_capacity", "cooling_at_stop"}, (size, said)
+        gain = answer["gain"]["temperature"]
+        assert gain["heldout_rms_after"] < gain["heldout_rms_before"], (size, said)
+    assert len(found) >= 2, found
+
+
+def test_a_log_of_a_day_is_explained_as_fast_as_a_drive(tmp_path):
+    """Blocks, bins and memory do not grow with the hours between: a rest of a night in the middle."""
+    draw = Draw("night")
+    names, rows = rows_of(draw.drive(tmp_path, "cell.effects.series_ohm=0.0004"))
+    half, time = len(rows) // 2, names.index("time_s")
+    for row in rows[half:]:
+        row[time] = f"{float(row[time]) + 3600 * draw.random.randrange(8, 9):.2f}"
+    answer, said = explained(tmp_path, write(tmp_path / "night.csv", names, rows))
+    assert "series_resistance" in [n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])], said
 
 
 def test_the_extended_model_leaves_nothing_and_keeps_what_was_promised(tmp_path):
@@ -93,3 +219,95 @@ def test_a_good_reference_changes_no_right_answer(tmp_path):
     alone, _ = explained(tmp_path, log)
     beside, said = explained(tmp_path, log, "--reference", draw.drive(tmp_path))
     assert [c["name"] for c in beside["causes"]] == [c["name"] for c in alone["causes"]] != [], (size, said)
+
+
+def names_in(answer):
+    return {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])}
+
+
+def test_what_is_wrong_in_four_places_is_said_in_four_places(tmp_path):
+    """Three causes are sought at once; what is wrong elsewhere is asked for beside them."""
+    draw = Draw("four")
+    keys = (f"cell.effects.series_ohm={draw.random.uniform(2e-4, 5e-4):.4g}",
+            f"battery.contact_resistance_ohm={draw.random.uniform(2e-3, 5e-3):.4g}",
+            f"environment.ambient_c={draw.random.uniform(38.0, 42.0):.1f}",
+            f"low_voltage.power_w={draw.random.uniform(1000.0, 1300.0):.0f}")
+    answer, said = explained(tmp_path, draw.drive(tmp_path, *keys, candump=True))
+    found = names_in(answer)
+    assert {"series_resistance", "contact_resistance", "auxiliary_load"} <= found, (keys, said)
+    assert found & {"ambient", "cooling", "entropic_heat", "heat_capacity", "cooling_at_stop"}, (keys, said)
+
+
+def test_parts_that_undo_each_other_on_average_are_both_named(tmp_path):
+    """What a fit makes of a car that warms: right on average, with too little of its law and too much of the rest."""
+    draw = Draw("law")
+    law = [f"cell.effects.activation_energy_j_per_mol={draw.random.uniform(14000.0, 20000.0):.0f}",
+           f"battery.initial_temperature_c={draw.random.uniform(31.0, 34.0):.2f}"]
+    log = draw.drive(tmp_path, *law, laps=8)
+    answer, said = explained(tmp_path, log, "--set", "explain.without=resistance_temperature",
+                             "explain.without=resistance_soc", "explain.without=resistance_current")
+    mean = next((c for c in answer["causes"] if c["name"] == "series_resistance"), None)
+    assert mean is not None, (law, said)
+    back = -mean["parameters"]["resistance_ohm"]["value"]
+    answer, said = explained(tmp_path, draw.drive(tmp_path, *law, f"cell.effects.series_ohm={back:.4g}", laps=8))
+    found = {c["name"]: c["parameters"] for c in answer["causes"]}
+    assert {"resistance_temperature", "series_resistance"} <= set(found), (law, back, said)
+    energy = found["resistance_temperature"]["activation_energy_j_per_mol"]["value"]
+    assert energy == pytest.approx(float(law[0].split("=")[1]), rel=0.15), (law, back, said)
+
+
+def with_more_in_odd_minutes(folder, draw, ohm):
+    """A drive whose cells have more resistance in every other minute."""
+    names, rows = rows_of(draw.drive(folder))
+    current, time, pack = (names.index(name) for name in ("pack_current_a", "time_s", "pack_voltage_v"))
+    cells = [k for k, name in enumerate(names) if name.startswith("cell_") and name.endswith("_voltage_v")]
+    first = float(rows[0][time])
+    for row in rows:
+        drop = ohm * float(row[current]) if int((float(row[time]) - first) // 60) % 2 else 0.0
+        for k in cells:
+            row[k] = f"{float(row[k]) - drop:.5f}"
+        row[pack] = f"{float(row[pack]) - len(cells) * drop:.5f}"
+    return write(folder / "minutes.csv", names, rows)
+
+
+def test_the_other_minutes_measure_the_gain(tmp_path):
+    draw = Draw("minutes")
+    size = draw.random.uniform(2e-4, 5e-4)
+    log = draw.drive(tmp_path, f"cell.effects.series_ohm={size:.4g}")
+    answer, said = explained(tmp_path, log, "--set", "explain.fit_blocks=even")
+    assert answer["verdict"] == "named" and "series_resistance" in names_in(answer), (size, said)
+    gain = answer["gain"]["voltage"]
+    assert gain["heldout_rms_after"] < 0.1 * gain["heldout_rms_before"], (size, said)
+
+
+def test_minutes_that_are_not_looked_at_say_nothing_but_that_an_answer_does_not_hold(tmp_path):
+    draw = Draw("apart")
+    log = with_more_in_odd_minutes(tmp_path, draw, draw.random.uniform(3e-4, 6e-4))
+    even, said = explained(tmp_path, log, "--set", "explain.fit_blocks=even")
+    assert even["verdict"] == "no_discrepancy", said
+    assert even["gain"]["voltage"]["heldout_rms_before"] > 0.01, said
+    odd, said = explained(tmp_path, log, "--set", "explain.fit_blocks=odd")
+    assert odd["verdict"] == "unknown" and odd["unknown_in"] == "voltage", said
+    gain = odd["gain"]["voltage"]
+    assert gain["heldout_rms_after"] == gain["heldout_rms_before"], said
+
+
+@pytest.mark.parametrize("channel", ["cells", "pack"])
+def test_an_error_of_no_known_shape_is_never_nothing(tmp_path, channel):
+    draw = Draw(f"wander{channel}")
+    size, stay_s = draw.random.uniform(0.012, 0.03), draw.random.uniform(20.0, 80.0)
+    names, rows = rows_of(draw.drive(tmp_path))
+    time = names.index("time_s")
+    cells = [k for k, n in enumerate(names) if n.startswith("cell_") and n.endswith("_voltage_v")]
+    pack = names.index("pack_voltage_v")
+    off, last = size * draw.random.gauss(0.0, 1.0), float(rows[0][time])
+    for row in rows:
+        keeps = math.exp(-(float(row[time]) - last) / stay_s)
+        last = float(row[time])
+        off = keeps * off + math.sqrt(1.0 - keeps * keeps) * size * draw.random.gauss(0.0, 1.0)
+        if channel == "cells":
+            for k in cells:
+                row[k] = f"{float(row[k]) + off:.5f}"
+        row[pack] = f"{float(row[pack]) + (len(cells) if channel == 'cells' else 40.0) * off:.5f}"
+    answer, said = explained(tmp_path, write(tmp_path / "wander.csv", names, rows))
+    assert answer["verdict"] in ("unknown", "ambiguous") and answer["unknown_in"] == "voltage", (size, stay_s, said)

@@ -4,58 +4,10 @@
 #include <CppUTest/TestHarness.h>
 
 #include <cmath>
-#include <random>
+
+#include "simulated_channel.hpp"
 
 namespace voltlap::explain {
-namespace {
-
-constexpr Index kBins = 2400, kBlocks = 8;
-constexpr double kStep_s = 0.2, kSlow_s = 50.0;  // s; bins, and how long slow noise stays
-
-/// A channel of a wave, a constant (as a start is) and noise, white and slow.
-class SimulatedChannel {
- public:
-  explicit SimulatedChannel(unsigned seed) : random_(seed) {
-    channel_.time_s = VectorXd::LinSpaced(kBins, 0.0, kStep_s * (kBins - 1));
-    channel_.rough = VectorXd::Zero(kBins);
-    channel_.values.resize(kBins, 4);
-    channel_.values.col(0).setOnes();
-    channel_.values.col(1) = (channel_.time_s.array() * 0.7).sin();
-    channel_.values.col(2) = (channel_.time_s.array() * 0.7).cos();
-    channel_.values.col(3).setZero();
-    channel_.column = {0, 1, 2};
-    for (Index k = 0; k < kBins; ++k) channel_.block.push_back(k * kBlocks / kBins);
-  }
-  void add(const VectorXd& values) { channel_.values.col(3) += values; }
-  void add_white(double sigma) {
-    for (Index k = 0; k < kBins; ++k) channel_.values(k, 3) += sigma * normal_(random_);
-  }
-  void add_slow(double sigma) {
-    const double keeps = std::exp(-kStep_s / kSlow_s);
-    double slow = sigma * normal_(random_);
-    for (Index k = 0; k < kBins; ++k) {
-      channel_.values(k, 3) += slow;
-      slow = keeps * slow + std::sqrt(1.0 - keeps * keeps) * sigma * normal_(random_);
-    }
-  }
-  [[nodiscard]] VectorXd wave() const { return channel_.values.col(1); }
-  [[nodiscard]] Problem problem() const {
-    Problem out;
-    out.channels.push_back(gram_of(channel_, noise_grid(false), kBlocks));
-    out.prior_sigma = VectorXd::Constant(3, 100.0);
-    out.least_sigma = {1e-6};
-    out.nuisances = {0};
-    out.blocks = kBlocks;
-    return out;
-  }
-
- private:
-  ChannelColumns channel_;
-  std::mt19937 random_;
-  std::normal_distribution<double> normal_{0.0, 1.0};
-};
-
-}  // namespace
 
 TEST_GROUP(Hypothesis){};
 
@@ -77,6 +29,20 @@ TEST(Hypothesis, AnEffectIsFoundWithItsSizeAndNoiseBringsNone) {
   CHECK_TEXT(inside >= 34, "of 40 intervals of 95 % at least 34 hold the true size");  // fewer: 1 in 300
 }
 
+TEST(Hypothesis, ABlockOrAChannelWithoutReadingsSaysNothing) {
+  ChannelColumns none{VectorXd(0), VectorXd(0), RowsXd(0, 3), {0, 1}, {}};
+  SimulatedChannel channel(5);
+  channel.add_white(1.0);
+  channel.add(channel.wave());
+  Problem problem = channel.problem(), beside = problem;
+  beside.channels.emplace_back(none, noise_grid(false), kBlocks);
+  beside.least_sigma.push_back(1e-6);
+  beside.most_slow.push_back(1.0);
+  const Fit alone = fit_of(problem, {1}), both = fit_of(beside, {1});
+  DOUBLES_EQUAL(alone.size(1), both.size(1), 1e-12);
+  DOUBLES_EQUAL(alone.total(), both.total(), 1e-9);
+}
+
 TEST(Hypothesis, SlowNoiseIsNoEffect) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SimulatedChannel channel(seed);
@@ -86,6 +52,35 @@ TEST(Hypothesis, SlowNoiseIsNoEffect) {
     const Fit nothing = fit_of(problem, {});
     CHECK(noise_grid(false)[nothing.noise[0]].slow_share > 0.0);
     CHECK_FALSE(lead_of(fit_of(problem, {1}), nothing).decisive);
+  }
+}
+
+TEST(Hypothesis, WhatIsSlowerAndLargerThanInSoundLogsIsNoNoise) {
+  SimulatedChannel channel(3);
+  channel.add_white(0.2);
+  channel.add_slow(1.0);
+  Problem problem = channel.problem();
+  CHECK(slow_noise(problem, fit_of(problem, {}), 0) > 0.3);
+  problem.most_slow = {0.1};
+  const Fit bounded = fit_of(problem, {});
+  CHECK(slow_noise(problem, bounded, 0) <= 0.1 * (1.0 + 1e-9));
+}
+
+TEST(Hypothesis, AStartTakesNoMoreThanItCan) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    SimulatedChannel channel(seed);
+    channel.add_white(0.5);
+    channel.add(VectorXd::Constant(kBins, 10.0));
+    Problem problem = channel.problem();
+    problem.prior_sigma(0) = 1.0;  // so that 3 is the most
+    const Fit kept = fit_of(problem, {1});
+    DOUBLES_EQUAL(3.0, kept.size(0), 1e-9);
+    DOUBLES_EQUAL(3.0, kept.plain_starts(0), 1e-9);
+    DOUBLES_EQUAL(7.0 * 7.0 + 0.25, kept.left.sum() / kBins, 1.0);
+    problem.prior_sigma(0) = 100.0;
+    const Fit free = fit_of(problem, {1});
+    DOUBLES_EQUAL(10.0, free.size(0), 0.1);
+    CHECK_TEXT(free.total() > kept.total() + 50.0, "every minute speaks against a start that cannot be");
   }
 }
 
@@ -111,6 +106,34 @@ TEST(Hypothesis, WhatIsLeftIsMeasuredFromAPlainStartWhereSlowNoiseLeavesItOpen) 
   CHECK_TEXT(std::abs(fit.size(0) - mean) > 1e-3, "the ends of a slow noise weigh more: else this proves nothing");
   DOUBLES_EQUAL(mean, fit.plain_starts(0), 1e-6);
   DOUBLES_EQUAL(gram(3, 3) - mean * gram(3, 0), fit.left.sum(), 1e-3 * fit.left.sum());
+}
+
+TEST(Hypothesis, ACurveGoesOnStraightWhereNothingTellsHowItBends) {
+  // Three points of a curve, the last of which acts on no reading: it continues the line of the first two.
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    ChannelColumns channel;
+    channel.time_s = VectorXd::LinSpaced(600, 0.0, 599.0);
+    channel.rough = VectorXd::Zero(600);
+    channel.values = RowsXd::Zero(600, 4);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    const double first = 3.0 * normal(random), second = 3.0 * normal(random);
+    for (Index k = 0; k < 600; ++k) {
+      channel.values(k, k < 300 ? 0 : 1) = 1.0;
+      channel.values(k, 3) = (k < 300 ? first : second) + 0.01 * normal(random);
+      channel.block.push_back(k / 100);
+    }
+    channel.column = {0, 1, 2};
+    Problem problem;
+    problem.channels.emplace_back(channel, noise_grid(false), 6);
+    problem.prior_sigma = VectorXd::Constant(3, 1000.0);
+    problem.least_sigma = {1e-6};
+    problem.most_slow = {std::numeric_limits<double>::infinity()};
+    problem.blocks = 6;
+    DOUBLES_EQUAL(0.0, fit_of(problem, {0, 1, 2}).size(2), 1e-9);
+    problem.curves = {{0, 3, 1.0}};
+    DOUBLES_EQUAL(2.0 * second - first, fit_of(problem, {0, 1, 2}).size(2), 0.05);
+  }
 }
 
 }  // namespace voltlap::explain

@@ -4,6 +4,7 @@
 #include <CppUTest/TestHarness.h>
 
 #include <cmath>
+#include <string>
 
 namespace voltlap::explain {
 namespace {
@@ -59,6 +60,55 @@ TEST(Readings, BinsOfAnotherReaderAreMatchedByTime) {
   for (Index k = 0; k < matched.size(); ++k) {
     if (std::isfinite(matched(k))) DOUBLES_EQUAL(one.time_s()(k), matched(k), 0.05);
   }
+}
+
+TEST(Readings, BinsThatAreLeftOutTakeTheirReadingsWithThem) {
+  const plant::Recording log = slow_cells(2000, 2);
+  Reader reader = Reader::of_roles(log, log.numbered("cell_voltage_"), 0.1);
+  const Reader before = reader;
+  std::vector<bool> kept;
+  for (Index k = 0; k < before.size(); ++k) kept.push_back(k % 3 != 0);
+  reader.keep(kept);
+  const VectorXd times = reader.of(log.time_s);
+  Index at = 0;
+  for (Index k = 0; k < before.size(); ++k) {
+    if (k % 3 == 0) continue;
+    DOUBLES_EQUAL(before.values()(k), reader.values()(at), 0.0);
+    DOUBLES_EQUAL(before.time_s()(k), times(at), 1e-12);
+    ++at;
+  }
+  LONGS_EQUAL(at, reader.size());
+}
+
+TEST(Readings, WhatIsReadBetweenTheSameRowsIsMergedAndTheMeanStaysThatOfEachReading) {
+  const plant::Recording log = slow_cells(2000, 7);
+  const VectorXd by_row = (3.0 * log.time_s.array()).sin() + log.time_s.array().square() * 0.01;
+  const auto roles = log.numbered("cell_voltage_");
+  const Reader all = Reader::of_roles(log, roles, 0.1);
+  VectorXd mean = VectorXd::Zero(all.size());
+  for (const std::string& role : roles) {
+    const Reader one = Reader::of_roles(log, {role}, 0.1);
+    mean += all.matched(one, one.of(by_row)) / static_cast<double>(roles.size());
+  }
+  CHECK(all.size() > 150);
+  DOUBLES_EQUAL(0.0, (all.of(by_row) - mean).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(Readings, ARowWithoutAValueHasThatOfTheRowBeforeAndTheFirstOnesThatOfTheFirstThatHasOne) {
+  const double nothing = std::nan("");
+  VectorXd rows(6), expected(6);
+  rows << nothing, nothing, 2.0, nothing, 5.0, nothing;
+  expected << 2.0, 2.0, 2.0, 2.0, 5.0, 5.0;
+  CHECK(filled(rows) == expected);
+  CHECK(filled(VectorXd::Constant(3, nothing)) == VectorXd::Zero(3));
+}
+
+TEST(Readings, AClockThatJumpsAheadTakesNoMemory) {
+  plant::Recording log = slow_cells(2000, 1);
+  log.time_s.tail(1000).array() += 1.7e9;  // 1970, then now
+  log.read_s.at("cell_voltage_1").tail(1000).array() += 1.7e9;
+  const Reader reader = Reader::of_roles(log, {"cell_voltage_1"}, 0.1);
+  CHECK(reader.size() > 190 && reader.size() < 210);
 }
 
 }  // namespace voltlap::explain

@@ -128,6 +128,34 @@ TEST(Intervention, OffsetsMoveTheReadingAndNotTheTruth) {
   DOUBLES_EQUAL(truth, car.pack().cell_voltage(2), 0.0);
 }
 
+TEST(Intervention, FrozenReadingsStandWhileTheTruthGoesOn) {
+  const auto cell = sent<can::CellVoltages>(0).cell_100uv[2];
+  plant(Kind::kCellFrozen, 2);
+  plant(Kind::kCurrentFrozen);
+  car.renew(0.01);
+  car.pack().advance(100.0);
+  const auto m = sent<can::CellVoltages>(0);
+  LONGS_EQUAL(cell, m.cell_100uv[2]);
+  CHECK(m.cell_ok[2] && m.cell_100uv[1] < cell);
+  LONGS_EQUAL(0, sent<can::PackSensor>().pack_current_ma);
+}
+
+TEST(Intervention, GainsOffsetsAndAStuckDcLinkChangeTheReading) {
+  const auto cell = sent<can::CellVoltages>(0).cell_100uv[1];
+  plant(Kind::kCellGain, 1, 1100);
+  plant(Kind::kCurrentOffset, 0, -250);
+  plant(Kind::kDcLinkStuck, 0, 960);
+  DOUBLES_EQUAL(1.1 * cell, sent<can::CellVoltages>(0).cell_100uv[1], 1.0);
+  LONGS_EQUAL(-2500, sent<can::PackSensor>().pack_current_ma);
+  LONGS_EQUAL(960'000, sent<can::InverterStatus>().dc_link_voltage_100uv);
+  plant(Kind::kCurrentReversed);
+  plant(Kind::kClearAll);
+  LONGS_EQUAL(cell, sent<can::CellVoltages>(0).cell_100uv[1]);
+  LONGS_EQUAL(0, sent<can::PackSensor>().pack_current_ma);
+  CHECK_FALSE(refuses(Kind::kCellGain, 0, 900));
+  CHECK(refuses(Kind::kCellGain, 0, 0));
+}
+
 TEST(Intervention, LostThermistorCurrentAndBrakeSensorsSayNoValue) {
   plant(Kind::kThermistorLost, 0);
   plant(Kind::kCurrentLost);

@@ -87,6 +87,21 @@ TEST(SocCoulomb, RepeatedAndEarlierSamplesCountOnce) {
   CHECK(soc.charge == charge);
 }
 
+// BMS-070
+TEST(SocCoulomb, TwoThousandAmpereHoursAreCountedWithoutOverflow) {
+  config.capacity_mah = 2'000'000;
+  for (const std::int32_t percent : {1, 50, 99, 100}) {
+    soc = SocEstimate{};
+    all_cells(30'000 + 120 * percent);
+    at(0, Current{});
+    LONGS_EQUAL(10'000 * percent, soc.value.raw());
+    at(10, amps(1000));
+    DOUBLES_EQUAL(10'000.0 * percent, soc.value.raw(), 1.0);
+    for (std::uint32_t t = 10'010; t <= 72'000'010; t += 10'000) at(t, amps(percent == 1 ? 0 : 1000));  // 20 kAh
+    if (percent != 1) LONGS_EQUAL(0, soc.value.raw());
+  }
+}
+
 // BMS-003
 TEST(SocCoulomb, StaysWithinHalfAPointOverAnEndurance) {
   all_cells(41'400);  // 95 %

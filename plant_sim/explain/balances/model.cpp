@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/balances/model.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "core/errors.hpp"
+#include "core/toml_text.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPackBase = "vtm16e";  // what a pack file does not say: its car, contactors, sensors
+
+std::string find_model(const DataFolder& data, const std::string& name) {
+  for (const char* kind : {"vehicles", "cells"}) {
+    const auto names = data.names(kind);
+    if (std::find(names.begin(), names.end(), name) != names.end()) return data.find(kind, name, "--model");
+  }
+  return data.find("vehicles", name, "--model");
+}
+
+ModelKind kind_of(const std::string& path) {
+  const toml::table table = parse_toml_file(path);
+  if (table.contains("capacity_ah") || table.contains("breakpoints")) return ModelKind::kCell;
+  if (table.contains("base") || table.contains("vehicle")) return ModelKind::kVehicle;
+  if (table.contains("battery")) return ModelKind::kPack;
+  throw InputError(shown_path(path), "neither capacity_ah, [battery] nor base",
+                   "a cell file, a pack file ([battery] alone) or a vehicle file",
+                   "Give one of the three as --model");
+}
+
+void flatten(const toml::table& table, const std::string& prefix, std::vector<std::string>& into) {
+  for (const auto& [name, node] : table) {
+    const std::string key = prefix + std::string(name.str());
+    if (const toml::table* section = node.as_table()) {
+      flatten(*section, key + ".", into);
+      continue;
+    }
+    std::ostringstream text;
+    node.visit([&](const auto& value) {
+      if constexpr (toml::is_string<decltype(value)>) {
+        text << toml::value<std::string>(value.get());
+      } else {
+        text << value;
+      }
+    });
+    into.push_back(key + "=" + text.str());
+  }
+}
+
+/// A pack file as settings on a car: its cell may stand beside it.
+std::vector<std::string> pack_settings(const std::string& path) {
+  toml::table table = parse_toml_file(path);
+  static_cast<void>(take_word(table, "name", shown_path(path)));
+  if (toml::table* battery = table["battery"].as_table()) {
+    const auto cell = (*battery)["cell"].value<std::string>();
+    const fs::path beside = cell ? fs::path(path).parent_path() / *cell : fs::path();
+    if (cell && fs::is_regular_file(beside)) battery->insert_or_assign("cell", beside.string());
+  }
+  std::vector<std::string> out;
+  flatten(table, "", out);
+  return out;
+}
+
+void set_cell_model(const std::vector<std::string>& settings, VehicleParameters& car) {
+  car.battery.cells_in_series = 0;
+  car.battery.cells_in_parallel = 1;
+  car.battery.initial_soc = 1.0;
+  car.environment.ambient_c = car.battery.initial_temperature_c = car.cell.reference_temperature_c;
+  for (const std::string& text : settings) {
+    const Setting setting = parse_setting(text);
+    const auto number = number_of(*setting.value);
+    if (setting.key == "battery.cells_in_series" && number && *number >= 1) {
+      car.battery.cells_in_series = static_cast<int>(*number);
+    } else if (setting.key == "battery.cells_in_parallel" && number && *number >= 1) {
+      car.battery.cells_in_parallel = static_cast<int>(*number);
+    } else if (setting.key == "environment.ambient_c" && number) {
+      car.environment.ambient_c = car.battery.initial_temperature_c = *number;
+    } else {
+      throw InputError("--set " + text, "a setting that a cell file does not take",
+                       "battery.cells_in_series, battery.cells_in_parallel or environment.ambient_c with a number",
+                       "Correct it, or give a pack or vehicle file as --model");
+    }
+  }
+}
+
+}  // namespace
+
+Model load_model(const DataFolder& data, const std::string& name, const std::vector<std::string>& settings) {
+  Model out;
+  out.path = find_model(data, name);
+  out.kind = kind_of(out.path);
+  if (out.kind == ModelKind::kCell) {
+    out.world.car.cell = load_cell(data, out.path, "--model");
+    set_cell_model(settings, out.world.car);
+    return out;
+  }
+  if (out.kind == ModelKind::kVehicle) {
+    out.world.car = load_vehicle(data, out.path, settings).parameters;
+    out.world.pack_resistance_ohm = out.world.car.battery.contact_resistance_ohm;
+    return out;
+  }
+  std::vector<std::string> all = pack_settings(out.path);
+  all.insert(all.end(), settings.begin(), settings.end());
+  out.world.car = load_vehicle(data, kPackBase, all).parameters;
+  out.world.pack_resistance_ohm = out.world.car.battery.contact_resistance_ohm;
+  out.world.car.tyres.radius_m = 0.0;  // a pack has no wheels: no balance of the car
+  return out;
+}
+
+void fit_to_log(Model& model, const Recording& log) {
+  int& series = model.world.car.battery.cells_in_series;
+  const auto cells = static_cast<int>(log.numbered("cell_voltage_").size());
+  if (log.find("voltage") != nullptr) {
+    series = 1;
+  } else if (cells > 0 && model.kind == ModelKind::kCell && series == 0) {
+    series = cells;
+  }
+  if (series == 0) {
+    throw InputError(log.path, "a pack's voltage and a cell file as model", "the number of cells in series",
+                     "Add --set battery.cells_in_series=N (and battery.cells_in_parallel=M)");
+  }
+  if (cells > 1 && cells > series) {
+    throw InputError(log.path, fmt::format("{} cell voltages", cells),
+                     fmt::format("at most the model's {} cells", series),
+                     "Correct battery.cells_in_series of the model");
+  }
+  const CellParameters& cell = model.world.car.cell;
+  for (const auto& [role, count] : {std::pair{"voltage", 1}, {"pack_voltage", series}, {"cell_voltage_1", 1}}) {
+    const Eigen::VectorXd* volts = log.find(role);
+    if (volts == nullptr) continue;
+    std::vector<double> sample;
+    for (const double v : *volts) {
+      if (std::isfinite(v)) sample.push_back(v / count);
+    }
+    if (sample.empty()) continue;
+    const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+    std::nth_element(sample.begin(), middle, sample.end());
+    if (*middle > cell.voltage_min_v - 1.0 && *middle < cell.voltage_max_v + 0.6) continue;
+    throw InputError(log.path, fmt::format("{} with a median of {:.3g} V for a cell", role, *middle),
+                     fmt::format("{} to {} V", cell.voltage_min_v, cell.voltage_max_v),
+                     "Correct the unit in the map or the number of cells in series");
+  }
+}
+
+}  // namespace voltlap::plant

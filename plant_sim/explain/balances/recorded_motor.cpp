@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/balances/recorded_motor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "car/powertrain/motor.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Speed [rad/s] from which the torque falls; infinite if it never does.
+double base_speed(const MotorSection& m) {
+  for (std::size_t k = 1; k < m.curve_speed_rpm.size(); ++k) {
+    if (m.curve_torque_nm[k] >= m.curve_torque_nm.front()) continue;
+    // Beyond it the power is constant: it lies where that power meets the full torque.
+    return m.curve_torque_nm[k] * m.curve_speed_rpm[k] / m.curve_torque_nm.front() * kRpm;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+/// Kelvin above ambient of the winding, from the model's losses.
+VectorXd winding_above_ambient(const World& world, const Comparison& comparison, const VectorXd& torque) {
+  const Recording& log = comparison.log;
+  const VectorXd* speed = log.find("motor_speed");
+  MotorThermal thermal(world.car.motor, 0.0);
+  VectorXd out = VectorXd::Zero(log.rows());
+  for (Index row = 1; row < log.rows(); ++row) {
+    const double dt = std::min(1.0, log.time_s(row) - log.time_s(row - 1));
+    const MotorSection& m = world.car.motor;
+    const double current = std::isfinite(torque(row)) ? torque(row) / m.constant_nm_per_a : 0.0;
+    const double omega = speed != nullptr && std::isfinite((*speed)(row)) ? (*speed)(row)*kRpm : 0.0;
+    double heat = std::abs(motor_loss(m, current, omega, current * omega >= 0.0));
+    if (!m.winding_loss) heat += m.winding_resistance_ohm * current * current;
+    for (int part = 0; part < 20; ++part) thermal.advance(heat * dt / 20, dt / 20, 0.0);
+    out(row) = thermal.copper_c();
+  }
+  return out;
+}
+
+}  // namespace
+
+double weakening_loss(const World& world, double omega) {
+  constexpr double kShare = 0.1;  // at twice the base speed, of the copper loss at full current; assumed
+  if (world.base_speed_change == 0.0) return 0.0;
+  const MotorSection& m = world.car.motor;
+  const double full = kShare * m.winding_resistance_ohm * std::pow(world.car.inverter.current_max_a, 2);
+  const double base = base_speed(m), changed = base * (1.0 + world.base_speed_change);
+  const auto loss = [&](double from) { return full * std::pow(std::max(0.0, std::abs(omega) / from - 1.0), 2); };
+  return loss(changed) - loss(base);
+}
+
+VectorXd reported_torque(const World& world, const Comparison& comparison) {
+  const Recording& log = comparison.log;
+  const MotorSection& motor = world.car.motor;
+  VectorXd out(log.rows());
+  if (const VectorXd* measured = log.find("motor_torque")) {
+    out = *measured;
+  } else {
+    const VectorXd& pedal = *log.find("accelerator");
+    const VectorXd* speed = log.find("motor_speed");
+    for (Index row = 0; row < log.rows(); ++row) {
+      const double omega = speed != nullptr ? (*speed)(row)*kRpm : 0.0;
+      const double base = motor.curve_torque_nm.front(), at = omega / kRpm / (1.0 + world.base_speed_change);
+      double most = base;
+      for (std::size_t k = 1; k < motor.curve_speed_rpm.size(); ++k) {
+        const double x0 = motor.curve_speed_rpm[k - 1], x1 = motor.curve_speed_rpm[k];
+        if (at < x0) break;
+        const double part = std::clamp((at - x0) / (x1 - x0), 0.0, 1.0);
+        most = motor.curve_torque_nm[k - 1] + part * (motor.curve_torque_nm[k] - motor.curve_torque_nm[k - 1]);
+      }
+      out(row) = std::min(motor_torque(motor, pedal(row) * world.car.inverter.current_max_a, 1.0), most);
+    }
+  }
+  return out;
+}
+
+VectorXd true_torque(const World& world, const Comparison& comparison, const VectorXd& reported) {
+  if (world.torque_per_k == 0.0) return reported * (1.0 + world.torque_change);
+  const VectorXd warm = winding_above_ambient(world, comparison, reported);
+  return (reported.array() * (1.0 + world.torque_per_k * warm.array()) * (1.0 + world.torque_change)).matrix();
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Torque and losses of the motor in a recording, by what inverter or pedal report.
+#pragma once
+#include "explain/balances/balances.hpp"
+
+namespace voltlap::plant {
+
+inline constexpr double kRpm = 2.0 * 3.14159265358979323846 / 60.0;  // rad/s
+
+/// Motor torque at the shaft that inverter or pedal report.
+[[nodiscard]] Eigen::VectorXd reported_torque(const World& world, const Comparison& comparison);
+
+/// What the motor really gives for it.
+[[nodiscard]] Eigen::VectorXd true_torque(const World& world, const Comparison& comparison,
+                                          const Eigen::VectorXd& reported);
+
+/// Loss [W] of the current that weakens the field beyond the base speed, against the base speed that the model has.
+[[nodiscard]] double weakening_loss(const World& world, double omega);
+
+}  // namespace voltlap::plant

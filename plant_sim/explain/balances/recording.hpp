@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A measured log of a cell, a pack or a car as signals by role on the rows of its current, SI units, discharge
+// positive. A value that is missing or not to be trusted is NaN; nothing is filled in.
+#pragma once
+#include <Eigen/Dense>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/parameter_file.hpp"
+
+namespace voltlap::plant {
+
+/// A stretch that is not used, and why.
+struct Masked {
+  std::string channel;
+  double start_s, end_s;
+  std::string reason;
+};
+
+struct Recording {
+  std::string path;
+  Eigen::VectorXd time_s;                          ///< strictly increasing
+  std::map<std::string, Eigen::VectorXd> signals;  ///< by role; never `time`
+  std::map<std::string, Eigen::VectorXd>
+      age_s;  ///< of the values of roles that are read more seldom than the current
+  std::map<std::string, Eigen::VectorXd> read_s;  ///< by role: when the value that a row holds was read
+  std::set<std::string> derived;  ///< roles that were reckoned from others: no evidence of their own
+  std::vector<Masked> masked;
+  std::vector<std::string> repairs;  ///< in words, for the report
+
+  [[nodiscard]] Eigen::Index rows() const { return time_s.size(); }
+  [[nodiscard]] const Eigen::VectorXd* find(const std::string& role) const;
+  /// cell_voltage_1, cell_voltage_2 ... as far as they are recorded.
+  [[nodiscard]] std::vector<std::string> numbered(const std::string& stem) const;
+};
+
+/// Reads a log; `map` is a name, a path or empty. Throws InputError for a log without time, current and a voltage.
+[[nodiscard]] Recording read_recording(const DataFolder& data, const std::string& path, const std::string& map);
+
+}  // namespace voltlap::plant

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/model/unstepped.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace voltlap::explain {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kCoarse_k = 0.35;  // smaller steps hide less than is worth a word
+constexpr std::size_t kLeastPasses = 2;
+constexpr double kOneStep = 1.5;
+constexpr double kToAndFro_s = 30.0;  // noise moves a reading to and fro; for longer it was further away
+
+struct Change {
+  double time_s, value;
+  bool rises;
+};
+struct Pass {
+  double time_s, value;
+};
+
+/// A thermistor passes the middle of two readings when its reading changes.
+std::vector<Change> changes_of(const VectorXd& time_s, const VectorXd& values) {
+  std::vector<Change> out;
+  Index last = -1;
+  for (Index row = 0; row < values.size(); ++row) {
+    if (!std::isfinite(values(row))) continue;
+    if (last >= 0 && values(row) != values(last))
+      out.push_back(
+          {0.5 * (time_s(last) + time_s(row)), 0.5 * (values(last) + values(row)), values(row) > values(last)});
+    last = row;
+  }
+  return out;
+}
+
+/// When the thermistor passed each middle: in the midst of the changes to and fro, so that the reading is as long
+/// on one side before as on the other after. Changes that end where they began are no pass.
+std::vector<Pass> passes_of(const std::vector<Change>& changes) {
+  std::vector<Pass> out;
+  for (std::size_t first = 0; first < changes.size();) {
+    std::size_t end = first + 1;
+    double back_s = 0.0;  // time spent again where it came from
+    while (end < changes.size() && changes[end].value == changes[first].value &&
+           changes[end].time_s - changes[end - 1].time_s < kToAndFro_s) {
+      if (changes[end].rises == changes[first].rises) back_s += changes[end].time_s - changes[end - 1].time_s;
+      ++end;
+    }
+    if ((end - first) % 2 == 1) out.push_back({changes[first].time_s + back_s, changes[first].value});
+    first = end;
+  }
+  return out;
+}
+
+/// Smallest change of a reading.
+double least_change(const VectorXd& values) {
+  double out = std::numeric_limits<double>::infinity(), last = std::nan("");
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    if (v != last && std::isfinite(last)) out = std::min(out, std::abs(v - last));
+    last = v;
+  }
+  return out;
+}
+
+void unstep(const VectorXd& read_s, VectorXd& values) {
+  const double step = least_change(values);
+  const std::vector<Pass> passes = passes_of(changes_of(read_s, values));
+  if (!(step > kCoarse_k) || passes.size() < kLeastPasses) return;
+  std::size_t next = 0;
+  for (Index row = 0; row < values.size(); ++row) {
+    while (next < passes.size() && passes[next].time_s <= read_s(row)) ++next;
+    // What jumps by more than a step passed nothing: a unit that begins with 0 degC until it has measured.
+    const double by =
+        next > 0 && next < passes.size() ? std::abs(passes[next].value - passes[next - 1].value) : 0.0;
+    const bool between = by > 0.0 && by < kOneStep * step;
+    if (!between || !std::isfinite(values(row))) {
+      values(row) = std::nan("");
+      continue;
+    }
+    const Pass &a = passes[next - 1], &b = passes[next];
+    values(row) = a.value + (read_s(row) - a.time_s) / (b.time_s - a.time_s) * (b.value - a.value);
+  }
+}
+
+}  // namespace
+
+plant::Recording unstepped(plant::Recording log) {
+  for (const std::string& role : log.numbered("temperature_")) {
+    const auto read = log.read_s.find(role);
+    unstep(read == log.read_s.end() ? log.time_s : read->second, log.signals[role]);
+  }
+  return log;
+}
+
+}  // namespace voltlap::explain

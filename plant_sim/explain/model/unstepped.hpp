@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// What coarse steps of a thermistor say: exactly where it was when the reading changed, and little in between.
+#pragma once
+#include "explain/balances/recording.hpp"
+
+namespace voltlap::explain {
+
+/// The recording with the readings of coarse thermistors straight from one change to the next; missing where the
+/// reading came back to where it was, and before the first change and after the last. A thermistor that changes
+/// too seldom stays as it is.
+[[nodiscard]] plant::Recording unstepped(plant::Recording log);
+
+}  // namespace voltlap::explain

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/say/numbers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "core/signal.hpp"
+
+namespace voltlap::plant {
+
+int decimals_of(double half) {
+  return half > 0.0 ? std::clamp(static_cast<int>(std::ceil(0.6 - std::log10(half))), 0, 5) : 2;
+}
+
+std::string channel_words(const std::string& channel) {
+  if (channel.starts_with("cell_voltage_")) return "cell " + channel.substr(13);
+  if (channel.starts_with("temperature_")) return "thermistor " + channel.substr(12);
+  std::string words = channel;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
+}
+
+std::string gain_text(const Explanation& out) {
+  std::string best;
+  double most = 0.005;  // less is not seen in three digits
+  for (const auto& [name, gain] : out.gain) {
+    if (gain.before <= 0.0 || 1.0 - gain.after / gain.before <= most) continue;
+    most = 1.0 - gain.after / gain.before;
+    const bool milli = gain.unit == "V" && gain.before < 0.5;
+    const double scale = milli ? 1e3 : 1.0;
+    best = fmt::format("with it, {:.3g} become {:.3g} {} of {} error on blocks that it did not see",
+                       scale * gain.before, scale * gain.after, milli ? "mV" : gain.unit, channel_words(name));
+  }
+  return best;
+}
+
+double rms_of(const Eigen::VectorXd& values) {
+  return rms(std::span(values.data(), static_cast<std::size_t>(values.size())));
+}
+
+const char* name_of(Verdict verdict) {
+  constexpr const char* kNames[] = {"named", "ambiguous", "unknown", "no_discrepancy", "bad_data"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+}  // namespace voltlap::plant

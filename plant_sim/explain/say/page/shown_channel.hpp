@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Channels as people read them: names in words, small voltages in millivolts.
+#pragma once
+#include <string>
+
+#include "explain/explanation.hpp"
+
+namespace voltlap::plant {
+
+struct ShownUnit {
+  double scale = 1.0;
+  std::string unit;
+};
+/// Unit for a number of this size [SI].
+[[nodiscard]] ShownUnit shown_unit(const std::string& unit, double size);
+
+/// Three digits; what is only rounding of the reckoning is 0.
+[[nodiscard]] std::string shown_number(double value);
+
+/// "Cell voltage, given the current"
+[[nodiscard]] std::string channel_title(const Explanation& explanation, const Trace& trace);
+
+/// Does a cause change this channel?
+[[nodiscard]] bool is_changed(const Trace& trace);
+
+}  // namespace voltlap::plant

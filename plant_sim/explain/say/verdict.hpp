@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The answer as the contract has it: verdict, sentence, causes, gain, pictures.
+#pragma once
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "explain/decide/answer.hpp"
+#include "explain/decide/unknown.hpp"
+#include "explain/gate/integrity.hpp"
+
+namespace voltlap::explain {
+
+struct Saying {
+  const plant::Model& model;
+  const std::vector<plant::Cause>& causes;
+  std::vector<plant::FoundCause> gate;
+  std::vector<AnswerOf> members;
+  std::vector<const AnswerOf*> global;  ///< one after the other, each beside those before
+  std::vector<VectorXd> left, left_s;   ///< by channel, beyond the answer, and at which times
+  std::optional<Unnamed> unnamed;
+  std::map<std::string, plant::ChannelGain> gain;  ///< where it was measured on what no fit saw at all
+  bool with_references = false;
+};
+
+[[nodiscard]] plant::Explanation said(const Saying& saying, const plant::Gated& gated, const Observed& seen,
+                                      const Observed& without_members);
+[[nodiscard]] plant::Explanation too_little(const Saying& saying, const plant::Gated& gated);
+
+/// Residuals by channel beyond the first set of an answer (or nothing) with where its log began.
+[[nodiscard]] std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer);
+
+}  // namespace voltlap::explain

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/fit/search.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+#include <utility>
+#include <vector>
+
+#include "simulated_channel.hpp"
+
+namespace voltlap::explain {
+namespace {
+
+std::vector<plant::Cause> cause_of(plant::Balance balance) {
+  plant::Cause cause{};
+  cause.name = "wave";
+  cause.balance = balance;
+  cause.parameters = {{"size", "1", -100.0, 100.0, 1.0}};
+  return {cause};
+}
+
+/// One channel, and a cause that is its wave.
+Family family_of(const SimulatedChannel& channel, const char* name) {
+  Family out;
+  out.problem = channel.problem();
+  Suspect suspect;
+  suspect.cause = 0;
+  suspect.name = "wave";
+  suspect.form.at = {0.0};
+  suspect.form.linear = suspect.form.refined = {0};
+  suspect.columns = {1};
+  out.suspects = {suspect};
+  out.channel = {name};
+  out.practical = {1.0};
+  out.typical = VectorXd::Ones(3);
+  return out;
+}
+
+bool stands(double wave, double slow, const char* channel, plant::Balance balance, unsigned seed,
+            std::vector<double> asked = {}) {
+  SimulatedChannel made(seed);
+  made.add_white(0.1);
+  made.add_slow(slow);
+  made.add(wave * made.wave());
+  Family family = family_of(made, channel);
+  family.asked = std::move(asked);
+  const std::vector<plant::Cause> causes = cause_of(balance);
+  Search search(family, causes);
+  const Set& set = search.of({0});
+  CHECK_TEXT(set.lead.decisive, "the minutes that were not fitted tell it for sure");
+  return set.stands;
+}
+
+}  // namespace
+
+TEST_GROUP(Search){};
+
+TEST(Search, ASmallPartOfALargeErrorIsNoAnswer) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    CHECK(stands(3.0, 0.5, "voltage", plant::Balance::kVoltage, seed));
+    CHECK_FALSE(stands(3.0, 20.0, "voltage", plant::Balance::kVoltage, seed));
+  }
+}
+
+TEST(Search, WhatIsNotWorthAWordIsNoAnswerHoweverSure) {
+  CHECK(stands(1.5, 0.1, "voltage", plant::Balance::kVoltage, 1));
+  CHECK_FALSE(stands(0.8, 0.1, "voltage", plant::Balance::kVoltage, 1));  // RMS 0.57 practical sizes
+}
+
+TEST(Search, MoreIsAskedWhereNoSoundLogTellsHowWellTheModelDoes) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    CHECK(stands(1.8, 0.1, "speed", plant::Balance::kForce, seed));  // RMS 1.3 practical sizes
+    CHECK_FALSE(stands(1.8, 0.1, "speed", plant::Balance::kForce, seed, {2.0}));
+    CHECK(stands(3.0, 0.1, "speed", plant::Balance::kForce, seed, {2.0}));
+  }
+}
+
+TEST(Search, WhatIsWrongWithTheVoltageAloneExplainsNoTemperature) {
+  CHECK_FALSE(stands(3.0, 0.5, "temperature", plant::Balance::kVoltage, 1));
+  CHECK(stands(3.0, 0.5, "temperature", plant::Balance::kHeat, 1));
+}
+
+}  // namespace voltlap::explain

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/model/unstepped.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+#include <cmath>
+#include <random>
+
+namespace voltlap::explain {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// One thermistor that is read every 0.2 s, with noise and steps.
+plant::Recording read_by(const VectorXd& truth, double noise_k, double step_k, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  plant::Recording log;
+  log.time_s = VectorXd::LinSpaced(truth.size(), 0.0, 0.2 * static_cast<double>(truth.size() - 1));
+  VectorXd& read = log.signals["temperature_1"];
+  read = truth;
+  for (double& value : read) value = step_k * std::round((value + noise_k * normal(random)) / step_k);
+  return log;
+}
+
+}  // namespace
+
+TEST_GROUP(Unstepped){};
+
+TEST(Unstepped, StepsOfAThermistorAreTakenAwayToATenthOfThem) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    std::mt19937 random(seed);
+    const double rate = std::uniform_real_distribution<double>(0.003, 0.03)(random);  // K/s
+    const double noise = std::uniform_real_distribution<double>(0.0, 0.25)(random);
+    const double begin = std::uniform_real_distribution<double>(-10.0, 40.0)(random);
+    const VectorXd truth = (begin + rate * VectorXd::LinSpaced(4000, 0.0, 799.8).array()).matrix();
+    const VectorXd read = unstepped(read_by(truth, noise, 1.0, seed)).signals.at("temperature_1");
+    double square = 0.0, count = 0.0;
+    for (Index k = 0; k < read.size(); ++k) {
+      if (!std::isfinite(read(k))) continue;
+      square += (read(k) - truth(k)) * (read(k) - truth(k));
+      count += 1.0;
+    }
+    CHECK_TEXT(count * rate * 0.2 > 0.4 * (rate * 800.0 - 2.0), "what lies between the first and the last step");
+    CHECK_TEXT(std::sqrt(square / count) < 0.1, ("seed " + std::to_string(seed)).c_str());
+  }
+}
+
+TEST(Unstepped, AReadingThatBeginsWithNoughtHasPassedNothing) {
+  // 0 degC until the unit has measured, for the first three readings: no way of 26 K up to the next step.
+  VectorXd truth = (26.7 + 0.01 * VectorXd::LinSpaced(2000, 0.0, 399.8).array()).matrix();
+  plant::Recording log = read_by(truth, 0.0, 1.0, 1);
+  log.signals["temperature_1"].head(3).setZero();
+  const VectorXd read = unstepped(log).signals.at("temperature_1");
+  for (Index k = 0; k < read.size(); ++k) {
+    if (std::isfinite(read(k))) DOUBLES_EQUAL(truth(k), read(k), 0.1);
+  }
+  CHECK(std::isfinite(read(1000)));
+}
+
+TEST(Unstepped, WhereItCameBackNothingIsKnown) {
+  // Up by 4 K, and down again: at the top it is anywhere within a step.
+  VectorXd truth(6000);
+  for (Index k = 0; k < truth.size(); ++k) {
+    const double from_top = static_cast<double>(k) / 3.0 - 1000.0;
+    truth(k) = 24.1 - 4.3e-6 * from_top * from_top;
+  }
+  const VectorXd read = unstepped(read_by(truth, 0.05, 1.0, 3)).signals.at("temperature_1");
+  CHECK_FALSE(std::isfinite(read(3000)));
+  CHECK(std::isfinite(read(1200)));
+  DOUBLES_EQUAL(truth(1200), read(1200), 0.15);
+}
+
+TEST(Unstepped, FineStepsAndAThermistorThatStandsStayAsTheyAre) {
+  const VectorXd ramp = VectorXd::LinSpaced(2000, 20.0, 26.0), flat = VectorXd::Constant(2000, 22.2);
+  const plant::Recording fine = read_by(ramp, 0.02, 0.1, 1), stands = read_by(flat, 0.05, 1.0, 2);
+  CHECK(fine.signals.at("temperature_1") == unstepped(fine).signals.at("temperature_1"));
+  CHECK(stands.signals.at("temperature_1") == unstepped(stands).signals.at("temperature_1"));
+}
+
+}  // namespace voltlap::explain
