@@ -75,6 +75,7 @@ void Car::step(double brake_pedal) {
 
   pack_current_ = link.pack_current_a;
   phase_current_ = current;
+  charge_out_c_ += link.pack_current_a * step_s_;
   energy_out_j_ += pack_.voltage() * link.pack_current_a * step_s_;
   copper_heat_j_ += copper_heat;
   steel_heat_j_ += steel_heat;

@@ -43,6 +43,8 @@ class Car {
   [[nodiscard]] double motor_omega_rad_s() const { return vehicle_.rear_omega() * parameters_.powertrain.final_drive; }
   /// Energy that left the pack's terminals since the start [J].
   [[nodiscard]] double energy_out_j() const { return energy_out_j_; }
+  /// Net charge that the pack gave [C].
+  [[nodiscard]] double charge_out_c() const { return charge_out_c_; }
   /// True once the pack could not deliver the power that the load asked.
   [[nodiscard]] bool voltage_collapsed() const { return collapsed_; }
 
@@ -56,7 +58,7 @@ class Car {
   BrakeRotors rotors_;
   DcLink dc_link_;
   EnergyLedger ledger_;
-  double pack_current_ = 0.0, phase_current_ = 0.0, energy_out_j_ = 0.0;
+  double pack_current_ = 0.0, phase_current_ = 0.0, energy_out_j_ = 0.0, charge_out_c_ = 0.0;
   double copper_heat_j_ = 0.0, steel_heat_j_ = 0.0, front_brake_j_ = 0.0, rear_brake_j_ = 0.0;
   bool collapsed_ = false;
 };

@@ -133,6 +133,7 @@ class Run {
       // A flying lap is one of many: it begins at the speed with which the one before it ended.
       if (by_position() && options_.driver == DriverKind::kLaps) car_.vehicle().set_speed(profile_.speed_mps.front());
       account_.open(car_);
+      ready_charge_c_ = car_.charge_out_c();
     } else if (losses_.car_is_lost()) {
       check_losses();
     } else if (options_.driver != DriverKind::kNobody && tick_ * kTick_s > StartUp::kLongest_s) {
@@ -260,6 +261,7 @@ class Run {
                          .course_m = line_.distance_m(), .lap_distance_m = line_.distance_m() - lap_start_m_,
                          .power_w = car_.pack_current_a() * pack.voltage(), .power_mean_w = account_.power_mean_w(),
                          .longitudinal_mps2 = car_.vehicle().acceleration_mps2(),
+                         .charge_drawn_ah = (car_.charge_out_c() - ready_charge_c_) / 3600.0,
                          .lateral_mps2 = speed * speed * course_curvature_per_m(),
                          .cell_voltage_v = &cell_voltage_, .cell_temperature_c = &cell_temperature_});
     observer_.on_progress(std::min(1.0, progress()), drive_time());
@@ -330,6 +332,7 @@ class Run {
   StartUp start_up_;
   std::vector<double> cell_voltage_, cell_temperature_;
   std::uint32_t tick_ = 0, ready_tick_ = 0;
+  double ready_charge_c_ = 0.0;
   bool ready_ = false, over_ = false;
   std::optional<double> finish_s_;  ///< when the drive ended: it may do so inside a tick
   double end_time_s_ = 0.0, target_mps_ = 0.0;

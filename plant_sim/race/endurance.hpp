@@ -53,6 +53,7 @@ struct TimeSample {
   double power_w;          ///< at the pack's terminals, positive out of it
   double power_mean_w;     ///< of the last 500 ms, over the integration steps
   double longitudinal_mps2;
+  double charge_drawn_ah;  ///< net, from the pack, since the car was ready to drive
   double lateral_mps2;     ///< v^2 times the course's curvature here, positive to the right; NaN without a course
   const std::vector<double>* cell_voltage_v;
   const std::vector<double>* cell_temperature_c;

@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "car/battery/cell_tables.hpp"
+#include "core/signal.hpp"
 #include "explain/balances/car_balances.hpp"
+#include "explain/balances/counted_charge.hpp"
 #include "explain/gate/integrity.hpp"
 
 namespace voltlap::plant {
@@ -64,13 +66,6 @@ std::vector<bool> stopped_rows(const Recording& log) {
   return out;
 }
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// What the sensor reads while nothing is drawn, and how far its noise and its steps go from there.
 std::pair<double, double> rest_level(const VectorXd& current) {
   constexpr double kSigmas = 5.0, kSteps = 1.5, kLeast = 1e-3;
@@ -82,8 +77,8 @@ std::pair<double, double> rest_level(const VectorXd& current) {
     quiet.push_back(current(row));
     steps.push_back(std::abs(current(row) - current(row - 1)));
   }
-  const double sigma = 1.4826 * median_of(steps) / std::sqrt(2.0);
-  return {median_of(quiet), std::max({kSigmas * sigma, kSteps * step_of(current), kLeast * most})};
+  const double sigma = 1.4826 * median(steps) / std::sqrt(2.0);
+  return {median(quiet), std::max({kSigmas * sigma, kSteps * step_of(current), kLeast * most})};
 }
 
 /// Averages the current where nothing is drawn for a while: there the noise of its sensor is all that changes, and
@@ -92,6 +87,7 @@ void settle_rests(Comparison& out) {
   constexpr double kWindow = 5.0, kShortest = 0.35;  // s on each side; a stretch
   const VectorXd &time = out.log.time_s, &raw = *out.log.find("current");
   out.facts.current_a = raw;
+  out.facts.counted_a = counted_current(out.log);
   out.facts.at_rest.assign(static_cast<std::size_t>(raw.size()), false);
   const auto [level, reach] = rest_level(raw);
   for (Index first = 0; first < raw.size();) {
@@ -152,7 +148,7 @@ void settle_start(const World& model, const MainVoltage& voltage, bool soc_state
   out.facts.starts_at_rest = count > 0.0;
   if (count == 0.0) return;
   // The median: a log may begin while the contactors close.
-  out.facts.rest_voltage_v = median_of(volts);
+  out.facts.rest_voltage_v = median(volts);
   out.facts.rest_current_a = current_sum / count;
   const CellParameters& cell = model.car.cell;
   out.facts.rest_ohm = CellTables(cell).circuit(0.5, cell.reference_temperature_c, cell.reference_current_a).r0_ohm;
@@ -196,7 +192,7 @@ void settle_start_under_load(const World& model, const MainVoltage& voltage, Com
     }
     if (change.empty()) return;
     const double before = out.facts.initial_soc;
-    out.facts.initial_soc = std::clamp(before + median_of(change), 0.0, 1.0);
+    out.facts.initial_soc = std::clamp(before + median(change), 0.0, 1.0);
     if (std::abs(out.facts.initial_soc - before) < kEnough) return;
   }
 }

@@ -27,6 +27,15 @@ VectorXd true_current(const World& world, const Recording& log, const VectorXd& 
   return out / world.car.battery.cells_in_parallel;
 }
 
+/// The mean current of one cell between the rows, from what its sensor counted.
+VectorXd true_mean(const World& world, const Recording& log, const LogFacts& facts) {
+  if (facts.counted_a.size() == 0) return {};
+  VectorXd out = facts.counted_a;
+  if (world.current.delay_s != 0.0) out = shifted(log.time_s, out, world.current.delay_s);
+  return (out.array() - world.current.offset).matrix() /
+         ((1.0 + world.current.gain) * world.car.battery.cells_in_parallel);
+}
+
 /// The measured voltage of one cell with the sensor's error taken out.
 VectorXd true_voltage(const World& world, const LogFacts& facts) {
   if (facts.voltage_v.size() == 0 || facts.sensor_cells == 0.0) return facts.voltage_v;
@@ -70,6 +79,7 @@ class LoggedCell {
         facts_(facts),
         cell_(world.car.cell),
         measured_(true_voltage(world, facts)),
+        counted_a_(true_mean(world, log, facts)),
         temperature_c_(true_temperature(world, log, facts)) {
     if (facts.sensor_cells > 0.0) {
       contact_ohm_ = world.pack_resistance_ohm * world.car.battery.cells_in_parallel / facts.sensor_cells;
@@ -94,9 +104,7 @@ class LoggedCell {
     RowState out = from;
     out.current_a = current_a;
     const double before_a = row == 0 ? current_a : from.current_a;
-    const CellInterval interval{row == 0 ? 0.0 : log_.time_s(row) - log_.time_s(row - 1),
-                                facts_.hold == CurrentHold::kNext ? current_a : before_a,
-                                facts_.hold == CurrentHold::kPrevious ? before_a : current_a};
+    const CellInterval interval = until(row, before_a, current_a);
     if (row > 0) out.soc -= soc_drawn(interval, world_.car.cell.capacity_ah);
     out.at_c = from.temperature_c;
     if (temperature_c_.size() > 0) {
@@ -154,6 +162,16 @@ class LoggedCell {
     return out;
   }
 
+  /// The current until a row. Counted, its mean is known: it ends as it was read, and began as that asks for.
+  [[nodiscard]] CellInterval until(Index row, double before_a, double current_a) const {
+    const double seconds = row == 0 ? 0.0 : log_.time_s(row) - log_.time_s(row - 1);
+    const bool at_limit = !facts_.at_limit.empty() && facts_.at_limit[static_cast<std::size_t>(row)];
+    if (counted_a_.size() > 0 && std::isfinite(counted_a_(row)) && !at_limit)
+      return {seconds, 2.0 * counted_a_(row) - current_a, current_a};
+    return {seconds, facts_.hold == CurrentHold::kNext ? current_a : before_a,
+            facts_.hold == CurrentHold::kPrevious ? before_a : current_a};
+  }
+
   /// An interval between two rows, and what the current was at them.
   struct Step {
     CellInterval interval;
@@ -190,7 +208,7 @@ class LoggedCell {
   const Recording& log_;
   const LogFacts& facts_;
   Cell cell_;
-  VectorXd measured_, temperature_c_;
+  VectorXd measured_, counted_a_, temperature_c_;
   double contact_ohm_ = 0.0;
 };
 

@@ -26,6 +26,7 @@ struct LogFacts {
   Eigen::VectorXd ambient_above_model_k;  ///< measured, last value held; empty: the model's holds
   std::vector<bool> stopped;              ///< the car stands, or draws nothing for 3 s
   Eigen::VectorXd current_a;              ///< as logged, its noise averaged while nothing is drawn
+  Eigen::VectorXd counted_a;  ///< mean from the row before, of the pack, as its counter says; empty: there is none
   std::vector<bool> at_rest;              ///< where it is averaged
   std::vector<bool> at_limit;             ///< where it reads the limit of its sensor; empty: nowhere
   Eigen::VectorXd voltage_v;              ///< of one cell as logged, last value held; empty: not measured

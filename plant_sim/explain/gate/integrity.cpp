@@ -10,6 +10,8 @@
 #include <set>
 
 #include "car/battery/cell_tables.hpp"
+#include "core/signal.hpp"
+#include "explain/gate/frozen.hpp"
 #include "explain/say/numbers.hpp"
 
 namespace voltlap::plant {
@@ -18,20 +20,10 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr double kGap = 5.0;          // usual intervals that make a gap
-constexpr double kBurst = 2.0;        // mean over median interval from which rows come in bursts
-constexpr double kFrozen = 3.0;       // s of one value under a moving current
-constexpr double kFrozenTurns = 3.0;  // times as long as the value usually stands
-constexpr double kLeastTime = 60.0;   // s that a judgement needs
-constexpr double kLeastRatio = 1.5;   // a finding must exceed the references' by this
-
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+constexpr double kGap = 5.0;         // usual intervals that make a gap
+constexpr double kBurst = 2.0;       // mean over median interval from which rows come in bursts
+constexpr double kLeastTime = 60.0;  // s that a judgement needs
+constexpr double kLeastRatio = 1.5;  // a finding must exceed the references' by this
 
 struct Range {
   double low, high, usual_step;
@@ -54,13 +46,8 @@ Range range_of(const std::string& role, const Model& model) {
   return {-1e12, 1e12, 1e12, "1"};
 }
 
-void mask(Recording& log, VectorXd& values, const std::string& role, Index first, Index last,
-          const std::string& why) {
-  for (Index row = first; row < last; ++row) values(row) = kNothing;
-  log.masked.push_back({role, log.time_s(first), log.time_s(last - 1), why});
-}
-
-void mask_impossible(Recording& log, const std::string& role, VectorXd& values, const Range& range) {
+void mask_impossible(Recording& log, const Sensor& sensor, const Range& range) {
+  const VectorXd& values = sensor.values;
   for (Index row = 0; row < values.size();) {
     const auto bad = [&](Index at) {
       return std::isfinite(values(at)) && (values(at) < range.low || values(at) > range.high);
@@ -71,104 +58,16 @@ void mask_impossible(Recording& log, const std::string& role, VectorXd& values, 
     }
     Index last = row;
     while (last < values.size() && bad(last)) ++last;
-    mask(log, values, role, row, last,
-         fmt::format("{:.3g} {} is no reading of this sensor", values(row), range.unit));
+    mask(log, sensor, row, last, fmt::format("{:.3g} {} is no reading of this sensor", values(row), range.unit));
     row = last;
   }
-}
-
-/// How long a value usually stands: a slow scan of many cells repeats each until its next turn.
-double usual_stand_s(const VectorXd& time, const VectorXd& values) {
-  std::vector<double> stands;
-  Index first = 0;
-  for (Index row = 1; row < values.size(); ++row) {
-    if (values(row) == values(first)) continue;
-    if (std::isfinite(values(first))) stands.push_back(time(row) - time(first));
-    first = row;
-  }
-  return median_of(std::move(stands));
-}
-
-/// What moves while a frozen value stands still, and by how much at least.
-struct Neighbour {
-  const VectorXd& moving;
-  double moved_by;
-};
-
-void mask_frozen(Recording& log, const std::string& role, VectorXd& values, const Neighbour& neighbour,
-                 std::vector<GateFinding>& findings, const Range& range) {
-  const auto& [moving, moved_by] = neighbour;
-  double total = 0.0;
-  const double least = std::max(kFrozen, kFrozenTurns * usual_stand_s(log.time_s, values));
-  for (Index row = 0; row + 1 < values.size();) {
-    Index last = row + 1;
-    double low = moving(row), high = moving(row);
-    while (last < values.size() && values(last) == values(row)) {
-      low = std::min(low, moving(last));
-      high = std::max(high, moving(last));
-      ++last;
-    }
-    const double seconds = log.time_s(last - 1) - log.time_s(row);
-    if (last - row >= 10 && seconds >= least && high - low > moved_by && std::isfinite(values(row))) {
-      mask(log, values, role, row, last,
-           fmt::format("frozen at {:.4g} {} while its neighbours move", values(row), range.unit));
-      total += seconds;
-    }
-    row = last;
-  }
-  if (total > 0.0) findings.push_back({"frozen_signal", role, "duration_s", total, "s", true});
-}
-
-/// Does the current read one value for nearly all of these rows? Then they are a rest, and without noise a rest
-/// stands.
-bool rests_exactly(const VectorXd& current, Index first, Index last) {
-  const auto same =
-      static_cast<double>((current.segment(first, last - first).array() == current((first + last) / 2)).count());
-  return same > 0.9 * static_cast<double>(last - first);
-}
-
-/// The noise of a sensor moves it by a step or so all the time. A value that then stands four times as long as any
-/// other in the log is frozen. One whose steps are coarser than its noise stands for long wherever it is: nobody
-/// can tell.
-void mask_standing(Recording& log, const std::string& role, VectorXd& values, std::vector<GateFinding>& findings,
-                   const Range& range) {
-  constexpr double kTimesLonger = 4.0, kOften = 0.05;  // of the next longest stand; of the time
-  constexpr Index kLeastRows = 30;
-  struct Stand {
-    Index first, last;
-    double seconds;
-  };
-  std::vector<Stand> stands;
-  double standing = 0.0, moving = 0.0;
-  for (Index row = 0; row < values.size();) {
-    Index last = row + 1;
-    while (last < values.size() && values(last) == values(row)) ++last;
-    if (std::isfinite(values(row))) {
-      stands.push_back({row, last, log.time_s(last - 1) - log.time_s(row)});
-      (last - row < kLeastRows ? moving : standing) += static_cast<double>(last - row);
-    }
-    row = last;
-  }
-  if (stands.size() < 2) return;
-  std::partial_sort(stands.begin(), stands.begin() + 2, stands.end(),
-                    [](const Stand& a, const Stand& b) { return a.seconds > b.seconds; });
-  const Stand& longest = stands[0];
-  const auto rows = static_cast<double>(longest.last - longest.first);
-  if (role != "current" && rests_exactly(*log.find("current"), longest.first, longest.last)) return;
-  if (longest.last - longest.first < kLeastRows || longest.seconds < kFrozen ||
-      longest.seconds < kTimesLonger * stands[1].seconds || standing - rows > kOften * (standing - rows + moving)) {
-    return;
-  }
-  mask(log, values, role, longest.first, longest.last,
-       fmt::format("frozen at {:.4g} {}: four times as long as it ever stands otherwise", values(longest.first),
-                   range.unit));
-  findings.push_back({"frozen_signal", role, "duration_s", longest.seconds, "s", true});
 }
 
 /// Behind open contactors a bus discharges or is charged up: its voltage moves though no current flows, faster than
 /// any cell relaxes. From a fall until the voltage is back, and from the beginning to the last rise before the
 /// first current.
-void mask_open_contactors(Recording& log, const std::string& role, VectorXd& values, const VectorXd& current) {
+void mask_open_contactors(Recording& log, const Sensor& sensor, const VectorXd& current) {
+  const VectorXd& values = sensor.values;
   constexpr double kNoCurrent = 0.02, kJump = 0.015;  // of the largest current; of the voltage, between two rows
   const double quiet = kNoCurrent * current.cwiseAbs().maxCoeff();
   const auto rests = [&](Index row) {
@@ -179,14 +78,14 @@ void mask_open_contactors(Recording& log, const std::string& role, VectorXd& val
   for (Index row = 1; row < values.size() && rests(row); ++row) {
     if (values(row) - values(row - 1) > kJump * values(row)) closed = row;
   }
-  if (closed > 0) mask(log, values, role, 0, closed, why);
+  if (closed > 0) mask(log, sensor, 0, closed, why);
   for (Index row = closed + 1; row < values.size(); ++row) {
     if (!rests(row) || !(values(row - 1) - values(row) > kJump * values(row - 1))) continue;
     const double before = values(row - 1);
     Index last = row;
     while (last < values.size() && std::abs(current(last)) <= quiet && !(values(last) > (1.0 - kJump) * before))
       ++last;
-    mask(log, values, role, row, last, why);
+    mask(log, sensor, row, last, why);
     row = last;
   }
 }
@@ -205,8 +104,8 @@ void find_gaps(Recording& log, std::vector<GateFinding>& findings) {
   for (Index row = 1; row < log.rows(); ++row) intervals.push_back(log.time_s(row) - log.time_s(row - 1));
   const double mean = (log.time_s(log.rows() - 1) - log.time_s(0)) / static_cast<double>(log.rows() - 1);
   // A logger that writes in bursts: the distance of its rows says nothing about frames that are missing.
-  const bool bursts = mean > kBurst * median_of(intervals);
-  const double usual = bursts ? mean : median_of(intervals);
+  const bool bursts = mean > kBurst * median(intervals);
+  const double usual = bursts ? mean : median(intervals);
   double missing = 0.0, count = 0.0;
   for (Index row = 1; row < log.rows(); ++row) {
     const double interval = log.time_s(row) - log.time_s(row - 1);
@@ -332,18 +231,19 @@ Gated integrity_gate(Recording raw, const Model& model) {
   const double swing = voltage.maxCoeff() - voltage.minCoeff();
   for (auto& [role, values] : out.log.signals) {
     const Range range = range_of(role, model);
-    mask_impossible(out.log, role, values, range);
+    const Sensor sensor{role, values, range.unit};
+    mask_impossible(out.log, sensor, range);
     if (role == "current") {
-      mask_frozen(out.log, role, values, {voltage, 0.3 * swing}, out.findings, range);
+      mask_frozen(out.log, sensor, {voltage, 0.3 * swing}, out.findings);
     } else if (role == "voltage" || role == "pack_voltage" || role.starts_with("cell_voltage_")) {
       const double coarsest = std::max(range.usual_step, step_of(values));
       const double moved_by = std::max(0.3 * most, least_shown_a(role, model, coarsest));
-      mask_frozen(out.log, role, values, {moving, moved_by}, out.findings, range);
-      if (role != "pack_voltage") mask_standing(out.log, role, values, out.findings, range);  // at rest too
+      mask_frozen(out.log, sensor, {moving, moved_by}, out.findings);
+      if (role != "pack_voltage") mask_standing(out.log, sensor, out.findings);  // at rest too
     } else if (role.starts_with("temperature_")) {
-      mask_standing(out.log, role, values, out.findings, range);
+      mask_standing(out.log, sensor, out.findings);
     }
-    if (role == "pack_voltage" || role == "bus_voltage") mask_open_contactors(out.log, role, values, moving);
+    if (role == "pack_voltage" || role == "bus_voltage") mask_open_contactors(out.log, sensor, moving);
     const double step = step_of(values);
     if (step > 0.0 && range.usual_step < 1e9) {
       out.findings.push_back({"quantisation", role, "step", step, range.unit, step > 2.0 * range.usual_step});
@@ -379,7 +279,8 @@ std::vector<FoundCause> unusual_findings(const std::vector<GateFinding>& finding
           usual = std::max(usual, theirs.value);
       }
     }
-    const bool counted = finding.measure == "count" && finding.value < kLeastRatio * usual + 5.0;
+    // A count is worth a word by its share of the rows alone: a few are lost in any log.
+    const bool counted = finding.measure == "count" && !finding.worth_telling;
     const bool tell = references.empty() ? finding.worth_telling : finding.value > kLeastRatio * usual && !counted;
     if (!tell || (!references.empty() && finding.cause == "quantisation" && usual <= 0.0 && !finding.worth_telling))
       continue;

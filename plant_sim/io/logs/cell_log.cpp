@@ -51,7 +51,7 @@ RoleColumn role_column(const MeasuredTable& table, const RoleMap& map, const std
                        std::vector<std::string>& said) {
   const std::optional<RoleSource> numbered = first_of_numbered(table, map, role);
   const RoleSource* from = numbered ? &*numbered : map.find(role);
-  if (from == nullptr) return {};
+  if (from == nullptr || (from->optional && table.find(from->column) < 0)) return {};
   const std::size_t index = table.index_for(from->column, role, map.source);
   RoleColumn out{with_file_unit(*from, role, table, map.source, said), table.values[index]};
   if (role == "current" && from->discharge == DischargeSign::kAuto) {

@@ -22,7 +22,7 @@ constexpr std::int64_t kLastStandard = 0x7FF, kLastExtended = 0x1FFFFFFF;
 
 constexpr std::array<std::string_view, 11> kEither{"unit", "scale",   "offset", "discharge", "index",  "first",
                                                    "file", "shift_s", "min",    "max",       "invalid"};
-constexpr std::array<std::string_view, 2> kOfColumn{"column", "time"};
+constexpr std::array<std::string_view, 3> kOfColumn{"column", "time", "optional"};
 constexpr std::array<std::string_view, 9> kOfFrame{"frame", "last_frame", "extended", "signal",  "dbc",
                                                    "bus",   "checksum",   "counter",  "period_s"};
 
@@ -263,6 +263,7 @@ RoleSource source_of(const std::string& path, const std::string& role, const tom
     complaints.collect([&] {
       out.column = entry.needed_text("column", "column = \"name in the table\", or frame, signal and dbc");
     });
+    complaints.collect([&] { out.optional = entry.flag("optional"); });
   }
   take_unit(entry, out, complaints);
   complaints.collect([&] { out.discharge = sign_of(entry); });

@@ -30,6 +30,7 @@ struct RoleSource {
   std::optional<long> first{};  ///< index or number in the name for <n> = 1; none: index 0 of a frame, else 1
   std::string file{};  ///< another recording of the same run, as it stands in the map; empty: the recording itself
   std::string time{};  ///< its time column; empty: the same name as in the recording itself
+  bool optional = false;  ///< a table without the column is read without the role
   double shift_s = 0.0;                ///< added to that recording's clock
   std::optional<double> min{}, max{};  ///< SI; values beyond are masked. None: those of the role
   std::vector<double> invalid{};       ///< as recorded; values that mean "no value"

@@ -97,6 +97,7 @@ std::map<long, std::string> TableChannels::numbered_columns(const RoleSource& so
 }
 
 void TableChannels::add(const std::string& role, const RoleSource& source) {
+  if (source.optional && table_.find(source.column) < 0) return;
   const std::vector<double> clock = clock_of(source);
   if (!source.index.empty()) return add_indexed(role, source, clock);
   if (!is_numbered(role)) return add_column(role, source.column, source, clock);

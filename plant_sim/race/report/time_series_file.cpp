@@ -42,7 +42,7 @@ void TimeSeriesFile::columns(int cells) {
     for (int i = 1; i <= cells; ++i) file_.write(fmt::format(",cell_{}_{}", i, kind));
   }
   // At the end, so that a column that was there keeps its number.
-  file_.write(",lap_distance_m,speed_kmh,power_kw,power_mean_500ms_kw,longitudinal_mps2,lateral_mps2\n");
+  file_.write(",lap_distance_m,speed_kmh,power_kw,power_mean_500ms_kw,longitudinal_mps2,lateral_mps2,charge_drawn_ah\n");
 }
 
 void TimeSeriesFile::add(const TimeSample& s) {
@@ -59,8 +59,8 @@ void TimeSeriesFile::add(const TimeSample& s) {
                  s.motor_temperature_c, s.front_rotor_c, s.rear_rotor_c);
   for (const double voltage : *s.cell_voltage_v) fmt::format_to(out, ",{:.4f}", voltage);
   for (const double temperature : *s.cell_temperature_c) fmt::format_to(out, ",{:.3f}", temperature);
-  fmt::format_to(out, ",{:.3f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", s.lap_distance_m, 3.6 * s.speed_mps,
-                 1e-3 * s.power_w, 1e-3 * s.power_mean_w, s.longitudinal_mps2, s.lateral_mps2);
+  fmt::format_to(out, ",{:.3f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.6f}\n", s.lap_distance_m, 3.6 * s.speed_mps,
+                 1e-3 * s.power_w, 1e-3 * s.power_mean_w, s.longitudinal_mps2, s.lateral_mps2, s.charge_drawn_ah);
   file_.write(line_);
 }
 

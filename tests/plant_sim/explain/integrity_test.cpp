@@ -89,6 +89,26 @@ TEST(Integrity, AThermistorWhoseNoiseIsFinerThanItsStepsMayStandWhereItIsWarm) {
   DOUBLES_EQUAL(0.0, frozen_s(gated(warms)), 0.0);
 }
 
+TEST(Integrity, AThermistorWithoutNoiseMayStandWhereItIsWarm) {
+  VectorXd warms(kRows);  // by hundredths, faster at first: it stands for longest where next to nothing warms it
+  for (Index row = 0; row < kRows; ++row) {
+    const double kelvin = 6.0 * (1.0 - std::exp(-6.0 * static_cast<double>(row) / kRows));
+    warms(row) = 25.0 + 0.01 * std::round(kelvin / 0.01);
+  }
+  warms.tail(600).setConstant(warms(kRows - 1));
+  DOUBLES_EQUAL(0.0, frozen_s(gated(warms)), 0.0);
+}
+
+TEST(Integrity, AFewRowsWithoutAValueAreNoFindingWhereReferencesHaveNone) {
+  const auto lost = [](double count, bool worth_telling) {
+    return std::vector<GateFinding>{{"dropped_or_late_frames", "soc", "count", count, "1", worth_telling}};
+  };
+  const std::vector<std::vector<GateFinding>> whole(3);
+  LONGS_EQUAL(0, unusual_findings(lost(17.0, false), whole).size());
+  LONGS_EQUAL(1, unusual_findings(lost(400.0, true), whole).size());
+  LONGS_EQUAL(0, unusual_findings(lost(400.0, true), {lost(300.0, true)}).size());
+}
+
 TEST(Integrity, AVoltageWhoseNoiseStopsAtRestIsFrozen) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;

@@ -314,6 +314,20 @@ TEST(DriveLog, TableWithPlainNamesNeedsNoMap) {
   CHECK(log.find("temperature_1") != nullptr);
 }
 
+TEST(DriveLog, AnOptionalColumnMayBeMissingAndNoOther) {
+  const auto roles_of = [&](const char* columns, const char* optional) {
+    std::string text = std::string(columns) + "\n";
+    for (int k = 0; k < 40; ++k) text += fmt::format("{},{},{},{}\n", k, k / 10 % 2, k / 10 % 2 == 1 ? 3.9 : 4.0, 0.01 * k);
+    const RoleMap map = map_of(fmt::format("time = {{column = \"t\"}}\ncurrent = {{column = \"I\"}}\n"
+                                           "voltage = {{column = \"U\"}}\ncharge_ah = {{column = \"Q\"{}}}\n",
+                                           optional));
+    return read_drive_log(scratch.write("rows.csv", text), &map, data).find("charge_ah") != nullptr;
+  };
+  CHECK(roles_of("t,I,U,Q", ", optional = true"));
+  CHECK_FALSE(roles_of("t,I,U,X", ", optional = true"));
+  STRCMP_CONTAINS("Q", complaint([&] { (void)roles_of("t,I,U,X", ""); }).c_str());
+}
+
 TEST(DriveLog, CellLogFromFramesHoldsTheCurrentOnly) {
   std::string text;
   for (int k = 0; k < 100; ++k) {

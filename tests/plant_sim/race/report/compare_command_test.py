@@ -158,7 +158,7 @@ def test_new_columns_stand_behind_those_that_were_there(runs):
     names = next(line for line in (runs[0] / "base.csv").read_text().splitlines() if not line.startswith("#"))
     assert names.startswith("time_s,distance_m,lap,speed_mps,target_mps,accelerator,brake,pack_current_a")
     assert names.endswith("_temperature_c,lap_distance_m,speed_kmh,power_kw,power_mean_500ms_kw,longitudinal_mps2,"
-                          "lateral_mps2")
+                          "lateral_mps2,charge_drawn_ah")
 
 
 def test_recorded_drive_has_no_lateral_acceleration_and_can_be_compared(tmp_path):
