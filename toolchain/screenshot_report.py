@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of reports in docs/: `python3 toolchain/screenshot_report.py`, with the program built and Chromium there."""
 import argparse
-import os
 import pathlib
 import subprocess
-import sys
 import tempfile
 
 from chromium import Chromium
@@ -42,29 +40,31 @@ def compare(binary, folder, browser):
 
 
 def explain(binary, folder, browser):
-    """A whole endurance with more resistance in every cell, seen through usual sensors."""
-    os.environ["VOLTLAP_BUILD_DIR"] = str(binary.parent.parent)
-    sys.path.insert(0, str(PROJECT / "tests" / "plant_sim" / "discrepancy"))
-    from drives import Drives, write
-
-    log = write(folder / "drive.csv", Drives(folder)("cell.effects.series_ohm=0.00015", laps=27))
-    report = folder / "explain.html"
-    subprocess.run([binary, "explain", log, "--model", "vtm16e", "--report", report], check=True,
-                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    page = browser.page(report.as_uri(), 1280, 1230)
+    """The example of docs/explain.md, as it stands there."""
+    text = (PROJECT / "docs" / "explain.md").read_text(encoding="utf-8")
+    commands = text.split("```sh\n", 1)[1].split("```", 1)[0].replace("./voltlap", str(binary))
+    subprocess.run(["bash", "-e", "-c", commands], check=True, cwd=folder, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+    page = browser.page((folder / "why.html").as_uri(), 1280, 1230)
     page.wait_for("document.documentElement?.dataset.ready")
     return page
 
 
+PICTURES = {"report": endurance, "compare": compare, "explain": explain}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(PICTURES)}; without: all")
     parser.add_argument("--binary", type=pathlib.Path, default=PROJECT / "build/default/bin/voltlap",
                         help="program that writes the reports")
     parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "docs", help="folder of the PNG files")
     arguments = parser.parse_args()
+    if unknown := set(arguments.names) - set(PICTURES):
+        parser.error(f"no picture {', '.join(sorted(unknown))}; there are {', '.join(PICTURES)}")
     with tempfile.TemporaryDirectory() as folder, Chromium() as browser:
-        for name, draw in (("report", endurance), ("compare", compare), ("explain", explain)):
-            page = draw(arguments.binary.resolve(), pathlib.Path(folder), browser)
+        for name in arguments.names or PICTURES:
+            page = PICTURES[name](arguments.binary.resolve(), pathlib.Path(folder), browser)
             page.settle()
             page.picture(arguments.output / f"{name}.png")
 
