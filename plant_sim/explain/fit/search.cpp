@@ -20,6 +20,7 @@ constexpr double kInside = 0.5;     // of the range, where it begins then
 constexpr double kOfError = 0.19;   // of the squares of the error in a channel: a tenth of its RMS
 constexpr double kSpoils = 1.21;    // of the squares of a channel where it was not fitted
 constexpr double kSure = 2.0;       // standard deviations
+constexpr double kInstruments = 2.0;  // practical sizes, where no reference tells how true they are
 constexpr double kPractical = 0.8;  // of a practical size, as measured from a part of the log
 
 /// A step may have left what is physically possible.
@@ -42,6 +43,13 @@ bool spoils_nothing(const Family& family, const Fit& fit, const Fit& nothing) {
   return true;
 }
 
+/// Sizes of a finer noise may follow what is fast and leave what is slow to the noise, as those of a curve can: they
+/// are told only where they leave no more of any channel.
+bool foresees_as_well(const Fit& finer, const Fit& fit) {
+  constexpr double kAsWell = 1.05;  // of the squares
+  return (finer.left.rowwise().sum().array() <= kAsWell * fit.left.rowwise().sum().array()).all();
+}
+
 /// Is its use where one of its causes acts? What is wrong with the voltage alone is no explanation of the heat.
 bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
   if (family.channel[set.use.channel] != "temperature") return true;
@@ -52,13 +60,27 @@ bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, c
   });
 }
 
+/// Is it something that an instrument within its class, or a table of many numbers, is wrong by anyway: gain and
+/// offset of a sensor, a curve?
+bool is_of_instruments(const Family& family, const std::vector<std::size_t>& members) {
+  return std::all_of(members.begin(), members.end(), [&](std::size_t m) {
+    const Suspect& suspect = family.suspects[m];
+    return suspect.form.bend > 0.0 || suspect.name.ends_with("_gain") || suspect.name.ends_with("_offset");
+  });
+}
+
 /// Is it of practical use: by itself, and as a part of an error that is there anyway, noise apart?
-bool is_of_use(const Family& family, const Use& use, const Fit& nothing) {
+bool is_of_use(const Family& family, const Set& set, const Fit& nothing) {
+  const Use& use = set.use;
   const auto row = static_cast<Index>(use.channel);
   const double count = std::max(1.0, family.problem.channels[use.channel].all[0].count);
   const double error = nothing.left.row(row).sum() / count - fast_variance(family.problem, nothing, use.channel);
   const double gone = use.practical * family.practical[use.channel];
-  const double asked = family.asked.empty() ? 1.0 : family.asked[use.channel];
+  double asked = 1.0;
+  if (!family.asked.empty()) {
+    asked = family.asked[use.channel];
+    if (is_of_instruments(family, set.members)) asked = std::max(asked, kInstruments);
+  }
   return use.practical > kPractical * asked && gone * gone > kOfError * error;
 }
 
@@ -252,7 +274,7 @@ const Set& Search::of(const std::vector<std::size_t>& members) {
 
 void Search::judge(Set& set) {
   const bool possible = is_possible(set);
-  const bool takes = is_of_use(family_, set.use, nothing_);
+  const bool takes = is_of_use(family_, set, nothing_);
   set.bends = set.members.size() == 1 && (set.lead.decisive ? !possible : takes);
   set.stands = set.lead.decisive && takes && is_at_home(causes_, family_, set) && possible;
   if (set.members.size() < 2) return;
@@ -283,7 +305,10 @@ Set refined(const std::vector<plant::Cause>& causes, const Family& family, const
     out.fit = fit_of(there.problem, columns_of(there, set.members));
     // What is too small to decide still tells how large a cause is.
     for (double& sigma : there.problem.least_sigma) sigma *= kFiner;
-    put_values(there, fit_of(there.problem, columns_of(there, set.members)), out.values, parameters, out);
+    const Fit finer = fit_of(there.problem, columns_of(there, set.members));
+    const Fit& told = foresees_as_well(finer, out.fit) ? finer : out.fit;
+    put_values(there, told, out.values, parameters, out);
+    out.fit.plain_starts = told.plain_starts;  // where it began goes with the sizes
     for (std::size_t m = 0; m < set.members.size(); ++m) hold_inside(family, causes, set.members[m], out.values[m]);
     out.lead = lead_of(out.fit, nothing);
     out.use = use_of(there, out.fit, nothing);
@@ -294,7 +319,7 @@ Set refined(const std::vector<plant::Cause>& causes, const Family& family, const
     for (const std::size_t p : parameters[m])
       out.stands = out.stands && plant::is_inside_prior(cause.parameters[p], out.values[m][p]);
   }
-  out.stands = out.stands && out.lead.decisive && is_of_use(family, out.use, nothing) &&
+  out.stands = out.stands && out.lead.decisive && is_of_use(family, out, nothing) &&
                is_sure(causes, family, out) && is_at_home(causes, family, out) &&
                spoils_nothing(family, out.fit, nothing);
   return out;

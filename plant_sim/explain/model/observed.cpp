@@ -267,14 +267,47 @@ std::vector<Index> Observed::blocks_of(const ReadChannel& channel) const {
 
 namespace {
 
+/// Straight where nothing is known; the ends hold.
+VectorXd bridged(const VectorXd& time_s, VectorXd values) {
+  Index before = -1;
+  for (Index row = 0; row < values.size(); ++row) {
+    if (!std::isfinite(values(row))) continue;
+    for (Index gap = before + 1; gap < row; ++gap) {
+      const double part = before < 0 ? 1.0 : (time_s(gap) - time_s(before)) / (time_s(row) - time_s(before));
+      values(gap) = before < 0 ? values(row) : values(before) + part * (values(row) - values(before));
+    }
+    before = row;
+  }
+  for (Index row = before + 1; before >= 0 && row < values.size(); ++row) values(row) = values(before);
+  return values;
+}
+
+/// Mean of the thermistors where their steps are taken away; empty where none had any, or little is known then.
+VectorXd without_steps(const plant::Recording& log, const plant::Recording& read) {
+  constexpr double kMuch = 0.2;  // of the rows
+  const std::vector<std::string> roles = log.numbered("temperature_");
+  VectorXd out = VectorXd::Zero(log.rows());
+  bool same = true;
+  for (const std::string& role : roles) {
+    const VectorXd &fine = *read.find(role), &coarse = *log.find(role);
+    same = same && (fine.array() == coarse.array() || coarse.array().isNaN()).all();
+    out += fine / static_cast<double>(roles.size());
+  }
+  const auto known = static_cast<double>(out.array().isFinite().count());
+  return same || known < kMuch * static_cast<double>(out.size()) ? VectorXd() : out;
+}
+
 /// The temperature at which the tables are read: the model's own course, and slowly what the thermistors say. Steps
 /// and noise of a thermistor would come back as errors of the resistances.
-void settle_temperature(const plant::World& model, plant::Comparison& comparison) {
+void settle_temperature(const plant::World& model, const plant::Recording& read, plant::Comparison& comparison) {
   plant::LogFacts& facts = comparison.facts;
   if (facts.temperature_c.size() == 0) return;
   facts.thermistor_c = facts.temperature_c;
   const VectorXd surface = plant::battery_response(model, comparison.log, facts).surface_c;
-  facts.temperature_c = surface + plant::smoothed(comparison.log.time_s, facts.temperature_c - surface, kSlow_s);
+  const VectorXd& time_s = comparison.log.time_s;
+  const VectorXd fine = without_steps(comparison.log, read);
+  const VectorXd beside = fine.size() > 0 ? bridged(time_s, fine - surface) : facts.temperature_c - surface;
+  facts.temperature_c = surface + plant::smoothed(time_s, beside, kSlow_s);
 }
 
 }  // namespace
@@ -288,7 +321,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
     out.comparison.facts.at_limit = rail->at;
   mask_open(out.comparison);
   out.read = unstepped(out.comparison.log);
-  settle_temperature(model, out.comparison);
+  settle_temperature(model, out.read, out.comparison);
   out.base = plant::predict(model, out.comparison);
   out.comparison.soc = out.base.battery.soc;
   const plant::Recording& log = out.comparison.log;
