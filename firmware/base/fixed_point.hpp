@@ -22,4 +22,9 @@ namespace voltlap {
   return saturated32(shifted(std::int64_t{a} * b, shift));
 }
 
+/// a b / 2^shift, rounded down, where the caller knows that it fits; a third of the instructions.
+[[nodiscard]] constexpr std::int32_t scaled(std::int32_t a, std::int32_t b, int shift) {
+  return static_cast<std::int32_t>((std::int64_t{a} * b) >> shift);
+}
+
 }  // namespace voltlap

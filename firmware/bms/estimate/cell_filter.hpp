@@ -57,9 +57,11 @@ struct CellDoubt {
 /// All covariances zero but the variances.
 void begin_filter(const CellDoubt& doubt, CellFilter& filter);
 
+inline constexpr std::int32_t kElapsedMost_ms = 1'000;
+
 /// What flowed since the last step.
 struct FilterInterval {
-  std::int32_t elapsed_ms = 0;  ///< 1 .. 2'000
+  std::int32_t elapsed_ms = 0;  ///< 1 .. kElapsedMost_ms
   std::int32_t drawn = 0;       ///< of the configured capacity [2^-28]
   std::int32_t mean_ma = 0;
 };

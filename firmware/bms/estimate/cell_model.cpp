@@ -72,6 +72,23 @@ void fill_laws(const Config& config, CellModel& model) {
                           slopes_of(from.per_kelvin, kPerKelvin)};
 }
 
+/// Among the points of the circuit.
+struct Place {
+  std::size_t step;
+  std::int32_t along;  ///< [2^-31] of the way to the next one
+};
+
+Place place_of(std::int32_t soc) {
+  const std::int32_t inside = soc < 0 ? 0 : (soc >= kUnit ? kUnit - 1 : soc);
+  const std::int32_t along = inside & ((1 << kCircuitStepBits) - 1);
+  return {static_cast<std::size_t>(inside >> kCircuitStepBits), along << (31 - kCircuitStepBits)};
+}
+
+/// Two neighbours of one sign: their difference fits.
+std::int32_t between(std::int32_t low, std::int32_t high, std::int32_t along) {
+  return low + static_cast<std::int32_t>((std::int64_t{high - low} * along) >> 31);
+}
+
 }  // namespace
 
 void make_model(const Config& config, CellModel& model) {
@@ -80,16 +97,11 @@ void make_model(const Config& config, CellModel& model) {
   fill_laws(config, model);
 }
 
-std::int32_t factor_of(const PartLaw& law, std::int32_t per_count, std::int32_t counts) {
-  const std::int32_t inside = counts < law.low ? law.low : (counts > law.high ? law.high : counts);
-  const std::int64_t change = std::int64_t{per_count} * (inside - law.reference);
-  return kUnit + static_cast<std::int32_t>(change >> (kLawBits - kUnitBits));
-}
-
 PartFactors factors_of(const PartLaw& law, std::int32_t counts) {
   const PartFactors& k = law.per_count;
-  const auto factor = [&](std::int32_t per_count) { return factor_of(law, per_count, counts); };
-  return {factor(k.r0), factor(k.r1), factor(k.r2), factor(k.time1), factor(k.time2)};
+  const std::int32_t above = above_reference(law, counts);
+  return {factor_of(k.r0, above), factor_of(k.r1, above), factor_of(k.r2, above), factor_of(k.time1, above),
+          factor_of(k.time2, above)};
 }
 
 OcvNow ocv_at(const CellModel& model, std::int32_t soc, std::uint8_t& interval) {
@@ -98,21 +110,21 @@ OcvNow ocv_at(const CellModel& model, std::int32_t soc, std::uint8_t& interval) 
   while (i > 0 && soc < model.ocv_soc[i]) --i;
   while (i + 1 < model.intervals && soc >= model.ocv_soc[i + 1]) ++i;
   interval = static_cast<std::uint8_t>(i);
-  const std::int32_t along = product(model.ocv_slope[i], soc - model.ocv_soc[i], kSlopeBits + kUnitBits - kVoltageBits);
+  const std::int32_t along = scaled(model.ocv_slope[i], soc - model.ocv_soc[i], kSlopeBits + kUnitBits - kVoltageBits);
   return {model.ocv[i] + along, model.ocv_slope[i]};
 }
 
-CircuitPoint circuit_at(const CellModel& model, std::int32_t soc) {
-  const std::int32_t inside = soc < 0 ? 0 : (soc >= kUnit ? kUnit - 1 : soc);
-  const std::size_t k = static_cast<std::size_t>(inside >> kCircuitStepBits);
-  const std::int32_t along = inside & ((1 << kCircuitStepBits) - 1);
-  const CircuitPoint& a = model.circuit[k];
-  const CircuitPoint& b = model.circuit[k + 1];
-  const auto between = [along](std::int32_t low, std::int32_t high) {
-    return low + static_cast<std::int32_t>(shifted(std::int64_t{high - low} * along, kCircuitStepBits));
-  };
-  return {between(a.r0, b.r0), between(a.r1, b.r1), between(a.r2, b.r2), between(a.rate1, b.rate1),
-          between(a.rate2, b.rate2)};
+CircuitPoint branches_at(const CellModel& model, std::int32_t soc) {
+  const Place at = place_of(soc);
+  const CircuitPoint& a = model.circuit[at.step];
+  const CircuitPoint& b = model.circuit[at.step + 1];
+  return {0, between(a.r1, b.r1, at.along), between(a.r2, b.r2, at.along), between(a.rate1, b.rate1, at.along),
+          between(a.rate2, b.rate2, at.along)};
+}
+
+std::int32_t series_at(const CellModel& model, std::int32_t soc) {
+  const Place at = place_of(soc);
+  return between(model.circuit[at.step].r0, model.circuit[at.step + 1].r0, at.along);
 }
 
 }  // namespace voltlap::bms

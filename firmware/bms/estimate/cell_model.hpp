@@ -18,7 +18,7 @@ namespace voltlap::bms {
 inline constexpr int kUnitBits = 28;                          // of s, q, rho and the gains
 inline constexpr std::int32_t kUnit = 1 << kUnitBits;
 inline constexpr int kVoltageBits = 26;                       // of whole cell voltages, to 8 V
-inline constexpr int kSlopeBits = 24;                         // of dq/ds
+inline constexpr int kSlopeBits = 26;                         // of dq/ds
 inline constexpr std::int32_t kSlopeMax = 24 << kSlopeBits;   // 6 V over the whole charge; steeper counts as that
 inline constexpr int kOhmBits = 8;                            // of q / mA beside the unit's
 inline constexpr int kRateBits = 38;                          // of 1/ms
@@ -29,8 +29,8 @@ static_assert(kCircuitSteps << kCircuitStepBits == static_cast<std::size_t>(kUni
 
 /// One point of the circuit's curves, or what is read between two.
 struct CircuitPoint {
-  std::int32_t r0 = 0, r1 = 0, r2 = 0;        ///< [q 2^-36 / mA]
-  std::int32_t rate1 = 0, rate2 = 0;          ///< [2^-38 / ms]
+  std::int32_t r0 = 0, r1 = 0, r2 = 0;  ///< [q 2^-36 / mA]
+  std::int32_t rate1 = 0, rate2 = 0;    ///< [2^-38 / ms]
 };
 
 /// What a current or a temperature makes of each part [2^-28 of the part].
@@ -47,7 +47,7 @@ struct PartLaw {
 struct CellModel {
   std::int32_t ocv_soc[kMaxTablePoints] = {};      ///< [2^-28]
   std::int32_t ocv[kMaxTablePoints] = {};          ///< [q 2^-26]
-  std::int32_t ocv_slope[kMaxTablePoints] = {};    ///< [q 2^-24] of the interval that begins here
+  std::int32_t ocv_slope[kMaxTablePoints] = {};    ///< [q 2^-26] of the interval that begins here
   std::uint8_t intervals = 0;
   CircuitPoint circuit[kCircuitSteps + 1] = {};
   PartLaw by_current{}, by_temperature{};
@@ -62,14 +62,22 @@ struct OcvNow {
 
 /// `interval`: where the last look-up was; the search begins there, and it is left where this one is.
 [[nodiscard]] OcvNow ocv_at(const CellModel& model, std::int32_t soc, std::uint8_t& interval);
-[[nodiscard]] CircuitPoint circuit_at(const CellModel& model, std::int32_t soc);
+/// All but R0, and R0 alone [q 2^-36 / mA].
+[[nodiscard]] CircuitPoint branches_at(const CellModel& model, std::int32_t soc);
+[[nodiscard]] std::int32_t series_at(const CellModel& model, std::int32_t soc);
 [[nodiscard]] PartFactors factors_of(const PartLaw& law, std::int32_t counts);
-[[nodiscard]] std::int32_t factor_of(const PartLaw& law, std::int32_t per_count, std::int32_t counts);
+/// How far a quantity is above the law's reference, and what that makes of a part.
+[[nodiscard]] constexpr std::int32_t above_reference(const PartLaw& law, std::int32_t counts) {
+  return (counts < law.low ? law.low : (counts > law.high ? law.high : counts)) - law.reference;
+}
+[[nodiscard]] constexpr std::int32_t factor_of(std::int32_t per_count, std::int32_t above) {
+  return kUnit + scaled(per_count, above, kLawBits - kUnitBits);
+}
 
 /// A reading in the filter's unit [q 2^-26].
 [[nodiscard]] constexpr std::int32_t filter_voltage(CellVoltage v) {
   constexpr std::int64_t kPerStep = 879'609'302;  // 4 x 0.1 mV x 2^26, in 2^-15
-  return saturated32(shifted(kPerStep * v.raw(), 15));
+  return scaled(static_cast<std::int32_t>(kPerStep), v.raw(), 15);  // whatever the bus can say fits
 }
 /// The other way, of a branch [q 2^-28].
 [[nodiscard]] constexpr CellVoltage branch_voltage(std::int32_t q) {

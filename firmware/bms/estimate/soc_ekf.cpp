@@ -9,7 +9,6 @@ namespace voltlap::bms {
 namespace {
 
 constexpr std::int64_t kHalfUnitsPerMah = 2LL * 3'600'000LL;  // as soc_coulomb counts
-constexpr std::int32_t kElapsedMost_ms = 2'000;
 
 // Doubt at a start from the OCV [2^-32]: half a point and what 5 mV are worth there, 5 mV a branch, the table's scale
 // within 30 %.

@@ -44,18 +44,19 @@ TEST(CellModel, HoldsASlopeThatIsSteeperThanSixVoltsOverTheCharge) {
 }
 
 TEST(CellModel, AResistanceTakesItsVolts) {
-  const CircuitPoint p = circuit_at(model, soc_of(0.6));
-  DOUBLES_EQUAL(0.001 * 123.456, 0.25 * unit(drop_of(p.r0, 123'456)), 1e-6);
+  const CircuitPoint p = branches_at(model, soc_of(0.6));
+  const std::int32_t r0 = series_at(model, soc_of(0.6));
+  DOUBLES_EQUAL(0.001 * 123.456, 0.25 * unit(drop_of(r0, 123'456)), 1e-6);
   DOUBLES_EQUAL(-0.0004 * 20.0, 0.25 * unit(drop_of(p.r1, -20'000)), 1e-6);
-  DOUBLES_EQUAL(2.0, 0.25 * unit(drop_of(p.r0, 1'000'000'000)), 1e-6);  // held
+  DOUBLES_EQUAL(2.0, 0.25 * unit(drop_of(r0, 1'000'000'000)), 1e-6);  // held
 }
 
 TEST(CellModel, ReadsTheCircuitBetweenItsPointsAndHoldsItBeyondTheEnds) {
-  const auto ohm = [&](double soc) { return 0.25 * unit(drop_of(circuit_at(model, soc_of(soc)).r0, 1'000)); };
+  const auto ohm = [&](double soc) { return 0.25 * unit(drop_of(series_at(model, soc_of(soc)), 1'000)); };
   DOUBLES_EQUAL(0.002, ohm(-0.05), 1e-7);
   DOUBLES_EQUAL(0.0015, ohm(0.1), 2e-6);  // the table's knee lies between two of the 33 points
   DOUBLES_EQUAL(0.001, ohm(1.05), 1e-7);
-  DOUBLES_EQUAL(1.0 / 60'000.0, std::ldexp(circuit_at(model, soc_of(0.5)).rate2, -kRateBits), 1e-10);
+  DOUBLES_EQUAL(1.0 / 60'000.0, std::ldexp(branches_at(model, soc_of(0.5)).rate2, -kRateBits), 1e-10);
 }
 
 TEST(CellModel, PartsChangeWithCurrentAndTemperatureWithinTheirRanges) {
@@ -67,7 +68,7 @@ TEST(CellModel, PartsChangeWithCurrentAndTemperatureWithinTheirRanges) {
   const PartFactors cold = factors_of(model.by_temperature, -200);
   DOUBLES_EQUAL(1.0 + 0.01 * 25, unit(cold.r0), 1e-4);
   DOUBLES_EQUAL(1.0 + 0.015 * 25, unit(cold.r1), 1e-4);
-  DOUBLES_EQUAL(unit(cold.r1), unit(factor_of(model.by_temperature, model.by_temperature.per_count.r1, 0)), 1e-9);
+  DOUBLES_EQUAL(unit(cold.r1), unit(factors_of(model.by_temperature, 0).r1), 1e-9);
 }
 
 TEST(CellModel, UnitsOfTheBusAreThoseOfTheFilter) {

@@ -39,25 +39,26 @@ class FilterTwin {
     const double ma = interval.mean_ma, dt = interval.elapsed_ms, drawn = unit(interval.drawn);
     const double tau1 = unit(by.time1) * unit(warm.time1), tau2 = unit(by.time2) * unit(warm.time2);
     const double g1 = gain(c.rate1 * dt / tau1), g2 = gain(c.rate2 * dt / tau2);
-    const double e1 = bounded(c.r1 * ma, 8.0) * unit(by.r1) * unit(warm.r1);
-    const double e2 = bounded(c.r2 * ma, 8.0) * unit(by.r2) * unit(warm.r2);
+    const double e1 = bounded(c.r1 * ma * unit(by.r1) * unit(warm.r1), 8.0);
+    const double e2 = bounded(c.r2 * ma * unit(by.r2) * unit(warm.r2), 8.0);
     Matrix f{};
     for (std::size_t i = 0; i < kStates; ++i) f[i][i] = 1.0;
     f[0][4] = -drawn;
-    f[1][1] = 1.0 - g1, f[1][3] = g1 * e1;
-    f[2][2] = 1.0 - g2, f[2][3] = g2 * e2;
+    f[1][1] = 1.0 - g1, f[1][3] = g1 * bounded(e1, 1.0);
+    f[2][2] = 1.0 - g2, f[2][3] = g2 * bounded(e2, 1.0);
     x = {x[0] - (1.0 + x[4]) * drawn, x[1] + g1 * (x[3] * e1 - x[1]), x[2] + g2 * (x[3] * e2 - x[2]), x[3], x[4]};
     p = times(times(f, p), transposed(f));
     constexpr Vector kGrowth{150, 700, 700, 430, 4};  // cell_filter.cpp
-    for (std::size_t i = 0; i < kStates; ++i) p[i][i] += std::ldexp(kGrowth[i], -kVarianceBits) * dt / 100.0;
     hold();
+    for (std::size_t i = 0; i < kStates; ++i) {
+      if (p[i][i] < 0.1) p[i][i] += std::ldexp(kGrowth[i], -kVarianceBits) * dt / 100.0;
+    }
   }
 
   void update(const PartFactors& warm, const FilterReading& reading) {
     const auto [ocv, slope] = open_circuit(x[0]);
-    const double factor = unit(factor_of(model_.by_current, model_.by_current.per_count.r0,
-                                         std::abs(reading.current_ma))) * unit(warm.r0);
-    const double drop = bounded(bounded(circuit(x[0]).r0 * reading.current_ma, 8.0) * factor, 4.0);
+    const double factor = unit(factors_of(model_.by_current, std::abs(reading.current_ma)).r0) * unit(warm.r0);
+    const double drop = bounded(circuit(x[0]).r0 * factor * reading.current_ma, 4.0);
     const double y = bounded(4e-4 * reading.voltage.raw() - ocv + x[1] + x[2] + x[3] * drop, 1.0);
     const Vector h{slope, -1.0, -1.0, -drop, 0.0};
     Vector ph{};
@@ -81,7 +82,7 @@ class FilterTwin {
 
   static double unit(std::int32_t raw) { return std::ldexp(raw, -kUnitBits); }
   static double bounded(double value, double most) { return std::clamp(value, -most, most); }
-  static double gain(double x) { return -std::expm1(-std::min(x, 1.0)); }
+  static double gain(double x) { return -std::expm1(-std::min(x, 0.49)); }
 
   [[nodiscard]] Circuit circuit(double soc) const {
     const double at = std::clamp(soc, 0.0, 1.0) * kCircuitSteps;
@@ -122,10 +123,10 @@ class FilterTwin {
 
   /// The bounds of the state and of the variances.
   void hold() {
-    constexpr double kLeast = 4'096.0 / 4'294'967'296.0, kMost = 0.1;
+    constexpr double kLeast = 4'096.0 / 4'294'967'296.0;
     x = {std::clamp(x[0], -0.05, 1.05), bounded(x[1], 6.0), bounded(x[2], 6.0), std::clamp(x[3], 0.2, 5.0),
          std::clamp(x[4], -0.25, 0.5)};
-    for (std::size_t i = 0; i < kStates; ++i) p[i][i] = std::clamp(p[i][i], kLeast, kMost);
+    for (std::size_t i = 0; i < kStates; ++i) p[i][i] = std::max(p[i][i], kLeast);
   }
 
   const CellModel& model_;
