@@ -67,8 +67,14 @@ void keep(const Config& config, const SocEstimate& state, SocRecord& record) {
   record.cells = 0;
   if (!state.valid) return;
   record.cells = config.cells_in_series;
+  const std::int16_t counted = coarse<std::int16_t>(filter_soc(state.value), kSocBits);
   for (std::size_t i = 0; i < record.cells; ++i) {
     const FilteredCell& cell = state.filter.cell[i];
+    if (config.soc_method != SocMethod::kEkf) {
+      record.cell[i] = CellRecord{};
+      record.cell[i].soc = counted;
+      continue;
+    }
     record.cell[i] = {coarse<std::int16_t>(cell.filter.s, kSocBits), coarse<std::int16_t>(cell.filter.v1, kBranchBits),
                       coarse<std::int16_t>(cell.filter.v2, kBranchBits),
                       coarse<std::uint16_t>(cell.filter.rho, kScaleBits),

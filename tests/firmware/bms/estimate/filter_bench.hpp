@@ -3,7 +3,7 @@
 #pragma once
 #include <cmath>
 
-#include "bench.hpp"
+#include "bms/bench.hpp"
 
 namespace voltlap::bms::test {
 
