@@ -221,8 +221,7 @@ constexpr ConfigError branches(const Config& c) {
   const BranchTable& b = c.branches;
   const std::uint8_t n = c.resistance.count;
   return first_broken<ConfigError>({
-      {resistances_fit(b.series, n, Resistance::from_raw(1)) && resistances_fit(b.branch1, n, Resistance{}) &&
-           resistances_fit(b.branch2, n, Resistance{}),
+      {resistances_fit(b.series, n) && resistances_fit(b.branch1, n) && resistances_fit(b.branch2, n),
        ConfigError::kBranchResistance},
       {times_fit(b.time1, n) && times_fit(b.time2, n), ConfigError::kBranchTime},
       {Current{} <= b.current_min && slopes_fit(b.per_ampere, (b.current_min - b.current_reference).raw(),

@@ -54,9 +54,11 @@ struct BranchTable {
 namespace check {
 
 inline constexpr Soc kFull = Soc::from_raw(1'000'000);
-inline constexpr Resistance kBranchMax = Resistance::from_raw(1'000'000);           // 1 ohm; chosen, no cell has it
+inline constexpr Resistance kBranchMax = Resistance::from_raw(500'000);             // 0.5 ohm; chosen, no cell has it
 inline constexpr std::int32_t kPartSlopeMaxPpm = 100'000;                           // 10 % an ampere or kelvin; chosen
-inline constexpr std::int64_t kPartChangeMaxPpm = 900'000;                          // within the range; chosen
+// Within its range a part is a tenth to 2.8 times itself; by current and temperature together less than 8 times, which
+// is as far as the filter's numbers go.
+inline constexpr std::int64_t kPartChangeMinPpm = -900'000, kPartChangeMaxPpm = 1'800'000;
 inline constexpr Duration kBranchTimeMin = Duration::from_ms(500);                  // less is over within a step
 inline constexpr Duration kBranchTimeMax = Duration::from_ms(100'000'000);          // 28 h; chosen
 
@@ -73,15 +75,14 @@ constexpr bool all_positive(const Resistance* resistance, std::uint8_t count) {
   return true;
 }
 
-constexpr bool resistances_fit(const Resistance* r, std::uint8_t count, Resistance least) {
+constexpr bool resistances_fit(const Resistance* r, std::uint8_t count) {
   for (std::uint8_t i = 0; i < count; ++i) {
-    if (r[i] < least || r[i] > kBranchMax) return false;
+    if (r[i] < Resistance{} || r[i] > kBranchMax) return false;
   }
   return true;
 }
 
-/// At neither end of a range, `low` and `high` thousandths from the reference, does a part vanish or become twice as
-/// large.
+/// At neither end of a range, `low` and `high` thousandths from the reference, does a part change too much.
 constexpr bool slopes_fit(const PartSlopes& s, std::int64_t low, std::int64_t high) {
   if (high < low) return false;
   const std::int32_t slopes[] = {s.series, s.branch1, s.branch2, s.time1, s.time2};
@@ -89,7 +90,7 @@ constexpr bool slopes_fit(const PartSlopes& s, std::int64_t low, std::int64_t hi
     if (slope < -kPartSlopeMaxPpm || slope > kPartSlopeMaxPpm) return false;
     const std::int64_t changes[] = {slope * low / 1'000, slope * high / 1'000};
     for (const std::int64_t change : changes) {
-      if (change < -kPartChangeMaxPpm || change > kPartChangeMaxPpm) return false;
+      if (change < kPartChangeMinPpm || change > kPartChangeMaxPpm) return false;
     }
   }
   return true;

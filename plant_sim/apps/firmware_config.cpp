@@ -42,7 +42,8 @@ double group_resistance(const VehicleParameters& car, const CellTables& tables, 
 
 /// What is faster than the filter's steps follows at once, and what is slower than a day not at all.
 Duration filter_time(double tau_s) {
-  const double ms = std::clamp(1e3 * tau_s, 1.0 * bms::check::kBranchTimeMin.ms(), 1.0 * bms::check::kBranchTimeMax.ms());
+  const double low = bms::check::kBranchTimeMin.ms(), high = bms::check::kBranchTimeMax.ms();
+  const double ms = std::clamp(1e3 * tau_s, low, high);
   return Duration::from_ms(static_cast<std::int32_t>(std::lround(ms)));
 }
 
@@ -91,37 +92,56 @@ void fill_own_ocv(const BmsSection& own, bms::OcvTable& table) {
   table.count = static_cast<std::uint8_t>(own.ocv_v.size());
 }
 
-/// Relative change of each part from `low` to `high`, `span` units apart.
-bms::PartSlopes slopes_of(const CircuitOf<2>& low, const CircuitOf<2>& high, const CircuitOf<2>& reference, double span) {
-  const auto slope = [&](double from, double to, double of) {
-    const double share = span > 0.0 && of > 0.0 ? 1e6 * (to - from) / of / span : 0.0;
-    return static_cast<std::int32_t>(std::lround(share));
-  };
-  return {slope(low.r0_ohm, high.r0_ohm, reference.r0_ohm), slope(low.r_ohm[0], high.r_ohm[0], reference.r_ohm[0]),
-          slope(low.r_ohm[1], high.r_ohm[1], reference.r_ohm[1]), slope(low.tau_s[0], high.tau_s[0], reference.tau_s[0]),
-          slope(low.tau_s[1], high.tau_s[1], reference.tau_s[1])};
+/// Where the tables are read, along current or temperature.
+struct Axis {
+  double low, reference, high;
+  [[nodiscard]] double span() const { return high - low; }
+};
+
+/// Straight between the ends of the axis [1e-6 of the reference per unit], no steeper than the firmware takes.
+std::int32_t slope_of(double from, double to, double reference, const Axis& axis) {
+  if (!(axis.span() > 0.0) || !(reference > 0.0)) return 0;
+  double slope = 1e6 * (to - from) / reference / axis.span();
+  for (const double away : {axis.low - axis.reference, axis.high - axis.reference}) {
+    const double change = slope * away;
+    const double allowed =
+        std::clamp(change, 1.0 * bms::check::kPartChangeMinPpm, 1.0 * bms::check::kPartChangeMaxPpm);
+    if (change != allowed) slope *= 0.999 * allowed / change;
+  }
+  const double most = bms::check::kPartSlopeMaxPpm;
+  return static_cast<std::int32_t>(std::clamp(slope, -most, most));
 }
 
-/// In the middle of the charge, over the currents and the temperatures of the cell's tables; beyond them nothing is known.
+bms::PartSlopes slopes_of(const CircuitOf<2>& low, const CircuitOf<2>& high, const CircuitOf<2>& here,
+                          const Axis& axis) {
+  const auto slope = [&](double from, double to, double of) { return slope_of(from, to, of, axis); };
+  return {slope(low.r0_ohm, high.r0_ohm, here.r0_ohm), slope(low.r_ohm[0], high.r_ohm[0], here.r_ohm[0]),
+          slope(low.r_ohm[1], high.r_ohm[1], here.r_ohm[1]), slope(low.tau_s[0], high.tau_s[0], here.tau_s[0]),
+          slope(low.tau_s[1], high.tau_s[1], here.tau_s[1])};
+}
+
+/// In the middle of the charge, over the currents and the temperatures of the cell's tables; beyond them nothing is
+/// known.
 void fill_slopes(const VehicleParameters& car, const CellTables& tables, bms::BranchTable& out) {
   constexpr double kMiddle = 0.5;
   const CellParameters& cell = car.cell;
   const auto at = [&](double c, double a) { return two_branches(tables.circuit(kMiddle, c, a), tables.branches()); };
-  const auto ends = [](const std::vector<double>& points, double otherwise) {
-    return points.empty() ? std::pair(otherwise, otherwise) : std::pair(points.front(), points.back());
+  const auto axis = [](const std::vector<double>& points, double reference, double per_unit) {
+    const double low = points.empty() ? reference : points.front(), high = points.empty() ? reference : points.back();
+    return Axis{per_unit * low, per_unit * reference, per_unit * high};
   };
   const double parallel = car.battery.cells_in_parallel, here_c = cell.reference_temperature_c,
                here_a = cell.reference_current_a;
-  const auto [low_a, high_a] = ends(cell.current_breakpoints_a, here_a);
-  const auto [low_c, high_c] = ends(cell.temperature_breakpoints_c, here_c);
-  const CircuitOf<2> reference = at(here_c, here_a);
-  out.per_ampere = slopes_of(at(here_c, low_a), at(here_c, high_a), reference, parallel * (high_a - low_a));
-  out.per_kelvin = slopes_of(at(low_c, here_a), at(high_c, here_a), reference, high_c - low_c);
-  out.current_reference = units<Current>(parallel * here_a, 1e3);
-  out.current_min = units<Current>(parallel * low_a, 1e3);
-  out.current_max = units<Current>(parallel * high_a, 1e3);
-  out.temperature_min = celsius(low_c);
-  out.temperature_max = celsius(high_c);
+  const Axis current = axis(cell.current_breakpoints_a, here_a, parallel);
+  const Axis temperature = axis(cell.temperature_breakpoints_c, here_c, 1.0);
+  const CircuitOf<2> here = at(here_c, here_a);
+  out.per_ampere = slopes_of(at(here_c, current.low / parallel), at(here_c, current.high / parallel), here, current);
+  out.per_kelvin = slopes_of(at(temperature.low, here_a), at(temperature.high, here_a), here, temperature);
+  out.current_reference = units<Current>(current.reference, 1e3);
+  out.current_min = units<Current>(current.low, 1e3);
+  out.current_max = units<Current>(current.high, 1e3);
+  out.temperature_min = celsius(temperature.low);
+  out.temperature_max = celsius(temperature.high);
 }
 
 /// The circuit of two branches at the SOC of the resistances, scaled to their whole: what the car says of that (key,

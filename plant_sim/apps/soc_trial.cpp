@@ -74,7 +74,9 @@ SocTrialResult run_soc_trial(const EnduranceOptions& options, const std::vector<
   out.drive = run_endurance(options, audience, audience);
   out.judged_s = audience.judged_s();
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    out.rows.push_back({cases[i].name, scores_of(audience.listeners()[2 * i]), scores_of(audience.listeners()[2 * i + 1])});
+    const SocListener& ekf = audience.listeners()[2 * i];
+    const SocListener& coulomb = audience.listeners()[2 * i + 1];
+    out.rows.push_back({cases[i].name, scores_of(ekf), scores_of(coulomb)});
   }
   return out;
 }

@@ -6,8 +6,10 @@
 namespace voltlap::bms {
 namespace {
 
-// Growth of the variances in 100 ms [2^-32 of the unit's square]. Chosen on drawn endurances (voltlap soc-test).
-constexpr std::int32_t kGrowthSoc = 150;     // 3.5e-8: 1 point in 5 min
+// Growth of the variances in 100 ms [2^-32 of the unit's square]; that of the charge, which is only uncertain while it
+// moves, by what is drawn: 3 points over all of it. Chosen on drawn endurances and recordings (voltlap soc-test).
+constexpr int kGrowthDrawnBits = 10;         // 2^-10 of what is drawn
+constexpr std::int32_t kGrowthSoc = 1;       // 1 point in 12 h
 constexpr std::int32_t kGrowthBranch = 700;  // 1.6e-7: 10 mV in 1 min, but that it decays
 constexpr std::int32_t kGrowthScale = 430;   // 1e-7: 3 % in 15 min
 constexpr std::int32_t kGrowthFade = 4;      // 1e-9: 1 % in 3 h
@@ -30,10 +32,15 @@ constexpr std::int32_t kShareMost = 2'104'533'975;   // 0.49
 constexpr std::int32_t kThird = 1'431'655'765;
 constexpr int kGainBits = 30;                        // |K| is below sqrt(P / r) / 2 = 1.32
 
-std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) { return x < low ? low : (x > high ? high : x); }
+std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) {
+  return x < low ? low : (x > high ? high : x);
+}
 std::int32_t within64(std::int64_t x, std::int32_t low, std::int32_t high) {
   return x < low ? low : (x > high ? high : static_cast<std::int32_t>(x));
 }
+
+/// Of either sign alike.
+constexpr std::int32_t size_of(std::int32_t x) { return x < 0 ? -x : x; }
 
 /// The part that a share [2^-32] takes.
 constexpr std::int32_t part(std::int32_t share, std::int32_t of) {
@@ -101,6 +108,7 @@ std::int32_t moved(const Branch& b, std::int32_t with_branch, std::int32_t with_
 void advance_charge(std::int32_t drawn, CellCovariance& p) {
   const std::int32_t with_fade = p.sf - part(drawn, p.ff);
   p.ss = raised(p.ss - part(drawn, p.sf) - part(drawn, with_fade));
+  if (p.ss < kMostVariance) p.ss += size_of(drawn) >> kGrowthDrawnBits;
   p.s1 -= part(drawn, p.v1f);
   p.s2 -= part(drawn, p.v2f);
   p.sr -= part(drawn, p.rf);
@@ -149,7 +157,8 @@ Column column_of(const CellCovariance& p, const Sensitivity& h) {
 
 /// H P H' + r [2^-23].
 std::int32_t innovation_variance(const Column& c, const Sensitivity& h) {
-  const auto hph = static_cast<std::int32_t>(seen(h, c.s, c.v1, c.v2, c.rho) >> (kUnitBits + kSlopeBits - kInnovationBits));
+  constexpr int kBits = kUnitBits + kSlopeBits - kInnovationBits;
+  const auto hph = static_cast<std::int32_t>(seen(h, c.s, c.v1, c.v2, c.rho) >> kBits);
   const std::int32_t square = part(h.drop, h.drop);  // 2^-20
   const std::int32_t r = kReadingVariance + scaled(square, kDropShare, 15);
   return r + (hph > 0 ? hph : 0);
@@ -166,9 +175,6 @@ std::int32_t inverse_of(std::int32_t s) {
 
 /// c / S [2^-30].
 std::int32_t over(std::int32_t c, std::int32_t inverse) { return scaled(c, inverse, kUnitBits + 24 - kGainBits); }
-
-/// Of either sign alike.
-std::int32_t size_of(std::int32_t ma) { return ma < 0 ? -ma : ma; }
 
 /// R0 I, within a volt.
 std::int32_t series_drop(const CellModel& model, const PartFactors& warm, std::int32_t ma, std::int32_t s) {

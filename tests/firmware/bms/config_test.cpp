@@ -188,9 +188,9 @@ TEST(BmsConfig, TheFiltersCircuitIsCheckedWhereThereIsAFilter) {
     CHECK(accepted());
   };
   using E = ConfigError;
-  refused(E::kBranchResistance, [](Config& c) { c.branches.series[1] = Resistance{}; });
+  refused(E::kBranchResistance, [](Config& c) { c.branches.series[1] = Resistance::from_raw(-1); });
   refused(E::kBranchResistance, [](Config& c) { c.branches.branch1[0] = Resistance::from_raw(-1); });
-  refused(E::kBranchResistance, [](Config& c) { c.branches.branch2[2] = Resistance::from_raw(1'000'001); });
+  refused(E::kBranchResistance, [](Config& c) { c.branches.branch2[2] = Resistance::from_raw(500'001); });
   refused(E::kBranchTime, [](Config& c) { c.branches.time1[2] = Duration::from_ms(499); });
   refused(E::kBranchTime, [](Config& c) { c.branches.time2[0] = Duration::from_ms(100'000'001); });
   refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.current_min = amps(-1); });
@@ -203,7 +203,7 @@ TEST(BmsConfig, TheFiltersCircuitIsCheckedWhereThereIsAFilter) {
 // BMS-070
 TEST(BmsConfig, TheFiltersCircuitIsAcceptedAtItsBounds) {
   config = filtered_config();
-  config.branches.branch2[0] = Resistance::from_raw(1'000'000);
+  config.branches.branch2[0] = Resistance::from_raw(500'000);
   config.branches.time1[0] = Duration::from_ms(500);
   config.branches.time2[0] = Duration::from_ms(100'000'000);
   config.branches.per_ampere.time1 = -3'600;
