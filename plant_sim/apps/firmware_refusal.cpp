@@ -249,7 +249,8 @@ Refusal table_refusal(const VehicleParameters& car, const bms::Config& config, B
     case B::kBranchTime:
       return {.key = "cell.tau1", .sentence = "a time constant beyond 0.5 s to 28 h"};
     case B::kBranchSlopesCurrent:
-      return {.key = "cell.breakpoints.current_a", .sentence = "parts of the circuit that change too much with current"};
+      return {.key = "cell.breakpoints.current_a",
+              .sentence = "parts of the circuit that change too much with current"};
     case B::kBranchSlopesTemperature:
       return {.key = "cell.breakpoints.temperature_c",
               .sentence = "parts of the circuit that change too much with temperature"};

@@ -22,7 +22,8 @@ struct SocRecordingResult {
   double slope_bound_points = 0.0;  ///< what 5 mV of OCV are worth where a tenth of the judged charge is flatter
 };
 
-/// Throws InputError for a recording without a voltage to begin from, or in which less than a tenth of the charge moves.
+/// Throws InputError for a recording without a voltage to begin from, or in which less than a tenth of the charge
+/// moves.
 [[nodiscard]] SocRecordingResult run_soc_recording(const CellLog& log, const CellParameters& cell,
                                                    const bms::Config& config);
 

@@ -19,7 +19,7 @@ namespace voltlap::plant {
 namespace {
 
 constexpr const char* kTracks[] = {"michigan_2015", "michigan_2014"};
-constexpr int kShortLaps = 8;  // a fifth of the charge, half of it judged
+constexpr int kShortLaps = 6;  // 16 % of the charge, of which 6 are judged
 
 /// A car that the BMS does not know of.
 struct Condition {
@@ -99,8 +99,8 @@ SocTestCommand::SocTestCommand(CLI::App& app) : command_(app.add_subcommand("soc
   add_output_file(*command_, "--json", json_, "Write every row as JSON");
   command_->footer(
       "Each endurance is driven once, by a BMS that is told the truth; others listen on the same bus, each with an\n"
-      "error of its own, by the filter (ekf) and by counting (coulomb). A start that is off is a restart after 30 s of\n"
-      "driving from a record that is. An offset of the current comes with the drive: one that is there at rest is\n"
+      "error of its own, by the filter (ekf) and by counting (coulomb). A start that is off is a restart after 30 s\n"
+      "of driving from a record that is. An offset of the current comes with the drive: one that is there at rest is\n"
       "learned. Recordings are judged by the charge that they counted from the open-circuit voltage at their begin.\n"
       "Example: voltlap soc-test --short --json soc.json\n"
       "Exit code: 0 all was measured, marks met or not, 2 usage or input, 130 interrupted.");

@@ -13,8 +13,8 @@
 //             x   += P H' y / S,   P -= P H' H P / S
 // r is not the noise of the reading (1.5 mV) but what the circuit does not say of a cell, seen often: an error that
 // lasts for seconds is told at every step anew, and must not be believed at every step anew.
-// f is the error of the sensor's gain, of the capacity and, while the current is about the same, what an offset has that
-// was not seen at rest: they cannot be told apart, and at rest f changes nothing, as a bias in amperes would.
+// f is the error of the sensor's gain, of the capacity and, while the current is about the same, of an offset that was
+// not seen at rest: they cannot be told apart, and at rest f changes nothing, as a bias in amperes would.
 // BMS-081: a twin in double precision stands beside it in the tests.
 // Source: Plett, Extended Kalman filtering for battery management systems, J. Power Sources 134, 2004.
 // Units: cell_model.hpp; P in 2^-32 of their products. R0 .. R2 are those of

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A cell's curves as its filter reads them, in the filter's units, made once from the configuration.
 //
-//   voltages   4 V in the filter's one: q = 4 V / volt, so that voltage, charge and resistance scale have like variances
+//   voltages   4 V in the filter's one: q = 4 V / volt, so that voltage, charge and scale have like variances
 //   s          SOC                                  2^-28, counts beyond 0 and 1
 //   OCV(s)     straight between the points of Config::ocv, beyond its ends with the slope there
 //   R0 R1 R2   at 33 points of SOC

@@ -30,8 +30,8 @@ std::int32_t soc_doubt(std::int32_t slope) {
   return static_cast<std::int32_t>(inside * inside + kSocDoubt);
 }
 
-/// SOC of a count of charge at the configured capacity: 2^28 / capacity, as a mantissa of 28 bits and a shift that holds
-/// for all cells.
+/// SOC of a count of charge at the configured capacity: 2^28 / capacity, as a mantissa of 28 bits and a shift that
+/// holds for all cells.
 std::int32_t per_charge(const Config& config, std::uint8_t& bits) {
   const std::int64_t full = config.capacity_mah * kHalfUnitsPerMah;
   bits = 0;

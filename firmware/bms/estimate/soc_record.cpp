@@ -19,7 +19,9 @@ T coarse(std::int32_t value, int bits) {
 }
 std::int32_t fine(std::int32_t value, int bits) { return saturated32(std::int64_t{value} * (1 << (kUnitBits - bits))); }
 
-std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) { return x < low ? low : (x > high ? high : x); }
+std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) {
+  return x < low ? low : (x > high ? high : x);
+}
 
 /// CRC-32 of IEEE 802.3, bit by bit: a record is seldom written.
 std::uint32_t crc_of(const SocSlot& slot) {
