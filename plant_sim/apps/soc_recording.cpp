@@ -120,6 +120,7 @@ SocRecordingResult run_soc_recording(const CellLog& log, const CellParameters& c
     }
     if (!judged) continue;
     out.low_soc = std::min(out.low_soc, truth);
+    out.high_soc = std::max(out.high_soc, truth);
     out.judged_s += dt;
     for (Fed& each : fed) each.judge(truth);
   }
@@ -127,7 +128,7 @@ SocRecordingResult run_soc_recording(const CellLog& log, const CellParameters& c
     throw InputError(log.path, "less than a tenth of the charge moves", "a recording in which more does",
                      "Give a discharge or a drive");
   }
-  out.slope_bound_points = slope_bound(tables, std::max(0.0, out.low_soc), std::min(1.0, out.begin_soc));
+  out.slope_bound_points = slope_bound(tables, std::max(0.0, out.low_soc), std::min(1.0, out.high_soc));
   for (std::size_t k = 0; k < names.size(); ++k) out.rows.push_back({names[k], fed[2 * k].score, fed[2 * k + 1].score});
   return out;
 }

@@ -18,7 +18,7 @@ struct SocRecordingRow {
 struct SocRecordingResult {
   std::string file;
   std::vector<SocRecordingRow> rows;
-  double begin_soc = 0.0, low_soc = 1.0, judged_s = 0.0;
+  double begin_soc = 0.0, low_soc = 1.0, high_soc = 0.0, judged_s = 0.0;  ///< low and high: while judged
   double slope_bound_points = 0.0;  ///< what 5 mV of OCV are worth where a tenth of the judged charge is flatter
 };
 

@@ -40,9 +40,10 @@ std::string drive_text(const SocDriveResult& drive) {
 
 std::string recording_text(const SocRecordingResult& recording) {
   const std::optional<SocMark> mark = mark_of(recording);
-  std::string out = fmt::format("{}: from {:.0f} to {:.0f} %, {:.0f} s judged; 5 mV of OCV are {:.1f} points\n",
-                                recording.file, 100.0 * recording.begin_soc, 100.0 * recording.low_soc,
-                                recording.judged_s, recording.slope_bound_points);
+  std::string out = fmt::format(
+      "{}: from {:.0f} %, judged at {:.0f} to {:.0f} %, {:.0f} s; 5 mV of OCV are {:.1f} points\n", recording.file,
+      100.0 * recording.begin_soc, 100.0 * recording.low_soc, 100.0 * recording.high_soc, recording.judged_s,
+      recording.slope_bound_points);
   for (const SocRecordingRow& row : recording.rows) {
     const std::string judged = mark ? fmt::format("{:5.2f} {:5.2f}  {:<9}", mark->rms, mark->largest,
                                                   mark_text(met(row.ekf, *mark)))
@@ -82,7 +83,8 @@ Json recording_json(const SocRecordingResult& recording) {
                     {"met", mark ? Json(met(row.ekf, *mark)) : Json()}});
   }
   return {{"file", recording.file},         {"begin_soc", recording.begin_soc},
-          {"low_soc", recording.low_soc},   {"judged_s", recording.judged_s},
+          {"low_soc", recording.low_soc},
+          {"high_soc", recording.high_soc},     {"judged_s", recording.judged_s},
           {"slope_bound_points", recording.slope_bound_points}, {"rows", rows}};
 }
 
