@@ -17,6 +17,12 @@ static_assert(kHalfUnitsPerMah % kCommon == 0 && kFullPpm % kCommon == 0);
 
 std::int64_t capacity(const Config& config) { return config.capacity_mah * kHalfUnitsPerMah; }
 
+// BMS-084: five points beyond either end, so that a count that is off is back soon.
+std::int64_t held(const Config& config, std::int64_t charge) {
+  const std::int64_t full = capacity(config), beyond = full / 20;
+  return charge < -beyond ? -beyond : (charge > full + beyond ? full + beyond : charge);
+}
+
 Soc as_soc(const Config& config, std::int64_t charge) {
   const std::int64_t full = capacity(config);
   const std::int64_t inside = charge < 0 ? 0 : (charge > full ? full : charge);
@@ -73,6 +79,7 @@ void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state
     return;
   }
   if (!count_charge(input.current, state)) return;
+  state.charge = held(config, state.charge);
   state.value = as_soc(config, state.charge);
   VOLTLAP_REQUIRE(Soc{} <= state.value && state.value <= Soc::from_raw(kFullPpm));
 }

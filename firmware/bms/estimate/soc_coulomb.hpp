@@ -2,6 +2,7 @@
 // State of charge by counting charge from a start at the open-circuit voltage.
 //   start:  SOC_0 = mean over the cells of OCV^-1(V_cell), at the first step with every cell good and |I| small
 //   after:  q_k = q_{k-1} - (I_{k-1} + I_k) / 2 * (t_k - t_{k-1}),  SOC = q / capacity
+// It counts five points beyond either end and no further, reported within 0 and 1.
 // q in half mA ms, so that the trapezoid is exact in integers and nothing drifts by truncation.
 #pragma once
 #include "bms/estimate/soc_estimator.hpp"
