@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // State of charge by a Kalman filter of every cell (cell_filter.hpp), in turns: a tenth of the cells in every step,
-// each 10 times a second. The charge itself is counted with every sample of the current, so that none is lost between turns.
+// each 10 times a second. The charge itself is counted with every sample of the current, so that none is lost
+// between turns.
 //   start:  as soc_coulomb, each cell at its own OCV^-1(V), or from a record (soc_record.hpp)
 //   pack:   SOC = mean over the cells
 #pragma once
