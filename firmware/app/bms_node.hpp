@@ -4,6 +4,7 @@
 #include "base/can_frame.hpp"
 #include "base/time.hpp"
 #include "bms/config.hpp"
+#include "bms/estimate/soc_record.hpp"
 #include "bms/state.hpp"
 #include "codec/seal.hpp"
 
@@ -19,6 +20,10 @@ class BmsNode {
   /// Before the first tick: what was latched when the supply was lost.
   void restore_trips(std::uint32_t latched) { state_.faults.latched = latched; }
 
+  /// Before the first tick: what was known of the cells when the supply was lost.
+  void restore_soc(const bms::SocRecord& record) { bms::restore(config_, record, state_.soc); }
+
+  [[nodiscard]] const bms::Config& config() const { return config_; }
   [[nodiscard]] const bms::State& state() const { return state_; }
   [[nodiscard]] const bms::Output& output() const { return output_; }  ///< of the last tick
 

@@ -34,9 +34,19 @@ Output refuse(Instant now) {
   return out;
 }
 
-void estimate(const Config& config, bool slow, State& state) {
-  estimate_soc(config, SocInput{state.measured.cell, state.pack.cells_good, state.measured.current}, state.soc);
-  const bool known = state.pack.hottest_sensor != kNoCell && soc_ready(config, state.soc);
+/// Between the coldest and the hottest sensor.
+Temperature temperature_between(const Pack& pack) {
+  return Temperature::from_raw((pack.temperature_min.raw() + pack.temperature_max.raw()) / 2);
+}
+
+void estimate(const Config& config, Instant now, bool slow, State& state) {
+  const Measured& m = state.measured;
+  const bool temperature_known = state.pack.hottest_sensor != kNoCell;
+  estimate_soc(config,
+               SocInput{m.cell, state.pack.cells_good, m.current, m.cell_current, now, temperature_between(state.pack),
+                        temperature_known},
+               state.soc);
+  const bool known = temperature_known && soc_ready(config, state.soc);
   if (slow && known) state.cell_resistance = cell_resistance(config.resistance, state.soc, state.pack.temperature_min);
 }
 
@@ -97,7 +107,7 @@ Output step(const Config& config, const Input& input, State& state) {
 
   ingest(config, input, state);
   summarise(config, state.measured, state.start, state.pack);
-  estimate(config, slow, state);
+  estimate(config, input.now, slow, state);
   check_channels(config, input.now, elapsed, slow, state);
   judge_faults(config, input.now, state);
   sequence_contactors(config, input.now, state);

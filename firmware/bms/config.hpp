@@ -5,39 +5,16 @@
 #include <cstdint>
 
 #include "base/condition.hpp"
-#include "base/interpolate.hpp"
 #include "base/time.hpp"
 #include "base/units.hpp"
-#include "can_dbc/car.hpp"
+#include "bms/curve_tables.hpp"
 
 namespace voltlap::bms {
-
-inline constexpr std::size_t kMaxCells = can::CellVoltages::kGroups * can::CellVoltages::kPerFrame;
-inline constexpr std::size_t kMaxTemperatures = can::Temperatures::kGroups * can::Temperatures::kPerFrame;
-inline constexpr std::size_t kMaxTablePoints = 32;
-inline constexpr std::uint8_t kNoCell = 255;
-static_assert(kMaxCells == 144 && kMaxCells < kNoCell, "a cell index must fit its byte on the bus");
-
-/// Open-circuit voltage of one cell over state of charge; both columns strictly increasing.
-struct OcvTable {
-  Soc soc[kMaxTablePoints] = {};
-  CellVoltage voltage[kMaxTablePoints] = {};
-  std::uint8_t count = 0;
-};
-
-/// Resistance of one cell over state of charge at `reference`, and its slope with temperature:
-///   R(soc, T) = R(soc) (1 + ppm_per_kelvin 1e-6 (T - reference)); a cell that is worse when cold has a negative slope
-struct ResistanceTable {
-  Soc soc[kMaxTablePoints] = {};
-  Resistance resistance[kMaxTablePoints] = {};
-  std::uint8_t count = 0;
-  Temperature reference = Temperature::from_raw(250);
-  std::int32_t ppm_per_kelvin = 0;
-};
 
 enum class SocMethod : std::uint8_t {
   kNone = 0,     ///< no state of charge; limits rest on voltage and the highest resistance of the table
   kCoulomb = 1,  ///< counted charge, started from the OCV at rest
+  kEkf = 2,      ///< an extended Kalman filter of every cell; needs Config::branches
 };
 
 /// Fields without a value of their own belong to the pack and must be set; all-zero memory is refused by config_check.
@@ -48,6 +25,7 @@ struct Config {
   std::int32_t capacity_mah = 0;          ///< of one cell (parallel group), that is of the pack
   OcvTable ocv{};
   ResistanceTable resistance{};
+  BranchTable branches{};
 
   // estimation
   SocMethod soc_method = SocMethod::kCoulomb;
@@ -120,6 +98,10 @@ enum class ConfigError : std::uint8_t {
   kResistance,
   kResistanceReference,
   kResistanceSlope,
+  kBranchResistance,
+  kBranchTime,
+  kBranchSlopesCurrent,
+  kBranchSlopesTemperature,
   // plausible < trip low <= minimum < maximum <= trip high < plausible
   kVoltagePlausibleMin,
   kVoltageTripLowPlausible,
@@ -196,7 +178,6 @@ enum class ConfigError : std::uint8_t {
 
 namespace check {
 
-inline constexpr Soc kFull = Soc::from_raw(1'000'000);
 inline constexpr std::int32_t kCapacityMaxMah = 2'000'000;                  // 2000 Ah: 1.44e13 counts of charge
 inline constexpr Temperature kTemperatureTripMax = Temperature::from_raw(600);  // EV.7.5
 inline constexpr Ratio kPrechargeRatioMin = Ratio::from_raw(900'000);       // EV.5.6
@@ -230,21 +211,26 @@ constexpr ConfigError pack(const Config& c) {
       {c.temperature_sensors > 0 && c.temperature_sensors <= kMaxTemperatures, ConfigError::kTemperatureSensors},
       {c.temperature_sensors * 5 >= c.cells_in_series, ConfigError::kTemperatureSensorsShare},  // EV.7.5: 20 %
       {c.capacity_mah > 0 && c.capacity_mah <= kCapacityMaxMah, ConfigError::kCapacity},
-      {c.soc_method == SocMethod::kNone || c.soc_method == SocMethod::kCoulomb, ConfigError::kSocMethod},
+      {c.soc_method == SocMethod::kNone || c.soc_method == SocMethod::kCoulomb || c.soc_method == SocMethod::kEkf,
+       ConfigError::kSocMethod},
   });
 }
 
-constexpr bool points_fit(std::uint8_t count) { return count >= 2 && count <= kMaxTablePoints; }
-
-constexpr bool spans_soc(const Soc* soc, std::uint8_t count) {
-  return strictly_increasing(soc, count) && soc[0] >= Soc{} && soc[count - 1] <= kFull;
-}
-
-constexpr bool all_positive(const Resistance* resistance, std::uint8_t count) {
-  for (std::uint8_t i = 0; i < count; ++i) {
-    if (resistance[i] <= Resistance{}) return false;
-  }
-  return true;
+constexpr ConfigError branches(const Config& c) {
+  if (c.soc_method != SocMethod::kEkf || !points_fit(c.resistance.count)) return ConfigError::kNone;
+  const BranchTable& b = c.branches;
+  const std::uint8_t n = c.resistance.count;
+  return first_broken<ConfigError>({
+      {resistances_fit(b.series, n) && resistances_fit(b.branch1, n) && resistances_fit(b.branch2, n),
+       ConfigError::kBranchResistance},
+      {times_fit(b.time1, n) && times_fit(b.time2, n), ConfigError::kBranchTime},
+      {Current{} <= b.current_min && slopes_fit(b.per_ampere, (b.current_min - b.current_reference).raw(),
+                                                (b.current_max - b.current_reference).raw()),
+       ConfigError::kBranchSlopesCurrent},
+      {slopes_fit(b.per_kelvin, 100 * (b.temperature_min - c.resistance.reference).raw(),
+                  100 * (b.temperature_max - c.resistance.reference).raw()),
+       ConfigError::kBranchSlopesTemperature},
+  });
 }
 
 /// The counts first: nothing is read beyond a table's end.
@@ -368,9 +354,9 @@ constexpr ConfigError balancing(const Config& c) {
 /// order. An image asserts it at compile time.
 // BMS-002, BMS-070: a configuration that contradicts itself never closes a contactor.
 [[nodiscard]] constexpr ConfigError config_check(const Config& config) {
-  const ConfigError found[] = {check::pack(config), check::tables(config), check::voltages(config),
-                               check::currents(config), check::temperatures(config), check::times(config),
-                               check::ratios(config), check::balancing(config)};
+  const ConfigError found[] = {check::pack(config), check::tables(config), check::branches(config),
+                               check::voltages(config), check::currents(config), check::temperatures(config),
+                               check::times(config), check::ratios(config), check::balancing(config)};
   for (const ConfigError error : found) {
     if (error != ConfigError::kNone) return error;
   }

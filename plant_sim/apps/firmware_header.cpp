@@ -42,15 +42,42 @@ Line whole(const char* field, std::int64_t value, const char* unit) {
   return {fmt::format("c.{} = {};", field, value), unit};
 }
 
+const char* name_of(bms::SocMethod method) {
+  switch (method) {
+    case bms::SocMethod::kNone: return "kNone";
+    case bms::SocMethod::kCoulomb: return "kCoulomb";
+    case bms::SocMethod::kEkf: break;
+  }
+  return "kEkf";
+}
+
+/// Of the circuit, where the filter reads it.
+std::vector<Line> branch_lines(const bms::BranchTable& b) {
+  const auto slopes = [](const char* field, const bms::PartSlopes& s, const char* unit) {
+    return Line{fmt::format("c.branches.{} = {{{}, {}, {}, {}, {}}};", field, s.series, s.branch1, s.branch2, s.time1,
+                            s.time2), unit};
+  };
+  return {slopes("per_ampere", b.per_ampere, "1e-6/A, relative"),
+          slopes("per_kelvin", b.per_kelvin, "1e-6/K, relative"),
+          amperes("branches.current_reference", b.current_reference), amperes("branches.current_min", b.current_min),
+          amperes("branches.current_max", b.current_max), celsius("branches.temperature_min", b.temperature_min),
+          celsius("branches.temperature_max", b.temperature_max)};
+}
+
+constexpr const char* kFillBranches =
+    "    c.branches.series[i] = Resistance::from_raw(pack_tables::kSeriesResistance[i]);\n"
+    "    c.branches.branch1[i] = Resistance::from_raw(pack_tables::kBranch1Resistance[i]);\n"
+    "    c.branches.branch2[i] = Resistance::from_raw(pack_tables::kBranch2Resistance[i]);\n"
+    "    c.branches.time1[i] = Duration::from_ms(pack_tables::kBranch1Time[i]);\n"
+    "    c.branches.time2[i] = Duration::from_ms(pack_tables::kBranch2Time[i]);\n";
+
 /// Every field: an image must not change with a default of another version.
 std::vector<Line> lines_of(const bms::Config& c) {
   return {
       whole("cells_in_series", c.cells_in_series, ""),
       whole("temperature_sensors", c.temperature_sensors, ""),
       whole("capacity_mah", c.capacity_mah, "mAh of a parallel group"),
-      {c.soc_method == bms::SocMethod::kNone ? "c.soc_method = SocMethod::kNone;"
-                                             : "c.soc_method = SocMethod::kCoulomb;",
-       ""},
+      {fmt::format("c.soc_method = SocMethod::{};", name_of(c.soc_method)), ""},
       amperes("soc_start_current", c.soc_start_current),
       volts("cell_voltage_min", c.cell_voltage_min),
       volts("cell_voltage_max", c.cell_voltage_max),
@@ -112,6 +139,17 @@ std::string array(const char* name, const char* unit, const Quantity* values, in
   std::vector<std::int32_t> raw;
   for (int i = 0; i < count; ++i) raw.push_back(values[i].raw());
   return array(name, unit, raw);
+}
+
+std::string filter_arrays(const bms::BranchTable& b, int count) {
+  const auto times = [count](const char* name, const Duration* values) {
+    std::vector<std::int32_t> raw;
+    for (int i = 0; i < count; ++i) raw.push_back(values[i].ms());
+    return array(name, "ms", raw);
+  };
+  return array("kSeriesResistance", "uOhm, at once", b.series, count) +
+         array("kBranch1Resistance", "uOhm", b.branch1, count) + times("kBranch1Time", b.time1) +
+         array("kBranch2Resistance", "uOhm", b.branch2, count) + times("kBranch2Time", b.time2);
 }
 
 /// At the SOC of the resistances, for one parallel group.
@@ -191,12 +229,17 @@ std::string firmware_header(const VehicleParameters& car, const bms::Config& con
   out += array("kResistanceSoc", "ppm of full charge", config.resistance.soc, config.resistance.count);
   out += array("kResistance", "uOhm of a parallel group, at the reference temperature",
                config.resistance.resistance, config.resistance.count);
-  out +=
-      "\n// For a filter: the circuit of a parallel group at kResistanceSoc, at the reference temperature. kPackConfig "
-      "holds\n// its whole resistance alone, kResistance.\n";
-  out += branch_arrays(car, reduction);
+  const bool filtered = config.soc_method == bms::SocMethod::kEkf;
+  out += fmt::format("\n// For a filter: the circuit of a parallel group at kResistanceSoc, at the reference "
+                     "temperature.{}\n",
+                     filtered ? "" : " kPackConfig holds\n// its whole resistance alone, kResistance.");
+  out += filtered ? filter_arrays(config.branches, config.resistance.count) : branch_arrays(car, reduction);
   out += "\n}  // namespace pack_tables\n\ninline constexpr Config kPackConfig = [] {\n  Config c{};\n";
-  for (const Line& line : lines_of(config)) {
+  std::vector<Line> lines = lines_of(config);
+  if (filtered) {
+    for (Line& line : branch_lines(config.branches)) lines.push_back(std::move(line));
+  }
+  for (const Line& line : lines) {
     out += line.meaning.empty() ? fmt::format("  {}\n", line.assignment)
                                 : fmt::format("  {:<66}  // {}\n", line.assignment, line.meaning);
   }
@@ -207,7 +250,9 @@ std::string firmware_header(const VehicleParameters& car, const bms::Config& con
       "  }\n"
       "  for (std::uint8_t i = 0; i < c.resistance.count; ++i) {\n"
       "    c.resistance.soc[i] = Soc::from_raw(pack_tables::kResistanceSoc[i]);\n"
-      "    c.resistance.resistance[i] = Resistance::from_raw(pack_tables::kResistance[i]);\n"
+      "    c.resistance.resistance[i] = Resistance::from_raw(pack_tables::kResistance[i]);\n";
+  if (filtered) out += kFillBranches;
+  out +=
       "  }\n"
       "  return c;\n"
       "}();\n"

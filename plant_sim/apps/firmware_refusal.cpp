@@ -244,6 +244,16 @@ Refusal table_refusal(const VehicleParameters& car, const bms::Config& config, B
       return {.key = own_ocv ? "bms.ocv_soc" : "cell.ocv", .sentence = "points that do not rise from 0 to 1"};
     case B::kOcvVoltage:
       return {.key = own_ocv ? "bms.ocv_v" : "cell.ocv", .sentence = "voltages that do not rise from above 0 V"};
+    case B::kBranchResistance:
+      return {.key = "cell.r0", .sentence = "a resistance that is negative or above half an ohm"};
+    case B::kBranchTime:
+      return {.key = "cell.tau1", .sentence = "a time constant beyond 0.5 s to 28 h"};
+    case B::kBranchSlopesCurrent:
+      return {.key = "cell.breakpoints.current_a",
+              .sentence = "parts of the circuit that change too much with current"};
+    case B::kBranchSlopesTemperature:
+      return {.key = "cell.breakpoints.temperature_c",
+              .sentence = "parts of the circuit that change too much with temperature"};
     default:
       return {.key = car.bms.resistance_ohm > 0.0 ? "bms.resistance_ohm" : "cell.r0",
               .sentence = "a resistance below the firmware's microohm"};

@@ -24,6 +24,7 @@ constexpr OtherCommand kOthers[] = {
     {"explain", "voltlap-explain", "What a simulation gets wrong about a log: the cause, its size, the gain"},
     {"log", "voltlap-logs", "Recordings of a CAN bus: record, look at, check, plot, decode, convert"},
     {"identify", "voltlap-learn", "Parameter tables of a cell from its measured tests or drives"},
+    {"soc-test", "voltlap-learn", "The BMS's state of charge against the truth, with errors of all kinds"},
     {"validate", "voltlap-learn", "A cell file against recordings of that cell that it was not made from"},
 };
 

@@ -49,7 +49,7 @@ const ParameterRow kRows[] = {
   {"bms.ocv_v", "V", 0, 5, kOptional, at<&Car::bms, &BmsSection::ocv_v>,
     "open-circuit voltage of a cell at those points, increasing"},
   {"bms.soc_method", "-", 0, 0, kOptional, at<&Car::bms, &BmsSection::soc_method>,
-    "coulomb: counted charge, started from the OCV at rest; none: no state of charge"},
+    "coulomb: counted charge, started from the OCV at rest; ekf: a Kalman filter of every cell; none: not known"},
   {"bms.soc_start_current_a", "A", 0, 100, kOptional, at<&Car::bms, &BmsSection::soc_start_current_a>,
     "cells count as at rest, and the count may start, up to this current"},
   {"bms.cell_voltage_min_v", "V", 0, 5, kOptional, at<&Car::bms, &BmsSection::cell_voltage_min_v>,

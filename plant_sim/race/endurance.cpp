@@ -58,6 +58,7 @@ class Run {
     bus_.attach(observer);
     cell_voltage_.resize(car_.pack().cells());
     cell_temperature_.resize(car_.pack().cells());
+    cell_soc_.resize(car_.pack().cells());
     end_time_s_ = options.drive ? options.drive->duration_s() : options.laps * profile_.lap_time_s();
   }
 
@@ -246,6 +247,7 @@ class Run {
     for (std::size_t i = 0; i < pack.cells(); ++i) {
       cell_voltage_[i] = pack.cell_voltage(i);
       cell_temperature_[i] = pack.cell_temperature_c(i);
+      cell_soc_[i] = pack.cell_soc(i);
     }
     observer_.on_sample({.time_s = drive_time(), .distance_m = car_.vehicle().distance_m(), .lap = result_.laps + 1,
                          .speed_mps = speed, .target_mps = target_mps_,
@@ -263,7 +265,8 @@ class Run {
                          .longitudinal_mps2 = car_.vehicle().acceleration_mps2(),
                          .charge_drawn_ah = (car_.charge_out_c() - ready_charge_c_) / 3600.0,
                          .lateral_mps2 = speed * speed * course_curvature_per_m(),
-                         .cell_voltage_v = &cell_voltage_, .cell_temperature_c = &cell_temperature_});
+                         .cell_voltage_v = &cell_voltage_, .cell_temperature_c = &cell_temperature_,
+                         .cell_soc = &cell_soc_});
     observer_.on_progress(std::min(1.0, progress()), drive_time());
   }
 
@@ -330,7 +333,7 @@ class Run {
   RaceAccount account_;
   RunAssertions assertions_;
   StartUp start_up_;
-  std::vector<double> cell_voltage_, cell_temperature_;
+  std::vector<double> cell_voltage_, cell_temperature_, cell_soc_;
   std::uint32_t tick_ = 0, ready_tick_ = 0;
   double ready_charge_c_ = 0.0;
   bool ready_ = false, over_ = false;

@@ -57,6 +57,7 @@ struct TimeSample {
   double lateral_mps2;     ///< v^2 times the course's curvature here, positive to the right; NaN without a course
   const std::vector<double>* cell_voltage_v;
   const std::vector<double>* cell_temperature_c;
+  const std::vector<double>* cell_soc;
 };
 
 class EnduranceObserver : public FrameSink {

@@ -3,6 +3,7 @@
 
 #include "base/interpolate.hpp"
 #include "base/require.hpp"
+#include "bms/estimate/cell_model.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -16,8 +17,10 @@ static_assert(kHalfUnitsPerMah % kCommon == 0 && kFullPpm % kCommon == 0);
 
 std::int64_t capacity(const Config& config) { return config.capacity_mah * kHalfUnitsPerMah; }
 
-bool at_rest(const Config& config, const Sample<Current>& current) {
-  return current.good() && current.value <= config.soc_start_current && -current.value <= config.soc_start_current;
+// BMS-084: five points beyond either end, so that a count that is off is back soon.
+std::int64_t held(const Config& config, std::int64_t charge) {
+  const std::int64_t full = capacity(config), beyond = full / 20;
+  return charge < -beyond ? -beyond : (charge > full + beyond ? full + beyond : charge);
 }
 
 Soc as_soc(const Config& config, std::int64_t charge) {
@@ -26,15 +29,38 @@ Soc as_soc(const Config& config, std::int64_t charge) {
   return Soc::saturated(divide_rounded(inside * (kFullPpm / kCommon), full / kCommon));
 }
 
+/// Mean of what a record said of the cells.
+Soc restored_soc(const Config& config, const SocFilter& filter) {
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < config.cells_in_series; ++i) sum += filter.cell[i].filter.s;
+  return reported_soc(sum / config.cells_in_series);
+}
+
+/// At rest from the OCV, under load from a record.
 void start(const Config& config, const SocInput& input, SocEstimate& state) {
-  if (!input.cells_good || !at_rest(config, input.current)) return;
-  state.value = soc_from_ocv(config, input.cells);
+  const bool rests = at_rest(config, input.current);
+  if (!input.cells_good || !input.current.good() || !(rests || state.filter.restored)) return;
+  state.value = rests ? soc_from_ocv(config, input.cells) : restored_soc(config, state.filter);
   state.charge = divide_rounded(state.value.raw() * (capacity(config) / kCommon), kFullPpm / kCommon);
   state.last_current = input.current;
   state.valid = true;
 }
 
 }  // namespace
+
+bool at_rest(const Config& config, const Sample<Current>& current) {
+  return current.good() && current.value <= config.soc_start_current && -current.value <= config.soc_start_current;
+}
+
+bool count_charge(const Sample<Current>& current, SocEstimate& state) {
+  if (!current.good()) return false;
+  const std::int64_t elapsed_ms = (current.time - state.last_current.time).ms();
+  if (elapsed_ms <= 0) return false;
+  const std::int64_t twice_mean = std::int64_t{state.last_current.value.raw()} + current.value.raw();
+  state.charge -= twice_mean * elapsed_ms;
+  state.last_current = current;
+  return true;
+}
 
 Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells) {
   VOLTLAP_REQUIRE(cells != nullptr && config.cells_in_series > 0);
@@ -52,13 +78,8 @@ void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state
     start(config, input, state);
     return;
   }
-  // A gap is bridged by the trapezoid between its two ends; a longer one trips as a lost measurement.
-  if (!input.current.good()) return;
-  const std::int64_t elapsed_ms = (input.current.time - state.last_current.time).ms();
-  if (elapsed_ms <= 0) return;
-  const std::int64_t twice_mean = std::int64_t{state.last_current.value.raw()} + input.current.value.raw();
-  state.charge -= twice_mean * elapsed_ms;
-  state.last_current = input.current;
+  if (!count_charge(input.current, state)) return;
+  state.charge = held(config, state.charge);
   state.value = as_soc(config, state.charge);
   VOLTLAP_REQUIRE(Soc{} <= state.value && state.value <= Soc::from_raw(kFullPpm));
 }

@@ -2,6 +2,7 @@
 #include "bms/estimate/soc_estimator.hpp"
 
 #include "bms/estimate/soc_coulomb.hpp"
+#include "bms/estimate/soc_ekf.hpp"
 #include "bms/estimate/soc_none.hpp"
 
 namespace voltlap::bms {
@@ -10,6 +11,7 @@ void estimate_soc(const Config& config, const SocInput& input, SocEstimate& stat
   switch (config.soc_method) {
     case SocMethod::kNone: soc_none(state); break;
     case SocMethod::kCoulomb: soc_coulomb(config, input, state); break;
+    case SocMethod::kEkf: soc_ekf(config, input, state); break;
   }
 }
 

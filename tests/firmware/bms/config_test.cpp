@@ -2,6 +2,7 @@
 #include "bms/config.hpp"
 
 #include "bench.hpp"
+#include "estimate/filter_bench.hpp"
 
 using namespace voltlap;
 using namespace voltlap::bms;
@@ -142,7 +143,7 @@ const Bound kBounds[] = {
     bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, 999, 1'000),
     bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, 10'000'001, 10'000'000),
     bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, -1, 0),
-    bound<&C::soc_method>(E::kSocMethod, 2, 0),
+    bound<&C::soc_method>(E::kSocMethod, 3, 0),
     reference(-401, -400),
     reference(1'001, 1'000),
     slope(200'001, 200'000),
@@ -171,4 +172,40 @@ TEST(BmsConfig, EveryBoundRefusesWhatIsBeyondItAndAcceptsWhatIsAtIt) {
     bound.put(config, bound.at);
     refuse(ConfigError::kNone);
   }
+}
+
+// BMS-070
+TEST(BmsConfig, TheFiltersCircuitIsCheckedWhereThereIsAFilter) {
+  const Config good = filtered_config();
+  CHECK(config_check(good) == ConfigError::kNone);
+  const auto refused = [&](ConfigError expected, const auto& change) {
+    config = good;
+    change(config);
+    refuse(expected);
+    config = good;
+    change(config);
+    config.soc_method = SocMethod::kCoulomb;  // that reads nothing of it
+    CHECK(accepted());
+  };
+  using E = ConfigError;
+  refused(E::kBranchResistance, [](Config& c) { c.branches.series[1] = Resistance::from_raw(-1); });
+  refused(E::kBranchResistance, [](Config& c) { c.branches.branch1[0] = Resistance::from_raw(-1); });
+  refused(E::kBranchResistance, [](Config& c) { c.branches.branch2[2] = Resistance::from_raw(500'001); });
+  refused(E::kBranchTime, [](Config& c) { c.branches.time1[2] = Duration::from_ms(499); });
+  refused(E::kBranchTime, [](Config& c) { c.branches.time2[0] = Duration::from_ms(100'000'001); });
+  refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.current_min = amps(-1); });
+  refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.current_min = amps(301); });
+  refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.per_ampere.time1 = -3'604; });  // at 300 A 1 - 0.901
+  refused(E::kBranchSlopesTemperature, [](Config& c) { c.branches.temperature_max = Temperature::from_raw(-1); });
+  refused(E::kBranchSlopesTemperature, [](Config& c) { c.branches.per_kelvin.series = 100'001; });
+}
+
+// BMS-070
+TEST(BmsConfig, TheFiltersCircuitIsAcceptedAtItsBounds) {
+  config = filtered_config();
+  config.branches.branch2[0] = Resistance::from_raw(500'000);
+  config.branches.time1[0] = Duration::from_ms(500);
+  config.branches.time2[0] = Duration::from_ms(100'000'000);
+  config.branches.per_ampere.time1 = -3'600;
+  CHECK(accepted());
 }

@@ -66,6 +66,17 @@ TEST(SocCoulomb, ChargingRaisesItAndTheEndsAreHeld) {
   LONGS_EQUAL(0, soc.value.raw());
 }
 
+// BMS-084
+TEST(SocCoulomb, BeyondTheEndsItCountsFivePointsAndIsBackSoon) {
+  all_cells(30'120);  // 1 %
+  at(0, Current{});
+  at(10, amps(100));
+  for (std::uint32_t t = 1'000; t <= 600'000; t += 1'000) at(t, amps(100));  // 167 points
+  LONGS_EQUAL(0, soc.value.raw());
+  for (std::uint32_t t = 601'000; t <= 625'000; t += 1'000) at(t, amps(-100));  // 6.9 points back, and the ramp
+  CHECK(soc.value.raw() > 15'000 && soc.value.raw() < 20'000);
+}
+
 TEST(SocCoulomb, LostCurrentIsBridgedByTheTrapezoid) {
   at(0, Current{});
   at(10, amps(100));

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/soc_keeper.hpp"
+
+namespace voltlap::app {
+namespace {
+
+constexpr std::int32_t kMoved_ppm = 5'000;  // half a point: a quarter of what a restart may move
+
+bool moved(Soc from, Soc to) {
+  const std::int32_t by = (to - from).raw();
+  return by >= kMoved_ppm || -by >= kMoved_ppm;
+}
+
+}  // namespace
+
+// BMS-083
+void SocKeeper::restore(const bms::SocSlot (&slots)[bms::kSocSlots], BmsNode& node) {
+  bms::read_slots(slots, kept_, next_slot_);
+  node.restore_soc(kept_);
+}
+
+bool SocKeeper::due(const BmsNode& node, std::size_t& slot, bms::SocSlot& bytes) {
+  const bms::SocEstimate& soc = node.state().soc;
+  if (!soc.valid) return false;
+  if (kept_.cells != 0 && !moved(kept_soc_, soc.value)) return false;
+  bms::keep(node.config(), soc, kept_);
+  ++kept_.writing;
+  kept_soc_ = soc.value;
+  slot = next_slot_;
+  next_slot_ = 1 - next_slot_;
+  bms::to_slot(kept_, bytes);
+  return true;
+}
+
+}  // namespace voltlap::app

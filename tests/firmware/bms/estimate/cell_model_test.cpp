@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/estimate/cell_model.hpp"
+
+#include "estimate/filter_bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::bms;
+using namespace voltlap::bms::test;
+
+namespace {
+
+double unit(std::int32_t raw) { return std::ldexp(raw, -kUnitBits); }
+std::int32_t soc_of(double soc) { return static_cast<std::int32_t>(std::lround(std::ldexp(soc, kUnitBits))); }
+
+}  // namespace
+
+TEST_GROUP(CellModel) {
+  Config config = filtered_config();
+  CellModel model{};
+  std::uint8_t interval = 0;
+  void setup() override { make_model(config, model); }
+  double ocv_v(double soc) { return 0.25 * std::ldexp(ocv_at(model, soc_of(soc), interval).voltage, -kVoltageBits); }
+};
+
+TEST(CellModel, ReadsTheOcvOfTheConfigurationFromWhereverTheLastSearchEnded) {
+  for (const double soc : {0.0, 1.0, 0.1, 0.55, 0.05, 0.4, 0.99, 0.7, 0.2}) {
+    const CellVoltage table =
+        interpolate(config.ocv.soc, config.ocv.voltage, config.ocv.count, Soc::from_raw(static_cast<int>(1e6 * soc)));
+    DOUBLES_EQUAL(1e-4 * table.raw(), ocv_v(soc), 6e-5);
+  }
+}
+
+TEST(CellModel, GoesOnWithTheEndsSlopeBeyondTheTable) {
+  DOUBLES_EQUAL(3.0 - 0.05 * 4.5, ocv_v(-0.05), 1e-5);
+  DOUBLES_EQUAL(4.18 + 0.05 * 0.44 / 0.3, ocv_v(1.05), 1e-5);
+}
+
+TEST(CellModel, HoldsASlopeThatIsSteeperThanSixVoltsOverTheCharge) {
+  config.ocv.voltage[1] = CellVoltage::from_raw(36'400);
+  make_model(config, model);
+  (void)ocv_v(0.05);
+  LONGS_EQUAL(0, interval);
+  DOUBLES_EQUAL(6.0, 0.25 * std::ldexp(ocv_at(model, soc_of(0.05), interval).slope, -kSlopeBits), 1e-6);
+}
+
+TEST(CellModel, AResistanceTakesItsVolts) {
+  const CircuitPoint p = branches_at(model, soc_of(0.6));
+  const std::int32_t r0 = series_at(model, soc_of(0.6));
+  DOUBLES_EQUAL(0.001 * 123.456, 0.25 * unit(drop_of(r0, 123'456)), 1e-6);
+  DOUBLES_EQUAL(-0.0004 * 20.0, 0.25 * unit(drop_of(p.r1, -20'000)), 1e-6);
+  DOUBLES_EQUAL(2.0, 0.25 * unit(drop_of(r0, 1'000'000'000)), 1e-6);  // held
+}
+
+TEST(CellModel, ReadsTheCircuitBetweenItsPointsAndHoldsItBeyondTheEnds) {
+  const auto ohm = [&](double soc) { return 0.25 * unit(drop_of(series_at(model, soc_of(soc)), 1'000)); };
+  DOUBLES_EQUAL(0.002, ohm(-0.05), 1e-7);
+  DOUBLES_EQUAL(0.0015, ohm(0.1), 2e-6);  // the table's knee lies between two of the 33 points
+  DOUBLES_EQUAL(0.001, ohm(1.05), 1e-7);
+  DOUBLES_EQUAL(1.0 / 60'000.0, std::ldexp(branches_at(model, soc_of(0.5)).rate2, -kRateBits), 1e-10);
+}
+
+TEST(CellModel, PartsChangeWithCurrentAndTemperatureWithinTheirRanges) {
+  const PartFactors far = factors_of(model.by_current, 900'000);
+  DOUBLES_EQUAL(1.0 - 0.0003 * 250, unit(far.r0), 1e-4);
+  DOUBLES_EQUAL(1.0 - 0.0015 * 250, unit(far.r1), 1e-4);
+  DOUBLES_EQUAL(1.0, unit(far.r2), 1e-9);
+  DOUBLES_EQUAL(1.0 - 0.001 * 250, unit(far.time1), 1e-4);
+  const PartFactors cold = factors_of(model.by_temperature, -200);
+  DOUBLES_EQUAL(1.0 + 0.01 * 25, unit(cold.r0), 1e-4);
+  DOUBLES_EQUAL(1.0 + 0.015 * 25, unit(cold.r1), 1e-4);
+  DOUBLES_EQUAL(unit(cold.r1), unit(factors_of(model.by_temperature, 0).r1), 1e-9);
+}
+
+TEST(CellModel, UnitsOfTheBusAreThoseOfTheFilter) {
+  DOUBLES_EQUAL(4.1999, 0.25 * std::ldexp(filter_voltage(CellVoltage::from_raw(41'999)), -kVoltageBits), 1e-8);
+  DOUBLES_EQUAL(0.123456, unit(filter_soc(Soc::from_raw(123'456))), 1e-8);
+  LONGS_EQUAL(123'456, reported_soc(filter_soc(Soc::from_raw(123'456))).raw());
+  LONGS_EQUAL(0, reported_soc(-5).raw());
+  LONGS_EQUAL(1'000'000, reported_soc(kUnit + 1'000).raw());
+}

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/estimate/soc_record.hpp"
+
+#include <cstring>
+
+#include "estimate/filter_bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::bms;
+using namespace voltlap::bms::test;
+
+namespace {
+
+SocRecord a_record(std::int16_t soc, std::uint16_t writing) {
+  SocRecord record;
+  record.cells = 24;
+  record.writing = writing;
+  for (std::size_t i = 0; i < 24; ++i) {
+    record.cell[i] = {static_cast<std::int16_t>(soc + static_cast<int>(i)), -7, 250, 9'000, -600};
+  }
+  return record;
+}
+
+}  // namespace
+
+TEST_GROUP(SocRecord) {
+  SocSlot slots[kSocSlots];
+  SocRecord newest;
+  std::size_t oldest = 9;
+  void read() { read_slots(slots, newest, oldest); }
+};
+
+// BMS-083
+TEST(SocRecord, BlankMemoryKnowsNothing) {
+  for (const int fill : {0x00, 0xFF}) {
+    for (SocSlot& slot : slots) std::memset(slot.bytes, fill, kSocRecordBytes);
+    read();
+    LONGS_EQUAL(0, newest.cells);
+    LONGS_EQUAL(0, oldest);
+  }
+}
+
+// BMS-083
+TEST(SocRecord, TheNewestGoodSlotCountsAlsoAcrossTheWrapOfItsCount) {
+  for (const std::uint16_t writing : {std::uint16_t{8}, std::uint16_t{0}, std::uint16_t{32'768}}) {
+    to_slot(a_record(1'000, writing), slots[0]);
+    to_slot(a_record(2'000, static_cast<std::uint16_t>(writing - 1)), slots[1]);
+    read();
+    LONGS_EQUAL(1'000, newest.cell[0].soc);
+    LONGS_EQUAL(1, oldest);
+    slots[0].bytes[700] ^= 0x40U;
+    read();
+    LONGS_EQUAL(2'000, newest.cell[0].soc);
+    LONGS_EQUAL(0, oldest);
+  }
+}
+
+// BMS-083
+TEST(SocRecord, PowerLostAtAnyByteOfAWritingLeavesTheOldOrTheNewRecord) {
+  SocSlot after;
+  to_slot(a_record(1'000, 41), slots[0]);
+  to_slot(a_record(2'000, 42), after);
+  for (std::size_t written = 0; written <= kSocRecordBytes; ++written) {
+    for (const int erased : {0x00, 0xFF}) {
+      std::memset(slots[1].bytes, erased, kSocRecordBytes);
+      std::memcpy(slots[1].bytes, after.bytes, written);
+      const bool whole = std::memcmp(slots[1].bytes, after.bytes, kSocRecordBytes) == 0;
+      read();
+      LONGS_EQUAL(24, newest.cells);
+      LONGS_EQUAL(whole ? 2'023 : 1'023, newest.cell[23].soc);
+      LONGS_EQUAL(-600, newest.cell[23].fade);
+    }
+  }
+}
+
+// BMS-083
+TEST(SocRecord, WhatIsKeptIsRestoredWithinItsSteps) {
+  const Config config = filtered_config();
+  SocEstimate state;
+  restore(config, a_record(12'345, 1), state);
+  CHECK(state.filter.restored);
+  state.valid = true;
+  SocRecord again;
+  keep(config, state, again);
+  for (std::size_t i = 0; i < 24; ++i) {
+    LONGS_EQUAL(12'345 + static_cast<int>(i), again.cell[i].soc);
+    LONGS_EQUAL(-7, again.cell[i].v1);
+    LONGS_EQUAL(250, again.cell[i].v2);
+    LONGS_EQUAL(9'000, again.cell[i].scale);
+    LONGS_EQUAL(-600, again.cell[i].fade);
+  }
+}
+
+// BMS-083
+TEST(SocRecord, ARecordOfAnotherPackIsNone) {
+  const Config config = filtered_config();
+  SocEstimate state;
+  SocRecord record = a_record(12'345, 1);
+  record.cells = 22;
+  restore(config, record, state);
+  CHECK_FALSE(state.filter.restored);
+}
+
+// BMS-083
+TEST(SocRecord, ValuesThatNoFilterHasAreHeldWithinItsBounds) {
+  const Config config = filtered_config();
+  SocEstimate state;
+  SocRecord record = a_record(0, 1);
+  record.cell[0] = {32'767, 32'767, -32'768, 65'535, 32'767};
+  restore(config, record, state);
+  const CellFilter& filter = state.filter.cell[0].filter;
+  LONGS_EQUAL(kSocHigh, filter.s);
+  LONGS_EQUAL(kBranchMost, filter.v1);
+  LONGS_EQUAL(-kBranchMost, filter.v2);
+  LONGS_EQUAL(kScaleHigh, filter.rho);
+  LONGS_EQUAL(kFadeHigh, filter.fade);
+}
+
+TEST(SocRecord, AnEstimateThatIsNotValidKeepsNothing) {
+  SocRecord record = a_record(0, 1);
+  keep(filtered_config(), SocEstimate{}, record);
+  LONGS_EQUAL(0, record.cells);
+}
