@@ -2,6 +2,7 @@
 #include "explain/explain.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 
 #include "explain/causes/list.hpp"
@@ -48,8 +49,19 @@ std::vector<VectorXd> times_of(const Observed& log) {
   return out;
 }
 
-/// An answer with which another log, or the other minutes, are worse is none: something is wrong there, and it is
-/// not this.
+/// Something is wrong, and it is not what was found.
+void take_back(Saying& saying, std::deque<Round>& rounds, const Unnamed& error) {
+  saying.unnamed = error;
+  rounds.resize(1);
+  rounds.front().answer.sets.clear();
+  saying.global = {&rounds.front().answer};
+  saying.members.clear();
+  saying.left = left_by(rounds.front().held->seen, rounds.front().answer);
+  saying.left_s = times_of(rounds.front().held->seen);
+  for (auto& [name, of] : saying.gain) of.after = of.before, of.drop_low = of.drop_high = 0.0;
+}
+
+/// An answer with which another log, or the other minutes, are worse is none.
 void take_back_if_worse(Saying& saying, std::deque<Round>& rounds) {
   constexpr double kWorse = 1.1;
   for (const Round& round : rounds) {
@@ -57,16 +69,18 @@ void take_back_if_worse(Saying& saying, std::deque<Round>& rounds) {
     const std::string& channel = round.answer.family->channel[round.answer.sets.front().use.channel];
     const auto gain = saying.gain.find(channel);
     if (gain == saying.gain.end() || gain->second.after < kWorse * gain->second.before) continue;
-    saying.unnamed = error_of(round.answer, round.held->seen);
-    rounds.resize(1);
-    rounds.front().answer.sets.clear();
-    saying.global = {&rounds.front().answer};
-    saying.members.clear();
-    saying.left = left_by(rounds.front().held->seen, rounds.front().answer);
-    saying.left_s = times_of(rounds.front().held->seen);
-    for (auto& [name, of] : saying.gain) of.after = of.before, of.drop_low = of.drop_high = 0.0;
-    return;
+    return take_back(saying, rounds, error_of(round.answer, round.held->seen));
   }
+}
+
+/// What takes less of an error than it leaves without a name is not what is wrong.
+void take_back_if_least(Saying& saying, std::deque<Round>& rounds) {
+  constexpr double kLeast = 0.5;  // of the squares
+  const AnswerOf& answer = rounds.front().answer;
+  if (!saying.unnamed || answer.sets.empty() || !saying.members.empty()) return;
+  const Unnamed whole = error_of(answer, rounds.front().held->seen);
+  const double share = std::pow(saying.unnamed->practical / whole.practical, 2);
+  if (saying.unnamed->channel == whole.channel && share > kLeast) take_back(saying, rounds, whole);
 }
 
 }  // namespace
@@ -122,6 +136,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   saying.unnamed = unnamed_beside(rounds, references);
   saying.left = left_by(rounds.back().held->seen, rounds.back().answer);
   saying.left_s = times_of(rounds.back().held->seen);
+  take_back_if_least(saying, rounds);
   if (!saying.unnamed) saying.unnamed = unnamed_member(held, references, causes, saying.members);
   if (options.holdout) {
     how.minutes = Minutes::kAll;

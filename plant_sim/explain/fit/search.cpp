@@ -36,7 +36,7 @@ void hold_inside(const Family& family, const std::vector<plant::Cause>& causes, 
 bool spoils_nothing(const Family& family, const Fit& fit, const Fit& nothing) {
   for (std::size_t c = 0; c < family.problem.channels.size(); ++c) {
     const auto row = static_cast<Index>(c);
-    const double least = kPractical * family.practical[c];
+    const double least = family.practical[c];
     const double allowed = family.problem.channels[c].all[0].count * least * least;
     if (fit.left.row(row).sum() > kSpoils * nothing.left.row(row).sum() + allowed) return false;
   }
