@@ -11,7 +11,7 @@ Cause polarization_resistance() {
           .says = "polarization of {} with a lag of {} is not as the model has it",
           .test = "a pulse of a minute, then a rest of five",
           .parameters = {{"resistance_ohm", "ohm", -0.05, 0.05, 3e-4, 1e3, "mOhm", true},
-                         {"tau_s", "s", 0.5, 100, 10, 1, "s"}},
+                         {"tau_s", "s", 0.5, 200, 10, 1, "s"}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             std::vector<Form> out;
             for (const double tau : {1.5, 4.0, 10.0, 25.0, 60.0}) {

@@ -11,7 +11,7 @@ Cause slow_relaxation() {
           .says = "the cells relax by {} with a time constant of {} that the model does not have",
           .test = "a rest of half an hour after the hardest stretch",
           .parameters = {{"resistance_ohm", "ohm", -0.05, 0.05, 3e-4, 1e3, "mOhm", true},
-                         {"tau_s", "s", 100, 3000, 500, 1, "s"}},
+                         {"tau_s", "s", 50, 3000, 500, 1, "s"}},
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             std::vector<Form> out;
             for (const double tau : {150.0, 300.0, 600.0, 1500.0}) {
