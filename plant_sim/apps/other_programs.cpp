@@ -24,6 +24,7 @@ constexpr OtherCommand kOthers[] = {
     {"explain", "voltlap-explain", "What a simulation gets wrong about a log: the cause, its size, the gain"},
     {"log", "voltlap-logs", "Recordings of a CAN bus: record, look at, check, plot, decode, convert"},
     {"identify", "voltlap-learn", "Parameter tables of a cell from its measured tests or drives"},
+    {"replay", "voltlap-replay", "A recorded log through the production firmware: what it would have done"},
     {"validate", "voltlap-learn", "A cell file against recordings of that cell that it was not made from"},
 };
 

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/replay_command.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "apps/exit_code.hpp"
+#include "apps/firmware_config.hpp"
+#include "apps/firmware_loop.hpp"
+#include "apps/flag_checks.hpp"
+#include "apps/other_programs.hpp"
+#include "apps/progress_line.hpp"
+#include "apps/replay_pack.hpp"
+#include "core/errors.hpp"
+#include "io/atomic_file.hpp"
+#include "replay/own_recording.hpp"
+#include "replay/replay_text.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kVoltsPerCount = 1e-4;  // of the firmware's cell voltages
+
+}  // namespace
+
+ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("replay", what_it_does("replay"))) {
+  command_->add_option("LOG", log_, "Log of a car or a pack: CAN recording or table, plain or compressed")->required();
+  command_->add_option("--map", map_,
+                       "Role map: name or path; default: a shipped map that fits. A recording of our own bus is "
+                       "replayed frame by frame without one, by role with one");
+  finding_.add(*command_);
+  command_->add_option("--pack", pack_,
+                       "Cell, pack or vehicle file (TOML), name or path: what the firmware knows of the cells. Without "
+                       "it SOC and limits say `no cell model`; of our own bus: the vehicle driven (default vtm16e)");
+  add_output_file(*command_, "--json", json_, "Write the result as JSON; -: to standard output");
+  add_output_file(*command_, "--csv", csv_, "Write a time series, ten rows a second");
+  command_
+      ->add_option("--set", settings_,
+                   "Change the pack or the firmware (voltlap list keys), key=value, one or several")
+      ->type_name("KEY=VALUE")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command_->footer(
+      "Example: voltlap replay drive.log.gz --pack pack.toml --json replay.json --csv replay.csv\n"
+      "A candump of our own car (voltlap endurance --candump run.log): voltlap replay run.log\n"
+      "See docs/replay.md. Exit code: 0 the log was replayed; 1 frames of our own bus were not answered as recorded;\n"
+      "2 usage or input, or a log that cannot be replayed, with the reason.");
+}
+
+ReplayResult ReplayCommand::of_own(const DataFolder& data) const {
+  ReplayResult out;
+  out.pack = pack_.empty() ? "vtm16e" : pack_;
+  out.map = "our own bus, frame by frame";
+  const LoadedVehicle car = pack_of_own(data, out.pack, settings_);
+  const bms::Config config = bms_config(car.parameters, car.origin);
+  FirmwareLoop firmware(config, master_config(car.parameters, car.origin));
+  ProgressLine progress("replay");
+  progress.show("reading " + log_, 0.0);
+  const OwnRecording recording = read_own_recording(log_);
+  progress.show("replaying", 0.5);
+  out.log = log_;
+  replay_own(recording, firmware, kVoltsPerCount * config.cell_voltage_min.raw(),
+             kVoltsPerCount * config.cell_voltage_max.raw(), out);
+  progress.end();
+  return out;
+}
+
+ReplayResult ReplayCommand::by_role(const DataFolder&) const {
+  throw InputError(log_, "no recording of our own bus", "frames of can_dbc/car.dbc", "Not yet");
+}
+
+int ReplayCommand::run(const DataFolder& data) {
+  const auto open = [](const std::string& path) { return path.empty() ? nullptr : std::make_unique<AtomicFile>(path); };
+  refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--write-map", finding_.write_map}});
+  const bool own = map_.empty() && !finding_.is_asked() && is_own_recording(log_);
+  const ReplayResult result = own ? of_own(data) : by_role(data);
+  const auto json = open(json_), csv = open(csv_);
+  if (json) json->write(replay_json(result, VOLTLAP_VERSION));
+  if (csv) csv->write(replay_csv(result));
+  for (const auto* file : {&json, &csv}) {
+    if (*file) (*file)->complete();
+  }
+  for (const auto* file : {&json, &csv}) {
+    if (*file) (*file)->commit();
+  }
+  fmt::print(summary_stream({json_, csv_}), "{}", replay_text(result));
+  return result.comparison && !result.comparison->identical() ? kExitDefects : kExitOk;
+}
+
+}  // namespace voltlap::plant
