@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "apps/exit_code.hpp"
 #include "apps/firmware_config.hpp"
@@ -13,15 +14,30 @@
 #include "apps/other_programs.hpp"
 #include "apps/progress_line.hpp"
 #include "apps/replay_pack.hpp"
-#include "core/errors.hpp"
 #include "io/atomic_file.hpp"
+#include "io/logs/role_map.hpp"
+#include "replay/disagreements.hpp"
 #include "replay/own_recording.hpp"
 #include "replay/replay_text.hpp"
+#include "replay/role_replay.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 constexpr double kVoltsPerCount = 1e-4;  // of the firmware's cell voltages
+
+ReplayCar replayed_car(const VehicleParameters& car, const bms::Config& config) {
+  ReplayCar out;
+  out.cells = config.cells_in_series;
+  out.thermistors = config.temperature_sensors;
+  out.motor_constant_nm_per_a = 1e-6 * config.motor_constant_unm_per_a;
+  out.full_brake_bar = car.brakes.full_pedal_pressure_bar;
+  out.rest_current_a = 1e-3 * config.soc_start_current.raw();
+  if (config.soc_method != bms::SocMethod::kNone) out.capacity_ah = 1e-3 * config.capacity_mah;
+  out.cell_min_v = kVoltsPerCount * config.cell_voltage_min.raw();
+  out.cell_max_v = kVoltsPerCount * config.cell_voltage_max.raw();
+  return out;
+}
 
 }  // namespace
 
@@ -62,12 +78,31 @@ ReplayResult ReplayCommand::of_own(const DataFolder& data) const {
   out.log = log_;
   replay_own(recording, firmware, kVoltsPerCount * config.cell_voltage_min.raw(),
              kVoltsPerCount * config.cell_voltage_max.raw(), out);
+  out.disagreements = find_disagreements(out);
   progress.end();
   return out;
 }
 
-ReplayResult ReplayCommand::by_role(const DataFolder&) const {
-  throw InputError(log_, "no recording of our own bus", "frames of can_dbc/car.dbc", "Not yet");
+ReplayResult ReplayCommand::by_role(const DataFolder& data) const {
+  finding_.check_needed(!map_.empty());
+  ProgressLine progress("replay");
+  progress.show("reading " + log_, 0.0);
+  std::optional<RoleMap> map = finding_.find(log_);
+  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
+  const DriveLog log = read_drive_log(log_, map ? &*map : nullptr, data);
+  const LoadedVehicle car = pack_of_log(data, pack_, settings_, log);
+  const bms::Config config = bms_config(car.parameters, car.origin);
+  const master::Config master = master_config(car.parameters, car.origin);
+  FirmwareLoop firmware(config, master);
+  progress.show("replaying", 0.5);
+  ReplayResult out;
+  out.log = log_;
+  out.map = log.map;
+  out.pack = pack_;
+  replay_roles(log, replayed_car(car.parameters, config), pedal_sensors(master), !pack_.empty(), firmware, out);
+  out.disagreements = find_disagreements(out);
+  progress.end();
+  return out;
 }
 
 int ReplayCommand::run(const DataFolder& data) {

@@ -16,8 +16,12 @@ constexpr std::uint8_t kNoCell = 255;
 
 int cell_number(std::uint8_t index) { return index == kNoCell ? 0 : index + 1; }
 
-std::string suspect_text(const can::ContactorCommand& said) {
-  if (said.suspect_why == can::SuspectWhy::kNone) return {};
+/// The channel that is not believed, beside the faults that say so.
+std::string suspect_text(std::size_t bit, const can::ContactorCommand& said) {
+  const auto fault = static_cast<can::BmsFault>(bit);
+  const bool named = fault == can::BmsFault::kCellImplausible || fault == can::BmsFault::kCurrentImplausible ||
+                     fault == can::BmsFault::kTemperatureImplausible;
+  if (!named || said.suspect_why == can::SuspectWhy::kNone) return {};
   const char* why = can::kSuspectWhyNames[static_cast<std::size_t>(said.suspect_why)];
   return said.suspect == kNoCell ? std::string(why) : fmt::format("channel {}: {}", said.suspect + 1, why);
 }
@@ -40,7 +44,7 @@ void FirmwareWatch::note_faults(double time_s, const Said& said) {
   master_faults_ = said.master.faults;
   for (std::size_t bit = 0; bms >> bit != 0 && bit < std::size(can::kBmsFaultNames); ++bit) {
     if ((bms >> bit & 1U) == 0) continue;
-    result_.faults.push_back({can::kBmsFaultNames[bit], "bms", time_s, opens, suspect_text(said.contactors)});
+    result_.faults.push_back({can::kBmsFaultNames[bit], "bms", time_s, opens, suspect_text(bit, said.contactors)});
   }
   for (std::size_t bit = 0; master >> bit != 0 && bit < std::size(can::kMasterFaultNames); ++bit) {
     if ((master >> bit & 1U) != 0) result_.faults.push_back({can::kMasterFaultNames[bit], "master", time_s, false, {}});

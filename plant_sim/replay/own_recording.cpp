@@ -259,7 +259,7 @@ void replay_own(const OwnRecording& recording, Ecus& ecus, double cell_min_v, do
     replay.tick(tick, recording.origin_s + kTick_s * tick, from, at);
   }
   replay.finish();
-  result.duration_s = kTick_s * (last + 1.0);
+  result.duration_s = result.firmware_s = kTick_s * (last + 1.0);
   result.computed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   judge_frames(recording.frames, result.cells, result.frames);
 }

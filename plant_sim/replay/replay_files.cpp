@@ -89,6 +89,14 @@ std::string replay_json(const ReplayResult& r, const std::string& version) {
   out["never_ready"] = r.never_ready.empty() ? Json(nullptr) : Json(r.never_ready);
   out["contactors_open_s"] = r.open_s;
   out["contactors_open_ah"] = r.open_ah;
+  out["soc_jump"] = nullptr;
+  if (r.soc_jump) {
+    out["soc_jump"] = {{"begin_s", r.soc_jump->begin_s},
+                       {"end_s", r.soc_jump->end_s},
+                       {"from_pct", 100.0 * r.soc_jump->from},
+                       {"to_pct", 100.0 * r.soc_jump->to},
+                       {"charge_ah", r.soc_jump->charge_ah}};
+  }
   out["assumptions"] = r.assumptions;
   out["notes"] = r.notes;
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -41,6 +41,12 @@ struct OverLimit {
   [[nodiscard]] double excess_a() const { return current_a - limit_a; }
 };
 
+/// A logged SOC that jumps: from, to, and the charge that flowed meanwhile.
+struct SocJump {
+  double begin_s = 0.0, end_s = 0.0, from = 0.0, to = 0.0, charge_ah = 0.0;
+  double explained = kUnknown;  ///< share of the capacity that is that charge
+};
+
 /// One moment; NaN where nothing is known.
 struct ReplayRow {
   double time_s = 0.0, current_a = kUnknown, cell_min_v = kUnknown, cell_max_v = kUnknown, temperature_max_c = kUnknown;
@@ -80,6 +86,7 @@ struct ReplayResult {
   double begin_s = 0.0, duration_s = 0.0;  ///< of the recording that was replayed
   std::size_t cells = 0, thermistors = 0;
   double computed_s = 0.0;               ///< firmware and frames; reading apart
+  double firmware_s = 0.0;               ///< simulated time that it ran, bringing it up included
   std::vector<ReplayRow> rows;
   std::vector<ReplayFault> faults;
   std::vector<LimitViolation> violations;
@@ -91,6 +98,7 @@ struct ReplayResult {
   std::string never_ready;               ///< why the firmware never became active; empty: it did
   double open_s = 0.0, open_ah = 0.0;    ///< the log drove on while the firmware's contactors were open
   std::optional<FrameComparison> comparison{};
+  std::optional<SocJump> soc_jump{};
 
   [[nodiscard]] bool has_cell_model() const { return !pack.empty(); }
   [[nodiscard]] double soc_start() const;
