@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <optional>
 
 #include "apps/exit_code.hpp"
@@ -18,6 +17,7 @@
 #include "io/logs/role_map.hpp"
 #include "replay/disagreements.hpp"
 #include "replay/own_recording.hpp"
+#include "replay/replay_report.hpp"
 #include "replay/replay_text.hpp"
 #include "replay/role_replay.hpp"
 
@@ -52,6 +52,7 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
                        "it SOC and limits say `no cell model`; of our own bus: the vehicle driven (default vtm16e)");
   add_output_file(*command_, "--json", json_, "Write the result as JSON; -: to standard output");
   add_output_file(*command_, "--csv", csv_, "Write a time series, ten rows a second");
+  add_output_file(*command_, "--report", report_, "Write a report as one HTML file");
   command_
       ->add_option("--set", settings_,
                    "Change the pack or the firmware (voltlap list keys), key=value, one or several")
@@ -106,20 +107,20 @@ ReplayResult ReplayCommand::by_role(const DataFolder& data) const {
 }
 
 int ReplayCommand::run(const DataFolder& data) {
-  const auto open = [](const std::string& path) { return path.empty() ? nullptr : std::make_unique<AtomicFile>(path); };
-  refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--write-map", finding_.write_map}});
+  refuse_shared_files(
+      {{"--json", json_}, {"--csv", csv_}, {"--report", report_}, {"--write-map", finding_.write_map}});
   const bool own = map_.empty() && !finding_.is_asked() && is_own_recording(log_);
   const ReplayResult result = own ? of_own(data) : by_role(data);
-  const auto json = open(json_), csv = open(csv_);
-  if (json) json->write(replay_json(result, VOLTLAP_VERSION));
-  if (csv) csv->write(replay_csv(result));
-  for (const auto* file : {&json, &csv}) {
-    if (*file) (*file)->complete();
-  }
-  for (const auto* file : {&json, &csv}) {
-    if (*file) (*file)->commit();
-  }
-  fmt::print(summary_stream({json_, csv_}), "{}", replay_text(result));
+  const auto write = [](const std::string& path, const auto& text) {
+    if (path.empty()) return;
+    AtomicFile file(path);
+    file.write(text());
+    file.commit();
+  };
+  write(json_, [&] { return replay_json(result, VOLTLAP_VERSION); });
+  write(csv_, [&] { return replay_csv(result); });
+  write(report_, [&] { return replay_report(result, VOLTLAP_VERSION); });
+  fmt::print(summary_stream({json_, csv_, report_}), "{}", replay_text(result));
   return result.comparison && !result.comparison->identical() ? kExitDefects : kExitOk;
 }
 

@@ -161,7 +161,7 @@ std::string replay_text(const ReplayResult& r) {
   if (r.comparison) out += comparison_text(*r.comparison);
   if (!r.never_ready.empty()) out += fmt::format("  the firmware never closed its contactors: {}\n", r.never_ready);
   out += soc_text(r) + limit_text(r, false) + limit_text(r, true) + violations_text(r) + faults_text(r);
-  if (r.open_s > 0.0) {
+  if (r.open_s > 0.0 && r.never_ready.empty()) {
     out += fmt::format("  after a trip the log drove on for {:.1f} s and {:.3f} Ah that the firmware does not count\n",
                        r.open_s, r.open_ah);
   }

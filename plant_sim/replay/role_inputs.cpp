@@ -16,6 +16,7 @@ namespace {
 constexpr double kMildest_c = 25.0;      // where nothing is measured
 constexpr double kWaitForRest_s = 10.0;  // the SOC starts from cells at rest; so long is waited for them
 constexpr double kRelaxed_s = 60.0;      // chosen: most of a cell's slow branch
+constexpr double kMovesMost_v = 1.0;     // chosen: more is no sag and no rise of a cell
 constexpr double kClearSign = 0.2;       // of sign_evidence, as where the sign of the current is found
 constexpr double kStep_s = 1e-3 * can::kTickMs;
 
@@ -87,6 +88,23 @@ double share_of_pack(const Channel& cell, const Channel& pack, double cells) {
   }
   if (count < 2.0) return 1.0;
   return std::clamp((xy - x * y / count + kPrior) / (xx - x * x / count + kPrior), 0.5, 3.0);
+}
+
+/// Squares of what a carried cell is off by when its next reading comes, and their number.
+std::pair<double, double> carried_errors(const Channel& cell, const Channel& pack, double share_by_cells) {
+  double sum = 0.0, count = 0.0, last_v = kUnknown, last_pack_v = kUnknown;
+  for (std::size_t k = 0; k < cell.size(); ++k) {
+    const double pack_v = value_at(pack, cell.time_s[k]);
+    if (!std::isfinite(cell.value[k]) || !std::isfinite(pack_v)) continue;
+    const double off = last_v + share_by_cells * (pack_v - last_pack_v) - cell.value[k];
+    if (std::isfinite(off)) {
+      sum += off * off;
+      count += 1.0;
+    }
+    last_v = cell.value[k];
+    last_pack_v = pack_v;
+  }
+  return {sum, count};
 }
 
 }  // namespace
@@ -174,17 +192,29 @@ void RoleInputs::take_cells(const DriveLog& log) {
   }
   if (usual_s <= 1e-3 * can::CellVoltages::kTimeoutMs) return;
   carries_ = car_.carry_cells && pack_.recorded() && pack_.longest_s() < held_s;
-  for (const auto& [n, recorded] : numbered) {
-    const auto index = static_cast<std::size_t>(n) - 1;
-    if (carries_ && index < cells_.size()) {
-      cells_[index].share = share_of_pack(*recorded, *pack_channel_, static_cast<double>(car_.cells));
-    }
-  }
   assume(fmt::format("a cell is read every {}, slower than the firmware's time-out of {} ms: {} for up to {}",
                      seconds(usual_s), can::CellVoltages::kTimeoutMs,
                      carries_ ? "between readings it moves with the pack's voltage, by as much as its readings do,"
                               : "its last reading is held",
                      seconds(held_s)));
+  if (carries_) learn_shares(numbered);
+}
+
+void RoleInputs::learn_shares(const std::vector<std::pair<int, const Channel*>>& numbered) {
+  const auto cells = static_cast<double>(car_.cells);
+  double squares = 0.0, readings = 0.0;
+  for (const auto& [n, recorded] : numbered) {
+    const auto index = static_cast<std::size_t>(n) - 1;
+    if (index >= cells_.size()) continue;
+    cells_[index].share = share_of_pack(*recorded, *pack_channel_, cells);
+    const auto [sum, count] = carried_errors(*recorded, *pack_channel_, cells_[index].share / cells);
+    squares += sum;
+    readings += count;
+  }
+  if (readings > 0.0) {
+    assumptions_.back() += fmt::format("; when the next one comes it is off by {:.0f} mV (rms)",
+                                       1e3 * std::sqrt(squares / readings));
+  }
 }
 
 void RoleInputs::take_temperatures(const DriveLog& log) {
@@ -278,7 +308,7 @@ void RoleInputs::level_cells() {
   double sum = 0.0;
   for (std::size_t i = 0; i < car_.cells; ++i) sum += cell(i);
   const double left_v = (pack_v() - sum) / static_cast<double>(car_.cells);
-  if (std::isfinite(left_v)) levelling_v_ = left_v;
+  if (std::abs(left_v) < kMovesMost_v) levelling_v_ = left_v;
 }
 
 double RoleInputs::pack_v() {
@@ -300,7 +330,8 @@ double RoleInputs::cell(std::size_t index) {
     cell.pack_then_v = value_at(*pack_channel_, cell.taken_s);
   }
   const double moved_v = cell.share * (pack_v() - cell.pack_then_v) / static_cast<double>(car_.cells);
-  return cell.voltage.value() + (std::isfinite(moved_v) ? moved_v + levelling_v_ : 0.0);
+  // Contactors that open under load throw the bus up; no cell follows it.
+  return cell.voltage.value() + (std::abs(moved_v) < kMovesMost_v ? moved_v + levelling_v_ : 0.0);
 }
 
 double RoleInputs::thermistor(std::size_t index) {

@@ -59,6 +59,7 @@ class RoleInputs {
   void find_begin();
   void find_rest();
   [[nodiscard]] HeldChannel channel(const DriveLog& log, const std::string& role, std::int32_t timeout_ms) const;
+  void learn_shares(const std::vector<std::pair<int, const Channel*>>& numbered);
   void level_cells();
   [[nodiscard]] double longest_s(const std::vector<const Channel*>& channels, std::int32_t timeout_ms) const;
   [[nodiscard]] double pack_v();

@@ -49,6 +49,7 @@ class RoleReplay {
     result_.begin_s = inputs_.begin_s();
     result_.duration_s = std::max(0.0, inputs_.end_s() - inputs_.begin_s());
     result_.assumptions = inputs_.assumptions();
+    const auto begin = std::chrono::steady_clock::now();
     const auto steps = static_cast<std::size_t>(std::floor(result_.duration_s / kTick_s + 1e-6)) + 1;
     for (std::size_t k = 0; k < steps; ++k) {
       time_s_ = inputs_.begin_s() + kTick_s * static_cast<double>(k);
@@ -58,6 +59,7 @@ class RoleReplay {
     }
     watch_.finish();
     result_.firmware_s = kTick_s * tick_;
+    result_.computed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 
  private:
@@ -204,11 +206,9 @@ void find_soc_jump(const DriveLog& log, double capacity_ah, ReplayResult& result
 
 void replay_roles(const DriveLog& log, const ReplayCar& car, const PedalSensors& pedals, bool with_model, Ecus& ecus,
                   ReplayResult& result) {
-  const auto begin = std::chrono::steady_clock::now();
   result.cells = car.cells;
   result.thermistors = car.thermistors;
   RoleReplay(log, car, pedals, with_model, ecus, result).run();
-  result.computed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (with_model) find_violations(log, car, result);
   find_soc_jump(log, car.capacity_ah, result);
   result.frames = log.frames;
