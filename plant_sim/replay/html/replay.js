@@ -37,7 +37,9 @@
         ["highest", "orange", "cell_max_v"],
       ]),
       chart("chart-temperature", "Hottest thermistor", "temperature", "°C", 1, [["log", "blue", "temperature_max_c"]]),
-      chart("chart-active", "Contactors by the firmware: 1 is closed", "closed", "", 0, [["firmware", "blue", "active"]]),
+      chart("chart-active", "Contactors by the firmware: 1 is closed", "closed", "", 0, [
+        ["firmware", "blue", "active"],
+      ]),
     ].filter((spec) => spec.series.length > 0);
 
   const draw = () => {
