@@ -30,7 +30,8 @@ std::string node_text(const char* name, const FrameComparison::Node& node) {
   return out;
 }
 
-std::string comparison_text(const FrameComparison& c) {
+std::string comparison_text(const FrameComparison& c, double begin_s) {
+  constexpr double kAtOnce_s = 0.015;
   if (c.identical()) {
     return fmt::format("  answered as recorded, byte for byte: {} frames of the BMS, {} of the master controller\n",
                        c.bms.same, c.master.same);
@@ -42,6 +43,9 @@ std::string comparison_text(const FrameComparison& c) {
                      c.first->node);
   out += fmt::format("    recorded {}\n    answered {}\n", c.first->recorded.empty() ? "nothing" : c.first->recorded,
                      c.first->answered.empty() ? "nothing" : c.first->answered);
+  if (c.first->time_s - begin_s < kAtOnce_s) {
+    return out + "  at once: does the log begin at power-on? What the nodes knew before is not in it\n";
+  }
   return out + "  were the vehicle (--pack) and --set those of the run that was recorded?\n";
 }
 
@@ -158,7 +162,7 @@ std::string replay_text(const ReplayResult& r) {
                                 r.begin_s != 0.0 && r.begin_s < 1e8 ? fmt::format(" from {:.1f} s", r.begin_s) : "",
                                 r.cells, r.has_cell_model() ? "pack " + r.pack : "no cell model");
   out += "  " + frames_text(r.frames) + "\n";
-  if (r.comparison) out += comparison_text(*r.comparison);
+  if (r.comparison) out += comparison_text(*r.comparison, r.begin_s);
   if (!r.never_ready.empty()) out += fmt::format("  the firmware never closed its contactors: {}\n", r.never_ready);
   out += soc_text(r) + limit_text(r, false) + limit_text(r, true) + violations_text(r) + faults_text(r);
   if (r.open_s > 0.0 && r.never_ready.empty()) {

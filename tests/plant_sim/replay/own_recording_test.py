@@ -101,3 +101,9 @@ def test_what_the_firmware_says_stands_beside_what_it_said_then(race, tmp_path):
     rows = (tmp_path / "rows.csv").read_text().splitlines()
     assert len(rows) - 1 == pytest.approx(10 * out["duration_s"], abs=2)
     assert out["faults"] == [] and out["limit_violations"] == []
+
+
+def test_a_log_that_begins_later_is_told_so(race, tmp_path):
+    run, out = replayed(changed(race, tmp_path, lambda lines: lines[5000:]), tmp_path)
+    assert run.returncode == 1
+    assert "does the log begin at power-on?" in run.stdout
