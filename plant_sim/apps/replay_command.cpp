@@ -17,6 +17,7 @@
 #include "io/logs/role_map.hpp"
 #include "replay/disagreements.hpp"
 #include "replay/own_recording.hpp"
+#include "replay/replay_baseline.hpp"
 #include "replay/replay_report.hpp"
 #include "replay/replay_text.hpp"
 #include "replay/role_replay.hpp"
@@ -53,6 +54,8 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
   add_output_file(*command_, "--json", json_, "Write the result as JSON; -: to standard output");
   add_output_file(*command_, "--csv", csv_, "Write a time series, ten rows a second");
   add_output_file(*command_, "--report", report_, "Write a report as one HTML file");
+  command_->add_option("--baseline", baseline_,
+                       "JSON of an earlier replay of this log: whatever has changed since is printed, value by value");
   command_
       ->add_option("--set", settings_,
                    "Change the pack or the firmware (voltlap list keys), key=value, one or several")
@@ -61,8 +64,8 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
   command_->footer(
       "Example: voltlap replay drive.log.gz --pack pack.toml --json replay.json --csv replay.csv\n"
       "A candump of our own car (voltlap endurance --candump run.log): voltlap replay run.log\n"
-      "See docs/replay.md. Exit code: 0 the log was replayed; 1 frames of our own bus were not answered as recorded;\n"
-      "2 usage or input, or a log that cannot be replayed, with the reason.");
+      "See docs/replay.md. Exit code: 0 the log was replayed; 1 frames of our own bus were not answered as recorded,\n"
+      "or something has changed since the baseline; 2 usage or input, or a log that cannot be replayed, with why.");
 }
 
 ReplayResult ReplayCommand::of_own(const DataFolder& data) const {
@@ -106,6 +109,18 @@ ReplayResult ReplayCommand::by_role(const DataFolder& data) const {
   return out;
 }
 
+/// Prints what has changed; true where something has.
+bool ReplayCommand::report_changes(const ReplayResult& result, std::FILE* to) const {
+  constexpr std::size_t kShown = 40;
+  if (baseline_.empty()) return false;
+  const std::vector<std::string> changes = changes_since(baseline_, replay_json(result, VOLTLAP_VERSION));
+  if (changes.empty()) fmt::print(to, "\nNothing has changed since {}\n", baseline_);
+  if (!changes.empty()) fmt::print(to, "\nChanged since {}: {} values\n", baseline_, changes.size());
+  for (std::size_t k = 0; k < changes.size() && k < kShown; ++k) fmt::print(to, "  {}\n", changes[k]);
+  if (changes.size() > kShown) fmt::print(to, "  and {} more\n", changes.size() - kShown);
+  return !changes.empty();
+}
+
 int ReplayCommand::run(const DataFolder& data) {
   refuse_shared_files(
       {{"--json", json_}, {"--csv", csv_}, {"--report", report_}, {"--write-map", finding_.write_map}});
@@ -120,8 +135,10 @@ int ReplayCommand::run(const DataFolder& data) {
   write(json_, [&] { return replay_json(result, VOLTLAP_VERSION); });
   write(csv_, [&] { return replay_csv(result); });
   write(report_, [&] { return replay_report(result, VOLTLAP_VERSION); });
-  fmt::print(summary_stream({json_, csv_, report_}), "{}", replay_text(result));
-  return result.comparison && !result.comparison->identical() ? kExitDefects : kExitOk;
+  std::FILE* const to = summary_stream({json_, csv_, report_});
+  fmt::print(to, "{}", replay_text(result));
+  const bool changed = report_changes(result, to), differs = result.comparison && !result.comparison->identical();
+  return changed || differs ? kExitDefects : kExitOk;
 }
 
 }  // namespace voltlap::plant

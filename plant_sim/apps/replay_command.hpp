@@ -2,6 +2,7 @@
 // `voltlap replay`: a recorded log through the production firmware, and what it would have done.
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,10 @@ class ReplayCommand {
  private:
   [[nodiscard]] ReplayResult of_own(const DataFolder& data) const;
   [[nodiscard]] ReplayResult by_role(const DataFolder& data) const;
+  bool report_changes(const ReplayResult& result, std::FILE* to) const;
 
   CLI::App* command_;
-  std::string log_, map_, pack_, json_, report_, csv_;
+  std::string log_, map_, pack_, json_, report_, csv_, baseline_;
   std::vector<std::string> settings_;
   MapFinding finding_;
 };

@@ -175,3 +175,21 @@ def test_what_cannot_be_replayed_is_refused_with_the_reason(tmp_path, what, word
     pack.write_text(what.get("pack", PACK))
     run = voltlap("replay", log, "--map", cut, "--pack", pack)
     assert run.returncode == 2 and words in run.stderr, run.stderr
+
+
+def test_a_baseline_shows_what_has_changed_and_nothing_else(tmp_path):
+    table = list(rows(20))
+    replayed(tmp_path, table)
+    before = tmp_path / "before.json"
+    (tmp_path / "replay.json").rename(before)
+    run, _ = replayed(tmp_path, table, "--baseline", before)
+    assert "Nothing has changed" in run.stdout
+    again = voltlap("replay", tmp_path / "log.csv", "--map", tmp_path / "map.toml", "--pack", tmp_path / "pack.toml",
+                    "--baseline", before, "--set", "bms.capacity_ah=8")
+    assert again.returncode == 1
+    changed = [line.strip() for line in again.stdout.split("Changed since")[1].splitlines()[1:]]
+    assert any(line.startswith("soc_end_pct: 78.") for line in changed), changed
+    assert not any(line.startswith(("frames", "duration_s", "soc_start_pct")) for line in changed), changed
+    cut = tmp_path / "map.toml"
+    refused = voltlap("replay", tmp_path / "log.csv", "--map", cut, "--baseline", cut)
+    assert refused.returncode == 2 and "no result of a replay" in refused.stderr
