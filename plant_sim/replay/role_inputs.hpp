@@ -33,6 +33,7 @@ class RoleInputs {
   /// The first moment at which everything is known and, within ten seconds, the current is at rest.
   [[nodiscard]] double begin_s() const { return begin_s_; }
   [[nodiscard]] double end_s() const { return end_s_; }
+  [[nodiscard]] double recorded_from_s() const { return current_.first_s(); }
   [[nodiscard]] const std::vector<std::string>& assumptions() const { return assumptions_; }
 
   /// Forwards only.

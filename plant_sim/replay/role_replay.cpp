@@ -51,6 +51,7 @@ class RoleReplay {
     result_.assumptions = inputs_.assumptions();
     const auto begin = std::chrono::steady_clock::now();
     const auto steps = static_cast<std::size_t>(std::floor(result_.duration_s / kTick_s + 1e-6)) + 1;
+    show_before();
     for (std::size_t k = 0; k < steps; ++k) {
       time_s_ = inputs_.begin_s() + kTick_s * static_cast<double>(k);
       inputs_.advance(time_s_);
@@ -64,6 +65,15 @@ class RoleReplay {
 
  private:
   static constexpr std::size_t kMomentTicks = 10;  // every cell is looked at so often
+
+  /// What the recording says before the firmware is started belongs to the picture.
+  void show_before() {
+    constexpr double kStep_s = 0.1;
+    for (double t = inputs_.recorded_from_s(); t < inputs_.begin_s(); t += kStep_s) {
+      inputs_.advance(t);
+      watch_.tick(t, said_, inputs_.moment());
+    }
+  }
 
   [[nodiscard]] bool active() const { return said_.bms.state == can::BmsState::kTsActive; }
 
