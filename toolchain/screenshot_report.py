@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of reports in docs/: `python3 toolchain/screenshot_report.py`, with the program built and Chromium there."""
 import argparse
+import os
 import pathlib
 import subprocess
 import tempfile
@@ -50,7 +51,27 @@ def explain(binary, folder, browser):
     return page
 
 
-PICTURES = {"report": endurance, "compare": compare, "explain": explain}
+def replay(log, words):
+    """A recording of docs/replay.md with its pack, at the row of the table that has these words."""
+    def picture(binary, folder, browser):
+        pack, report = folder / "pack.toml", folder / "replay.html"
+        text = (PROJECT / "docs" / "replay.md").read_text(encoding="utf-8")
+        pack.write_text(text.split("```toml\n", 1)[1].split("```", 1)[0], encoding="utf-8")
+        recording = pathlib.Path(os.environ["VOLTLAP_DATA"]) / "uwfe_canlogs" / log
+        subprocess.run([binary, "replay", recording, "--map", "uwfe_can_bms", "--pack", pack, "--report", report],
+                       check=True, stdout=subprocess.DEVNULL)
+        page = browser.page(report.as_uri(), 1280, 1230)
+        page.wait_for("document.documentElement?.dataset.ready")
+        page.run(f"[...document.querySelectorAll('#disagreements tr')].find(row => row.textContent.includes('{words}'))"
+                 ".querySelector('button').click()")
+        page.run("scrollTo(0, 0)")
+        return page
+    return picture
+
+
+PICTURES = {"report": endurance, "compare": compare, "explain": explain,
+            "replay_weak_cell": replay("A_postregen_193.candump.log.gz", "falls to"),
+            "replay_soc_jump": replay("B_pitt_autox_24.candump.log.gz", "SOC jumps")}
 
 
 def main():

@@ -2,73 +2,15 @@
 #include "explain/balances/model.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <sstream>
 
 #include "core/errors.hpp"
 #include "core/toml_text.hpp"
 
 namespace voltlap::plant {
 namespace {
-
-namespace fs = std::filesystem;
-
-constexpr const char* kPackBase = "vtm16e";  // what a pack file does not say: its car, contactors, sensors
-
-std::string find_model(const DataFolder& data, const std::string& name) {
-  for (const char* kind : {"vehicles", "cells"}) {
-    const auto names = data.names(kind);
-    if (std::find(names.begin(), names.end(), name) != names.end()) return data.find(kind, name, "--model");
-  }
-  return data.find("vehicles", name, "--model");
-}
-
-ModelKind kind_of(const std::string& path) {
-  const toml::table table = parse_toml_file(path);
-  if (table.contains("capacity_ah") || table.contains("breakpoints")) return ModelKind::kCell;
-  if (table.contains("base") || table.contains("vehicle")) return ModelKind::kVehicle;
-  if (table.contains("battery")) return ModelKind::kPack;
-  throw InputError(shown_path(path), "neither capacity_ah, [battery] nor base",
-                   "a cell file, a pack file ([battery] alone) or a vehicle file",
-                   "Give one of the three as --model");
-}
-
-void flatten(const toml::table& table, const std::string& prefix, std::vector<std::string>& into) {
-  for (const auto& [name, node] : table) {
-    const std::string key = prefix + std::string(name.str());
-    if (const toml::table* section = node.as_table()) {
-      flatten(*section, key + ".", into);
-      continue;
-    }
-    std::ostringstream text;
-    node.visit([&](const auto& value) {
-      if constexpr (toml::is_string<decltype(value)>) {
-        text << toml::value<std::string>(value.get());
-      } else {
-        text << value;
-      }
-    });
-    into.push_back(key + "=" + text.str());
-  }
-}
-
-/// A pack file as settings on a car: its cell may stand beside it.
-std::vector<std::string> pack_settings(const std::string& path) {
-  toml::table table = parse_toml_file(path);
-  static_cast<void>(take_word(table, "name", shown_path(path)));
-  if (toml::table* battery = table["battery"].as_table()) {
-    const auto cell = (*battery)["cell"].value<std::string>();
-    const fs::path beside = cell ? fs::path(path).parent_path() / *cell : fs::path();
-    if (cell && fs::is_regular_file(beside)) battery->insert_or_assign("cell", beside.string());
-  }
-  std::vector<std::string> out;
-  flatten(table, "", out);
-  return out;
-}
 
 void set_cell_model(const std::vector<std::string>& settings, VehicleParameters& car) {
   car.battery.cells_in_series = 0;
@@ -95,9 +37,10 @@ void set_cell_model(const std::vector<std::string>& settings, VehicleParameters&
 }  // namespace
 
 Model load_model(const DataFolder& data, const std::string& name, const std::vector<std::string>& settings) {
+  const ModelFile file = find_model_file(data, name, "--model");
   Model out;
-  out.path = find_model(data, name);
-  out.kind = kind_of(out.path);
+  out.path = file.path;
+  out.kind = file.kind;
   if (out.kind == ModelKind::kCell) {
     out.world.car.cell = load_cell(data, out.path, "--model");
     set_cell_model(settings, out.world.car);

@@ -5,13 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "core/parameter_file.hpp"
+#include "core/model_file.hpp"
 #include "explain/balances/recording.hpp"
 #include "explain/balances/world.hpp"
 
 namespace voltlap::plant {
-
-enum class ModelKind { kCell, kPack, kVehicle };
 
 struct Model {
   ModelKind kind = ModelKind::kCell;

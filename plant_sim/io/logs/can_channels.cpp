@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <unordered_map>
@@ -34,6 +35,7 @@ struct FrameTap {
   FrameChecksum checksum = FrameChecksum::kNone;
   std::vector<CounterWatch> counters;
   std::vector<SignalTap> signals;
+  std::vector<double> time_s;  ///< of every frame that its checksum lets through
   std::size_t frames = 0, rejected = 0;
   double first_rejected_s = 0.0;
 };
@@ -87,10 +89,15 @@ class CanTaps {
 
   void take(double time_s, const RecordedFrame& recorded, const std::vector<std::string>& buses) {
     const auto at = taps_.find(recorded.id);
-    if (at == taps_.end()) return;
-    for (FrameTap& tap : at->second) {
-      if (is_on_bus(tap, recorded, buses)) take(tap, time_s, recorded);
+    bool taken = false;
+    if (at != taps_.end()) {
+      for (FrameTap& tap : at->second) {
+        if (!is_on_bus(tap, recorded, buses)) continue;
+        take(tap, time_s, recorded);
+        taken = true;
+      }
     }
+    if (!taken) ++log_.frames.ignored;
   }
 
   /// Throws InputError for a bus that the map names and the recording does not have.
@@ -171,6 +178,7 @@ class CanTaps {
       for (SignalTap& signal : tap.signals) signal.mask(time_s, frame, "checksum does not hold");
       return;
     }
+    tap.time_s.push_back(time_s);
     for (CounterWatch& counter : tap.counters) count(tap, counter, time_s, frame);
     for (SignalTap& signal : tap.signals) signal.take(time_s, frame);
   }
@@ -189,6 +197,32 @@ class CanTaps {
                                           tap.rejected, tap.frames, tap.first_rejected_s)});
     }
     for (SignalTap& signal : tap.signals) signal.finish();
+    account_for(tap);
+  }
+
+  /// A frame is used when some channel has a value at its time; else nothing in it could be believed.
+  void account_for(const FrameTap& tap) {
+    std::vector<bool> used(tap.time_s.size(), false);
+    for (const SignalTap& signal : tap.signals) {
+      for (const std::string& name : signal.channels()) {
+        const Channel* channel = log_.find(name);
+        if (channel != nullptr) mark_used(*channel, tap.time_s, used);
+      }
+    }
+    const auto count = static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
+    VOLTLAP_DEMAND(tap.frames == tap.rejected + used.size());
+    log_.frames.used += count;
+    log_.frames.corrupt += tap.frames - count;
+  }
+
+  static void mark_used(const Channel& channel, const std::vector<double>& time_s, std::vector<bool>& used) {
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < time_s.size(); ++k) {
+      while (at < channel.size() && channel.time_s[at] < time_s[k]) ++at;
+      for (std::size_t same = at; same < channel.size() && channel.time_s[same] == time_s[k]; ++same) {
+        if (std::isfinite(channel.value[same])) used[k] = true;
+      }
+    }
   }
 
   /// Frames of a range behind the last one that was heard are those of a larger battery.
@@ -272,6 +306,8 @@ void add_can_channels(DriveLog& log, const RoleMap& map, const std::string& path
   }
   taps.check_buses(recording.buses());
   note_summary(log, path, recording.summary(), absolute ? log.origin_s : 0.0);
+  log.frames.in_file += recording.summary().frames_in_file;
+  log.frames.add_left_out(recording.summary());
   taps.finish();
 }
 

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "core/demand.hpp"
@@ -39,6 +40,15 @@ void check_kind(const RoleMap& map, const std::string& path, const std::map<std:
   }
 }
 
+/// A table has no frames: its samples are counted.
+void count_samples(const Channel& channel, FrameAccount& account) {
+  const auto used = static_cast<std::size_t>(
+      std::count_if(channel.value.begin(), channel.value.end(), [](double value) { return std::isfinite(value); }));
+  account.in_file += channel.size();
+  account.used += used;
+  account.corrupt += channel.size() - used;
+}
+
 void add_file(DriveLog& log, const RoleMap& map, const std::string& path,
               const std::map<std::string, RoleSource>& roles, bool main) {
   const bool is_can = is_can_recording(path);
@@ -48,7 +58,12 @@ void add_file(DriveLog& log, const RoleMap& map, const std::string& path,
     frames.erase("time");
     if (!frames.empty()) add_can_channels(log, map, path, frames, main);
   } else {
+    std::set<std::string> before;
+    for (const auto& [role, channel] : log.channels) before.insert(role);
     add_table_channels(log, map, path, roles, main);
+    for (const auto& [role, channel] : log.channels) {
+      if (!before.contains(role)) count_samples(channel, log.frames);
+    }
   }
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "io/logs/frame_account.hpp"
 #include "io/logs/role_map.hpp"
 
 namespace voltlap::plant {
@@ -46,6 +47,7 @@ struct DriveLog {
   std::vector<double> restarts_s;     ///< where the recorder began anew: what lay before is not known
   std::vector<std::string> absent;  ///< roles of the map of which the recording has no sample at all
   std::vector<std::string> notes;   ///< decisions in words: sign of the current, joined recordings
+  FrameAccount frames;              ///< of the recording and of what its map joins
   DischargeSign declared = DischargeSign::kAuto;
   bool sign_contradicted = false;  ///< the voltage rises with the current although the map declares its sign
 

@@ -42,7 +42,9 @@ constexpr std::array kRoles{Role{"time", {-kAny, kAny}, "time"},
                             Role{"brake_pressure", {-20, 400}, "pressure"},
                             Role{"motor_speed", {-40000, 40000}, "rotation"},
                             Role{"motor_torque", {-5000, 5000}, "torque"},
-                            Role{"motor_current", {-5000, 5000}, "current"}};
+                            Role{"motor_current", {-5000, 5000}, "current"},
+                            Role{"discharge_limit", {0, 5000}, "current"},
+                            Role{"charge_limit", {0, 5000}, "current"}};
 
 constexpr std::array kUnits{
     Unit{"1", 1, 0, ""},

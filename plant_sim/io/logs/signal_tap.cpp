@@ -142,6 +142,12 @@ std::string SignalTap::channel_of(long n) const {
   return n > 0 ? with_number(role_, n) : role_;
 }
 
+std::vector<std::string> SignalTap::channels() const {
+  std::vector<std::string> out;
+  for (const auto& [n, samples] : samples_) out.push_back(channel_of(n));
+  return out;
+}
+
 void SignalTap::finish() {
   for (auto& [n, samples] : samples_) {
     finish(n, samples);

@@ -48,6 +48,8 @@ class SignalTap {
   void take(double time_s, const RecordedFrame& frame);
   void mask(double time_s, const RecordedFrame& frame, const char* reason);
   void add_lost_frames(double from_s, double to_s, std::size_t frames);
+  /// Names of the channels that it has fed.
+  [[nodiscard]] std::vector<std::string> channels() const;
   /// Throws InputError for a signal of which the values leave open whether it is signed.
   void finish();
 

@@ -42,7 +42,8 @@ void TimeSeriesFile::columns(int cells) {
     for (int i = 1; i <= cells; ++i) file_.write(fmt::format(",cell_{}_{}", i, kind));
   }
   // At the end, so that a column that was there keeps its number.
-  file_.write(",lap_distance_m,speed_kmh,power_kw,power_mean_500ms_kw,longitudinal_mps2,lateral_mps2,charge_drawn_ah\n");
+  file_.write(
+      ",lap_distance_m,speed_kmh,power_kw,power_mean_500ms_kw,longitudinal_mps2,lateral_mps2,charge_drawn_ah\n");
 }
 
 void TimeSeriesFile::add(const TimeSample& s) {

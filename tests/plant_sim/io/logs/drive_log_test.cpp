@@ -317,7 +317,10 @@ TEST(DriveLog, TableWithPlainNamesNeedsNoMap) {
 TEST(DriveLog, AnOptionalColumnMayBeMissingAndNoOther) {
   const auto roles_of = [&](const char* columns, const char* optional) {
     std::string text = std::string(columns) + "\n";
-    for (int k = 0; k < 40; ++k) text += fmt::format("{},{},{},{}\n", k, k / 10 % 2, k / 10 % 2 == 1 ? 3.9 : 4.0, 0.01 * k);
+    for (int k = 0; k < 40; ++k) {
+      const bool on = k / 10 % 2 == 1;
+      text += fmt::format("{},{},{},{}\n", k, on ? 1 : 0, on ? 3.9 : 4.0, 0.01 * k);
+    }
     const RoleMap map = map_of(fmt::format("time = {{column = \"t\"}}\ncurrent = {{column = \"I\"}}\n"
                                            "voltage = {{column = \"U\"}}\ncharge_ah = {{column = \"Q\"{}}}\n",
                                            optional));

@@ -83,6 +83,8 @@ def test_orion_cells_pass_their_checksum_in_candump_and_asc():
     ("uwfe_can", "dbc/uwfe_2024.dbc", "uwfe_canlogs/2024CAR.dbc",
      ["uwfe_canlogs/A_postregen_193.candump.log.gz", "uwfe_canlogs/B_pitt_autox_24.candump.log.gz",
       "uwfe_canlogs/F_april2025_glitchy_11.TXT.gz"]),
+    ("uwfe_can_bms", "dbc/uwfe_2024_bms.dbc", "uwfe_canlogs/2024CAR.dbc",
+     ["uwfe_canlogs/A_postregen_193.candump.log.gz", "uwfe_canlogs/B_pitt_autox_24.candump.log.gz"]),
     ("leaf_ze1_can", "dbc/leaf_ze1.dbc", "dbc/leaf/EV-can_ZE1.dbc",
      ["leaf_canlogs/leaf62_drive_2.candump.log.gz", "leaf_canlogs/leaf62_startup.candump.log.gz"]),
     ("orion2_conversion_can", "dbc/orion2_conversion.dbc", "orion2_conversion_candump/ZeroEvDBC_onlyBMS_DU.dbc",
@@ -92,7 +94,8 @@ def test_the_excerpt_beside_a_map_decodes_what_the_whole_dbc_decodes(name, excer
     text = (MAPS / f"{name}.toml").read_text()
     assert "VOLTLAP_DATA" not in text
     with_whole = tmp_path / "whole.toml"
-    with_whole.write_text(text.replace(excerpt, f"{DATA}/{whole}").replace("../../../can_dbc", str(ROOT / "can_dbc")))
+    text = text.replace(excerpt, f"{DATA}/{whole}").replace("../../../can_dbc", str(ROOT / "can_dbc"))
+    with_whole.write_text(text.replace('"dbc/', f'"{MAPS}/dbc/'))
     for recording in recordings:
         assert show(recording, name) == show(recording, with_whole)
 
