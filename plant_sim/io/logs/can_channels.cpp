@@ -217,11 +217,13 @@ class CanTaps {
 
   static void mark_used(const Channel& channel, const std::vector<double>& time_s, std::vector<bool>& used) {
     std::size_t at = 0;
-    for (std::size_t k = 0; k < time_s.size(); ++k) {
-      while (at < channel.size() && channel.time_s[at] < time_s[k]) ++at;
-      for (std::size_t same = at; same < channel.size() && channel.time_s[same] == time_s[k]; ++same) {
-        if (std::isfinite(channel.value[same])) used[k] = true;
-      }
+    for (std::size_t first = 0, end = 0; first < time_s.size(); first = end) {
+      while (end < time_s.size() && time_s[end] == time_s[first]) ++end;  // frames may share a time
+      while (at < channel.size() && channel.time_s[at] < time_s[first]) ++at;
+      bool any = false;
+      for (; at < channel.size() && channel.time_s[at] == time_s[first]; ++at)
+        any = any || std::isfinite(channel.value[at]);
+      if (any) std::fill(used.begin() + static_cast<long>(first), used.begin() + static_cast<long>(end), true);
     }
   }
 
