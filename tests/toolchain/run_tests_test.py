@@ -85,9 +85,10 @@ def test_suites_of_a_run_in_the_background_hear_an_interruption(tmp_path):
 
 def test_interruption_ends_the_run_without_starting_more(tmp_path):
     started = [tmp_path / f"started_{n}" for n in range(2 * os.cpu_count())]
-    # Not a shell: one that is just starting its second command may lose an interruption.
-    suites = [{"name": path.name,
-               "command": [sys.executable, "-c", f"import time; open('{path}', 'w'); time.sleep(10000)"]}
+    # Not a shell, which may lose an interruption while it starts its second command; and short sleeps: a signal that
+    # comes between Python's last look at signals and the sleep itself is heard at the end of the sleep.
+    suites = [{"name": path.name, "command": [
+        sys.executable, "-c", f"import time; open('{path}', 'w')\nfor _ in range(100_000): time.sleep(0.1)"]}
               for path in started]
     ctest = tmp_path / "ctest"
     (tmp_path / "suites.json").write_text(json.dumps({"tests": suites}))
