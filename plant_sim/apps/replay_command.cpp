@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 
@@ -26,6 +27,7 @@ namespace voltlap::plant {
 namespace {
 
 constexpr double kVoltsPerCount = 1e-4;  // of the firmware's cell voltages
+constexpr double kOhmPerCount = 1e-6;    // of its resistances
 
 ReplayCar replayed_car(const VehicleParameters& car, const bms::Config& config) {
   ReplayCar out;
@@ -34,7 +36,15 @@ ReplayCar replayed_car(const VehicleParameters& car, const bms::Config& config) 
   out.motor_constant_nm_per_a = 1e-6 * config.motor_constant_unm_per_a;
   out.full_brake_bar = car.brakes.full_pedal_pressure_bar;
   out.rest_current_a = 1e-3 * config.soc_start_current.raw();
-  if (config.soc_method != bms::SocMethod::kNone) out.capacity_ah = 1e-3 * config.capacity_mah;
+  if (config.soc_method != bms::SocMethod::kNone) {
+    out.capacity_ah = 1e-3 * config.capacity_mah;
+    for (std::size_t k = 0; k < config.ocv.count; ++k) {
+      out.ocv.emplace_back(1e-6 * config.ocv.soc[k].raw(), kVoltsPerCount * config.ocv.voltage[k].raw());
+    }
+    double sum = 0.0;
+    for (std::size_t k = 0; k < config.resistance.count; ++k) sum += config.resistance.resistance[k].raw();
+    out.resistance_ohm = kOhmPerCount * sum / std::max<double>(1.0, config.resistance.count);
+  }
   out.cell_min_v = kVoltsPerCount * config.cell_voltage_min.raw();
   out.cell_max_v = kVoltsPerCount * config.cell_voltage_max.raw();
   return out;

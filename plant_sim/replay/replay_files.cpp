@@ -67,6 +67,7 @@ std::string replay_json(const ReplayResult& r, const std::string& version) {
   out["duration_s"] = r.duration_s;
   out["cells"] = r.cells;
   out["soc_start_pct"] = number(r.soc_start(), 100.0);
+  out["soc_start_from"] = r.has_cell_model() ? Json(kSocSourceNames[static_cast<std::size_t>(r.soc_from)]) : Json();
   out["soc_end_pct"] = number(r.soc_end(), 100.0);
   out["soc_logged_start_pct"] = number(r.logged_soc_start(), 100.0);
   out["soc_logged_end_pct"] = number(r.logged_soc_end(), 100.0);
