@@ -2,13 +2,12 @@
 // `voltlap replay`: a recorded log through the production firmware, and what it would have done.
 #pragma once
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <string>
 #include <vector>
 
 #include "apps/map_finding.hpp"
+#include "apps/replay_run.hpp"
 #include "core/parameter_file.hpp"
-#include "replay/replay_result.hpp"
 
 namespace voltlap::plant {
 
@@ -19,13 +18,12 @@ class ReplayCommand {
   [[nodiscard]] int run(const DataFolder& data);
 
  private:
-  [[nodiscard]] ReplayResult of_own(const DataFolder& data) const;
-  [[nodiscard]] ReplayResult by_role(const DataFolder& data) const;
-  bool report_changes(const ReplayResult& result, std::FILE* to) const;
+  [[nodiscard]] int run_folder(const DataFolder& data) const;
 
   CLI::App* command_;
-  std::string log_, map_, pack_, json_, report_, csv_, baseline_;
-  std::vector<std::string> settings_;
+  ReplayAsked asked_;
+  std::string json_, report_, csv_, baseline_, firmware_;
+  std::vector<std::string> what_if_;
   MapFinding finding_;
 };
 

@@ -85,6 +85,14 @@ enum class SocSource { kRest, kCountedBack, kLogged, kUnloaded };
 inline constexpr const char* kSocSourceNames[] = {"cells at rest", "counted back from a later rest", "the log's own SOC",
                                                   "cells under load"};
 
+/// The same log once more, by other settings or another firmware.
+struct SecondRun {
+  std::string name;                  ///< of its curves: what is other
+  std::string since;                 ///< what the changes lead away from, in words
+  std::vector<ReplayRow> rows{};
+  std::vector<std::string> changes{};  ///< see replay_baseline.hpp
+};
+
 struct ReplayResult {
   std::string log, map, pack;            ///< pack empty: no cell model
   FrameAccount frames{};
@@ -105,6 +113,7 @@ struct ReplayResult {
   std::optional<FrameComparison> comparison{};
   std::optional<SocJump> soc_jump{};
   SocSource soc_from = SocSource::kRest;
+  std::optional<SecondRun> second{};
 
   [[nodiscard]] bool has_cell_model() const { return !pack.empty(); }
   [[nodiscard]] double soc_start() const;
