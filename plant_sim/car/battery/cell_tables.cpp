@@ -120,7 +120,10 @@ double CellTables::exchange_current(std::size_t temperature) const {
       r1 += at[1] / static_cast<double>(ns * nc);
     }
   }
-  if (nc == 1) return 2.0 * kGasConstant * (at_c + kZeroCelsius) / (kFaraday * r1);
+  // A resistance without a current says nothing of how it bends.
+  const auto first = static_cast<std::size_t>(
+      std::find_if(current_.at.begin(), current_.at.end(), [](double a) { return a > 0.0; }) - current_.at.begin());
+  if (first + 1 >= nc) return 2.0 * kGasConstant * (at_c + kZeroCelsius) / (kFaraday * r1);
   // R0(I) = ohms + v_ct(I) / I: the ohms are the mean of what is left, the exchange current is looked for.
   constexpr int kTried = 120;
   constexpr double kLeast = 0.02, kMost = 5.0;  // of the largest current
@@ -129,11 +132,11 @@ double CellTables::exchange_current(std::size_t temperature) const {
     const double tried = current_.at.back() * kLeast * std::pow(kMost / kLeast, static_cast<double>(k) / kTried);
     std::vector<double> rest(nc);
     double ohms = 0.0, square = 0.0;
-    for (std::size_t c = 0; c < nc; ++c) {
+    for (std::size_t c = first; c < nc; ++c) {
       rest[c] = r0[c] - charge_transfer_v(tried, current_.at[c], at_c) / current_.at[c];
-      ohms += rest[c] / static_cast<double>(nc);
+      ohms += rest[c] / static_cast<double>(nc - first);
     }
-    for (const double r : rest) square += std::pow(r - std::max(0.0, ohms), 2);
+    for (std::size_t c = first; c < nc; ++c) square += std::pow(rest[c] - std::max(0.0, ohms), 2);
     if (square >= best) continue;
     best = square;
     out = tried;

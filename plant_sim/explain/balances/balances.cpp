@@ -219,8 +219,7 @@ VectorXd reported_soc(const World& world, const Comparison& comparison, const Lo
 /// What its sensor adds is reckoned from the model's pack voltage: taken back from the readings themselves, a delay
 /// would come out smeared over two rows.
 VectorXd true_pack_voltage(const World& world, const Recording& log, const VectorXd& pack_current,
-                           const VectorXd& modelled) {
-  const VectorXd added = reading(world.voltage, log.time_s, modelled) - modelled;
+                           const VectorXd& added) {
   return *log.find("pack_voltage") - added.array().isFinite().select(added, 0.0) -
          world.published_compensation_ohm * pack_current;
 }
@@ -309,17 +308,25 @@ void put_channels(const World& world, const Comparison& comparison, const LogFac
                                : VectorXd((is_mean ? comparison.channels.front().measured : mean_of(log, cells)) *
                                           static_cast<double>(cells.size()));
   // As it is published, before its sensor's error.
+  const VectorXd modelled_v = series * out.battery.voltage_v;
   const VectorXd pack_v = cells_v - (world.pack_resistance_ohm - world.published_compensation_ohm) * pack_current;
+  SensorError levels = world.voltage;
+  levels.delay_s = 0.0;
+  // Late is what the model says between the rows: cells that are read in turn are no curve of 10 ms.
+  const VectorXd late =
+      world.voltage.delay_s == 0.0 ? VectorXd::Zero(log.rows())
+                                   : VectorXd(shifted(log.time_s, modelled_v, -world.voltage.delay_s) - modelled_v);
+  const VectorXd sensed = reading(levels, log.time_s, pack_v) - pack_v + (1.0 + levels.gain) * late;
   for (const BalanceChannel& channel : comparison.channels) {
     const bool first = out.channels.empty();
     if (first && channel.name == "voltage") {
       out.channels.push_back(cells.empty() ? reading(world.voltage, log.time_s, out.battery.voltage_v)
                                            : out.battery.voltage_v);
     } else if (first || channel.name == "pack_voltage") {
-      out.channels.push_back(reading(world.voltage, log.time_s, pack_v));
+      out.channels.push_back(pack_v + sensed);
     } else if (channel.name == "bus_voltage") {
       const bool published = log.find("pack_voltage") != nullptr;
-      const VectorXd before = published ? true_pack_voltage(world, log, pack_current, pack_v) : cells_v;
+      const VectorXd before = published ? true_pack_voltage(world, log, pack_current, sensed) : cells_v;
       out.channels.push_back(before - world.car.contactors.resistance_ohm * pack_current);
     } else if (channel.name == "soc") {
       out.channels.push_back(reported_soc(world, comparison, facts, out.battery));

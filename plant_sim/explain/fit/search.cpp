@@ -10,9 +10,8 @@ namespace {
 constexpr std::size_t kBestSingles = 12, kBestPairs = 6;  // that are grown
 constexpr double kOfWhole = 0.2;     // of what a set takes from the error: a part worth a name of its own
 constexpr double kCancelling = 2.5;  // effect of one cause over that of all together
-constexpr int kSteps = 3;            // of Gauss-Newton, at most; it ends where a step changes next to nothing:
+constexpr int kSteps = 6;            // of Gauss-Newton, at most; it ends where a step changes next to nothing:
 constexpr double kOfSigma = 0.1, kOfSize = 0.003;
-constexpr int kStepsOfBent = 6;  // where the straight line led nowhere
 constexpr double kFiner = 0.2;   // of the least noise that decides: where sizes are told
 constexpr double kReachOfMember =
     2.0;                            // of the range: one cell can be worse than all, and no bend of it is followed
@@ -298,7 +297,7 @@ Set refined(const std::vector<plant::Cause>& causes, const Family& family, const
     if (out.values[m] == set.values[m]) continue;
     for (const std::size_t p : parameters[m]) out.values[m][p] *= kInside;
   }
-  for (int step = 0; step < (set.bends ? kStepsOfBent : kSteps); ++step) {
+  for (int step = 0; step < kSteps; ++step) {
     for (std::size_t m = 0; m < set.members.size(); ++m) hold_inside(family, causes, set.members[m], out.values[m]);
     const std::vector<std::vector<double>> before = out.values;
     Family there = at_values({set.members, out.values});

@@ -177,8 +177,10 @@ void put_sentence(const Saying& s, const std::vector<std::string>& sentences, pl
     const bool is_part = s.unnamed && out.causes.size() > s.gate.size();
     out.sentence = is_part ? "A part of it: " + said : capitalised(said);
     if (s.unnamed) {
-      out.sentence += fmt::format(" What remains in the {} balance none of the known causes explains.",
-                                  plant::name_of(s.unnamed->balance));
+      out.sentence += fmt::format(
+          " What remains in the {} balance, {:.1f} times what is worth a word in the {}, none of the known causes "
+          "explains.",
+          plant::name_of(s.unnamed->balance), s.unnamed->practical, plant::channel_words(s.unnamed->channel));
     }
   }
 }
@@ -187,13 +189,16 @@ void put_sentence(const Saying& s, const std::vector<std::string>& sentences, pl
 
 std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer) {
   const Fit& fit = answer.sets.empty() ? answer.nothing : answer.sets.front().fit;
-  plant::World world = world_with(log.model, answer);
-  begin_at(world, log, fit.plain_starts);
-  const std::vector<VectorXd> moved = log.effect_of(plant::predict(world, log.comparison));
+  const plant::World world = world_with(log.model, answer);
+  plant::World begun = log.model;  // as the fit has it: what a start does is told by the model that it was fitted in
+  begin_at(begun, log, fit.plain_starts);
+  const std::vector<VectorXd> moved = log.effect_of(plant::predict(world, log.comparison)),
+                              start = log.effect_of(plant::predict(begun, log.comparison));
   std::vector<VectorXd> out;
   for (std::size_t c = 0; c < log.channels.size(); ++c) {
     out.push_back(log.channels[c].residual);
     if (moved[c].size() > 0) out[c] -= moved[c];
+    if (start[c].size() > 0) out[c] -= start[c];
   }
   return out;
 }

@@ -269,3 +269,33 @@ TEST(Balances, a_cause_of_the_heat_leaves_the_voltage_beside_measured_surfaces_a
   CHECK(voltage(model).size() > 0);
   DOUBLES_EQUAL(0.0, (voltage(model) - voltage(hotter)).cwiseAbs().maxCoeff(), 0.0);
 }
+
+TEST(Balances, a_late_pack_voltage_is_late_by_what_the_model_says_between_the_readings_of_cells_in_turn) {
+  constexpr double kStep_s = 0.01, kDelay_s = 0.01;
+  constexpr Index kAt = 1505, kTurn = 3;  // the load comes between two readings of the cells
+  World model = leaf();
+  model.car.battery.cells_in_series = 2;
+  Recording log;
+  log.time_s = VectorXd::LinSpaced(kRows, 0.0, kStep_s * (kRows - 1));
+  VectorXd& current = log.signals["current"];
+  current = VectorXd::Zero(kRows);
+  current.tail(kRows - kAt).setConstant(kLoad);
+  log.signals["pack_voltage"] = VectorXd::Constant(kRows, 7.8);
+  for (const char* cell : {"cell_voltage_1", "cell_voltage_2"}) {
+    VectorXd& volts = log.signals[cell];
+    volts = VectorXd::Constant(kRows, 3.9);
+    for (Index row = kAt - kAt % kTurn + kTurn; row < kRows; ++row) volts(row) = 3.85;
+  }
+  const Comparison c = comparison_of(model, log, {});
+  const Prediction sound = predict(model, c);
+  model.voltage.delay_s = kDelay_s;
+  const Prediction late = predict(model, c);
+  for (std::size_t k = 0; k < c.channels.size(); ++k) {
+    if (c.channels[k].name != "pack_voltage") continue;
+    const VectorXd added = late.channels[k] - sound.channels[k];
+    const double sag = 2.0 * (sound.battery.voltage_v(kAt - 1) - sound.battery.voltage_v(kAt));
+    CHECK(sag > 0.01);
+    DOUBLES_EQUAL(sag, added(kAt), 0.02 * sag);  // of the first row of the load the late sensor knows nothing
+    for (const Index row : {kAt - 2, kAt + 1, kAt + 2, kAt + 4}) CHECK(std::abs(added(row)) < 0.05 * sag);
+  }
+}

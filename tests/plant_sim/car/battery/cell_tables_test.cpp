@@ -354,3 +354,22 @@ TEST(CellTables, WithOneCurrentTheExchangeCurrentIsWhatTheFirstBranchSays) {
   cell.effects.exchange_current_change = -0.5;  // twice the ohms of a small current
   DOUBLES_EQUAL(given.r_ohm[0], CellTables(cell).circuit(0.5, at_c, 1e-6).r0_ohm - given.r0_ohm, 1e-3 * given.r_ohm[0]);
 }
+
+TEST(CellTables, ATableThatBeginsAtNoCurrentSaysTheSameOfTheExchangeCurrent) {
+  const auto rise = [&](std::vector<double> currents_a) {
+    CellParameters changed = constant_cell();
+    changed.r0_ohm = {};
+    const double at_c = changed.temperature_breakpoints_c.front();
+    changed.temperature_breakpoints_c = {at_c};
+    changed.soc_breakpoints = {0.5};
+    changed.current_breakpoints_a = currents_a;
+    for (const double i : currents_a)
+      changed.r0_ohm.table.push_back(1e-3 + charge_transfer_v(4.0, std::max(i, 1e-6), at_c) / std::max(i, 1e-6));
+    const double given = CellTables(changed).circuit(0.5, at_c, 20.0).r0_ohm;
+    changed.effects.exchange_current_change = -0.5;
+    return CellTables(changed).circuit(0.5, at_c, 20.0).r0_ohm - given;
+  };
+  const double expected = rise({5.0, 20.0, 60.0});
+  CHECK(expected > 1e-4);
+  DOUBLES_EQUAL(expected, rise({0.0, 5.0, 20.0, 60.0}), 0.02 * expected);
+}
