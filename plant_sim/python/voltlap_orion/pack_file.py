@@ -13,6 +13,7 @@ from voltlap_orion.cell_choice import Cell
 from voltlap_orion.profile import Profile
 from voltlap_orion.settings import FIRST_C, SETTINGS, STEP_C, TABLES
 
+COLD_C, HOT_C = 10.0, 55.0  # where the resistance is followed
 MOST_CELLS, MOST_PARALLEL, MOST_A = 144, 100, 1000.0
 OWN_HOT_C, OWN_COLD_CHARGE_C = 60.0, 0.0  # of our BMS, where the profile says nothing
 # Settings that no key of ours is, with what our BMS does in their place.
@@ -126,19 +127,20 @@ def temperature_lines(profile: Profile) -> list[Line]:
 
 
 def resistance_lines(profile: Profile, cell: Cell) -> list[Line]:
-    """On the hot side never less than the table: its slope is the chord to the last point of the limits."""
-    reference_c, hot_c = cell.reference_temperature_c, FIRST_C + STEP_C * (TABLES["dclTemperatureTable"].points - 1)
-    here, there = profile.resistance_ohm(reference_c), profile.resistance_ohm(hot_c)
-    if here is None or there is None or not 0.0 < here <= 1.0:
+    """A straight line through the table's ends, raised until it lies nowhere below the table between them."""
+    points_c = [COLD_C + STEP_C * k for k in range(round((HOT_C - COLD_C) / STEP_C) + 1)]
+    known = [value for at_c in points_c if (value := profile.resistance_ohm(at_c)) is not None]
+    if len(known) < len(points_c) or min(known) <= 0.0:
         return []
-    factor = profile.get("intresDCMultiplier")
-    out = [Line("resistance_ohm", here, f"resistanceTable at {reference_c:g} degC (0.01 mOhm, inferred), times "
-                                        f"intresDCMultiplier {factor:g} (inferred)")]
-    slope = (there - here) / here / (hot_c - reference_c) if hot_c > reference_c else 0.0
-    if -0.2 <= slope < 0.0:
-        why = f"from there to the {1e3 * there:.3g} mOhm at {hot_c:g} degC; below the table where it is colder"
-        out.append(Line("resistance_per_kelvin", slope, why))
-    return out
+    slope = (known[-1] - known[0]) / (HOT_C - COLD_C)
+    raised = max(value - slope * at_c for value, at_c in zip(known, points_c, strict=True))
+    here = raised + slope * cell.reference_temperature_c
+    if not 0.0 < here <= 1.0 or abs(slope / here) > 0.2:
+        return []
+    why = f"resistanceTable (0.01 mOhm) by intresDCMultiplier {profile.get('intresDCMultiplier'):g} (both inferred)"
+    return [Line("resistance_ohm", here, f"at {cell.reference_temperature_c:g} degC, on a line above {why}"),
+            Line("resistance_per_kelvin", slope / here, f"the line: nowhere below the table from {COLD_C:g} to "
+                                                        f"{HOT_C:g} degC")]
 
 
 def soc_and_balancing_lines(profile: Profile) -> list[Line]:
@@ -163,7 +165,7 @@ def bms_lines(profile: Profile, cell: Cell) -> list[Line]:
 
 def sensor_line(profile: Profile) -> Line:
     least = -(-profile.cells() // 5)
-    return Line("temperature_count", max(least, 1), "EV.7.5: a fifth of the cells; a profile's thermistors are not read")
+    return Line("temperature_count", max(least, 1), "EV.7.5: a fifth of the cells; the thermistors are not read")
 
 
 def text_of(line: Line) -> str:
@@ -193,7 +195,8 @@ def pack_text(profile: Profile, cell: Cell) -> str:
     lines = [f"# Pack of an Orion BMS, from its profile {shown} by `voltlap orion import`; docs/orion.md says which",
              "# scales are certain and which are inferred.", 'name = "orion"', "", "[battery]",
              f"{'cell = ' + cell.toml_name():<38}# {by}", *map(text_of, battery), "", "[bms]",
-             *map(text_of, bms), "", "[sensors]", text_of(sensor_line(profile)), "", "# In the profile, without a counterpart here:",
+             *map(text_of, bms), "", "[sensors]", text_of(sensor_line(profile)), "",
+             "# In the profile, without a counterpart here:",
              *(f"#   {line}" for line in without_counterpart(profile)),
              f"# Not understood, and used for nothing: {len(profile.not_understood())} properties; "
              "`voltlap orion show --all` lists them."]

@@ -137,4 +137,4 @@ def test_the_command_refuses_what_it_does_not_know_and_says_what_it_does(tmp_pat
     assert absent.returncode == 2 and "no.o2bms" in absent.stderr and "Traceback" not in absent.stderr
     assert orion("show", tmp_path).returncode == 2
     text = orion("--help").stdout
-    assert all(word in text for word in ("import PROFILE", "show PROFILE", "--cell", "--output", "Exit code", "Example"))
+    assert all(word in text for word in ("import PROFILE", "show PROFILE", "--cell", "--output", "Exit code"))

@@ -53,7 +53,7 @@ def drawn_profile(random_source):
              "balanceDeltaVoltage": random_source.randrange(20, 400), "intresDCMultiplier": 12}
     tables = {"dclTemperatureTable": {k: float(top) for k in range(4, 20)},
               "cclTemperatureTable": {k: float(random_source.randrange(20, 200)) for k in range(5, 20)},
-              "resistanceTable": {k: float(3000 - 100 * k) for k in range(25)}}
+              "resistanceTable": {k: round(3000 * 0.9**k) + random_source.randrange(40) for k in range(25)}}
     return whole, tables, cells if random_source.random() < 0.5 else 0
 
 
