@@ -85,6 +85,23 @@ def test_check_finds_what_was_broken_and_the_frames_add_up(run, tmp_path):
         assert not count or f"{count} x {kind}" in result.stdout
 
 
+def test_check_finds_the_checksum_of_each_frame_and_what_breaks_it(run, tmp_path):
+    lines = run.read_text().splitlines()
+    sensors = [k for k, line in enumerate(lines) if " 0B0#" in line]
+    for k in sensors[50:1500:50]:
+        lines[k] = lines[k][:-1] + ("0" if lines[k][-1] != "0" else "1")
+    (tmp_path / "bad.log").write_text("\n".join(lines) + "\n")
+    result = voltlap("log", "check", tmp_path / "bad.log", "--json", tmp_path / "check.json")
+    assert result.returncode == 1, result.stdout
+    found = json.loads((tmp_path / "check.json").read_text())
+    rules = {frame["id"]: frame["checksum"] for frame in found["frames"] if "checksum" in frame}
+    assert "Orion" in rules[0x036]["rule"] and "J1850" in rules[0x200]["rule"]
+    assert all(rule["breaks"] == 0 for identifier, rule in rules.items() if identifier != 0x0B0)
+    assert rules[0x0B0] | {"rule": ""} == {"rule": "", "holds": len(sensors) - 29, "breaks": 29}
+    assert [finding["kind"] for finding in found["findings"]] == ["checksum does not hold"]
+    assert f"29 of {len(sensors)} frames break" in result.stdout and f"in line {sensors[50] + 1}" in result.stdout
+
+
 def test_check_tells_gaps_and_values_out_of_range(run, tmp_path):
     lines = [line for line in run.read_text().splitlines() if not 5.0 < float(line[1:line.index(")")]) < 9.0]
     (tmp_path / "gap.log").write_text("\n".join(lines) + "\n")

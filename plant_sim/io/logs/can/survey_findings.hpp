@@ -22,6 +22,9 @@ struct Finding {
 /// Frames used and frames left out by kind, which are together the frames in the file.
 [[nodiscard]] std::string account_text(const CanSummary& summary);
 
+/// The rules by which last bytes check the others, a line a frame; empty: no frame has one.
+[[nodiscard]] std::string checksum_text(const RecordingSurvey& survey);
+
 /// Frames, rates, loads, signals with their ranges, for people. `bit_rate`: of every bus [bit/s].
 [[nodiscard]] std::string survey_text(const std::string& path, const RecordingSurvey& survey, double bit_rate);
 
