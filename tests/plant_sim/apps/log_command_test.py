@@ -177,6 +177,28 @@ def test_buses_that_change_their_number_are_named_and_flags_of_fd_stay(run, tmp_
     assert only.returncode == 2 and "can0, can1" in only.stderr and not (tmp_path / "none.log").exists()
 
 
+def test_faults_of_an_orion_export_are_named_and_its_cold_is_below_zero(tmp_path):
+    """The names that stand twice, the frame that stands twice, and what is unsigned."""
+    (tmp_path / "orion.dbc").write_text(
+        "BU_: BMS Third_Party_Device\n\nBO_ 1713 MSGID_0X6B1: 2 BMS\n"
+        ' SG_ Pack_Current : 7|8@0+ (0.1,0) [0|0] "Amps" Third_Party_Device\n'
+        ' SG_ Low_Temperature : 15|8@0+ (1.0,0) [0|0] "Celsius" Third_Party_Device\n\n'
+        "BO_ 1715 MSGID_0X6B3: 2 BMS\n"
+        ' SG_ Blank : 7|8@0+ (1.0,0) [0|0] "" Third_Party_Device\n'
+        ' SG_ Blank : 15|8@0+ (1.0,0) [0|0] "" Third_Party_Device\n\n'
+        "BO_ 2550589172 MSGID_0X1806E6F4: 8 BMS\n\nBO_ 2550589172 MSGID_0X1806E6F4: 8 BMS\n")
+    log = tmp_path / "cold.log"
+    log.write_text("".join(f"({k / 10:.6f}) can0 6B1#{k - 20 & 255:02X}{k - 15 & 255:02X}\n" for k in range(30)))
+    checked = voltlap("log", "check", log, "--dbc", tmp_path / "orion.dbc")
+    words = ("0x6B3 MSGID_0X6B3 is not decoded: signal Blank for the second time", "0x1806E6F4 for the second time",
+             "orion.dbc:4: MSGID_0X6B1.Pack_Current unsigned", "orion.dbc:5: MSGID_0X6B1.Low_Temperature unsigned")
+    assert checked.returncode == 0 and all(word in checked.stdout for word in words), checked.stdout + checked.stderr
+    done("log", "decode", log, "--dbc", tmp_path / "orion.dbc", "--out", tmp_path / "cold.csv")
+    rows = [line.split(",") for line in (tmp_path / "cold.csv").read_text().splitlines()[1:]]
+    assert [[float(value) for value in row[-2:]] for row in rows] == [
+        [pytest.approx((k - 20) / 10), k - 15] for k in range(30)]
+
+
 def test_frames_that_a_dbc_has_twice_are_not_called_unknown(run, tmp_path):
     text = CAR.read_text()
     first = text.index("BO_ ", text.index("PackSensor") - 20)

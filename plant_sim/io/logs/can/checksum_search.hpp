@@ -22,7 +22,8 @@ struct FoundChecksum {
 
 /// Takes the frames of one identifier. The rules it knows, of a frame of n bytes (2 to 8):
 ///   identifier + n + sum of bytes 0 to n-2 (Orion); 0x39 + n + sum (thermistor module of the Orion); bytes of the
-///   identifier + sum (Nissan, Tesla); the sum alone; the sum and another constant; SAE J1850 over two bytes of the identifier and the others (can_dbc/car.dbc).
+///   identifier + sum (Nissan, Tesla); the sum alone; the sum and another constant; SAE J1850 over two bytes of the
+///   identifier and the others (can_dbc/car.dbc).
 /// One is found when it holds in 95 % of the frames, and in so many different contents that chance cannot be it.
 class ChecksumSearch {
  public:

@@ -4,6 +4,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -160,6 +161,24 @@ std::string account_text(const CanSummary& summary) {
   VOLTLAP_DEMAND(summary.frames + refused == summary.frames_in_file);
   return fmt::format("{} frames in the file = {} used + {} left out{}", summary.frames_in_file, summary.frames, refused,
                      kinds.empty() ? "" : " (" + kinds + ")");
+}
+
+std::string dbc_faults_text(const DbcSet& dbc) {
+  constexpr std::size_t kMost = 100;
+  std::vector<std::string> lines;
+  for (const auto& file : dbc.files()) {
+    for (const DbcRefusal& refusal : file->refused()) {
+      lines.push_back(fmt::format("    {}:{}: {} {} is not decoded: {}; expected {}\n", file->path(), refusal.line,
+                                  identifier_text(refusal.id), refusal.name, refusal.found, refusal.expected));
+    }
+    for (const DbcNote& note : file->notes()) {
+      lines.push_back(fmt::format("    {}:{}: {}\n", file->path(), note.line, note.text));
+    }
+  }
+  std::string out = lines.empty() ? "" : "  faults of the DBC files\n";
+  for (std::size_t k = 0; k < std::min(kMost, lines.size()); ++k) out += lines[k];
+  if (lines.size() > kMost) out += fmt::format("    and {} more\n", lines.size() - kMost);
+  return out;
 }
 
 std::string checksum_text(const RecordingSurvey& survey) {
