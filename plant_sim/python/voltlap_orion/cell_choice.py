@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 import pathlib
-import tomllib
+import re
 
 from voltlap_logs.errors import LogError
 
@@ -26,13 +26,18 @@ class Cell:
         return json.dumps(self.name)  # TOML's basic strings are JSON's where all signs are printable
 
 
-def number(path: pathlib.Path, table: dict, key: str, least: float, most: float) -> float:
-    value = table.get(key)
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not is_number or not math.isfinite(value) or not least <= value <= most:
-        raise LogError(f"{path}: found {key} = {value!r}; expected a number from {least:g} to {most:g}. "
-                       "Give a cell file as --cell.")
-    return float(value)
+def number(path: pathlib.Path, text: str, key: str, least: float, most: float) -> float:
+    """One number of the top of a cell file: Python has a reader of TOML from 3.11 on only."""
+    top = re.split(r"(?m)^\s*\[", text, maxsplit=1)[0]
+    found = re.search(rf"(?m)^{key}\s*=\s*([0-9.eE_+-]{{1,40}})\s*(?:#|$)", top, re.ASCII)
+    try:
+        value = float(found[1]) if found else math.nan
+    except ValueError:
+        value = math.nan
+    if not least <= value <= most:
+        raise LogError(f"{path}: found {key} = {found[1] if found else 'nothing'}; expected a number from {least:g} to "
+                       f"{most:g}. Give a cell file as --cell.")
+    return value
 
 
 def choose_cell(asked: str | None) -> Cell:
@@ -47,8 +52,8 @@ def choose_cell(asked: str | None) -> Cell:
         if not name.isprintable():
             raise LogError(f"--cell: found {name!r}; expected a path of printable signs. Rename it.")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise LogError(f"{path}: found what is no TOML ({error}); expected a cell file. Give one as --cell.") from error
-    return Cell(name, path, number(path, table, "capacity_ah", 0.1, 1000.0),
-                number(path, table, "reference_temperature_c", -40.0, 100.0), asked is None)
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise LogError(f"{path}: found what is no text ({error}); expected a cell file. Give one as --cell.") from error
+    return Cell(name, path, number(path, text, "capacity_ah", 0.1, 1000.0),
+                number(path, text, "reference_temperature_c", -40.0, 100.0), asked is None)

@@ -4,10 +4,14 @@ import os
 import pathlib
 import random
 import subprocess
-import tomllib
 
 import pytest
 from orion_profiles import PROJECT, SEED, drawn_profile, orion, profile_text
+
+try:
+    import tomllib
+except ModuleNotFoundError:  # Python before 3.11
+    import tomli as tomllib
 
 BUILD = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"])
 DATA = pathlib.Path(os.environ.get("VOLTLAP_DATA", "/nowhere"))
@@ -86,8 +90,13 @@ def test_a_cell_is_named_or_a_file_and_nothing_that_is_read_is_overwritten(tmp_p
     assert (profile.read_text(), own.read_text()) == before
     done = orion("import", profile, "--cell", "no_such_cell")
     assert done.returncode == 2 and "molicel_p42a" in done.stderr
-    own.write_text("capacity_ah = -1\n")
-    assert orion("import", profile, "--cell", own).returncode == 2
+    no_capacity = "[x]\ncapacity_ah = 4\nreference_temperature_c = 25\n"
+    for text in ("capacity_ah = -1\n", "", "capacity_ah = 1e\n", no_capacity):
+        own.write_text(text)
+        done = orion("import", profile, "--cell", own)
+        assert done.returncode == 2 and "capacity_ah" in done.stderr and "Traceback" not in done.stderr
+    own.write_bytes(b"\xff\xfe\x00")
+    assert orion("import", profile, "--cell", own).stderr.count("no text") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["car.o2bms", "link.toml", "own cell.toml", "pack.toml"]
 
 
