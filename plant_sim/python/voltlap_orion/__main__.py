@@ -12,7 +12,7 @@ from voltlap_logs.errors import LogError, run
 
 from voltlap_orion.bean_file import read_bean
 from voltlap_orion.cell_choice import ASSUMED, choose_cell
-from voltlap_orion.pack_file import pack_text
+from voltlap_orion.pack_file import cell_doubt, pack_text
 from voltlap_orion.profile import Profile
 from voltlap_orion.show import profile_lines
 
@@ -77,7 +77,8 @@ def import_profile(arguments: argparse.Namespace) -> int:
     output = pathlib.Path(arguments.output) if arguments.output is not None else None
     if output is not None:
         check_output(output, [pathlib.Path(arguments.profile), cell.path])
-    text = pack_text(Profile(read_bean(arguments.profile)), cell)
+    profile = Profile(read_bean(arguments.profile))
+    text, doubt = pack_text(profile, cell), cell_doubt(profile, cell)
     if output is None:
         sys.stdout.write(text)
         return 0
@@ -87,6 +88,8 @@ def import_profile(arguments: argparse.Namespace) -> int:
         raise LogError(f"--output: {output} cannot be written ({error.strerror or error}). "
                        "Give a file in a folder that is there.") from error
     print(f"{output}: pack of {arguments.profile}, cell {cell.name}" + (" (assumed)" if cell.assumed else ""))
+    if doubt:
+        print(f"  {doubt} --cell takes a file of it")
     return 0
 
 

@@ -20,6 +20,7 @@ class Cell:
     path: pathlib.Path
     capacity_ah: float
     reference_temperature_c: float
+    voltage_max_v: float
     assumed: bool
 
     def toml_name(self) -> str:
@@ -56,4 +57,5 @@ def choose_cell(asked: str | None) -> Cell:
     except UnicodeDecodeError as error:
         raise LogError(f"{path}: found what is no text ({error}); expected a cell file. Give one as --cell.") from error
     return Cell(name, path, number(path, text, "capacity_ah", 0.1, 1000.0),
-                number(path, text, "reference_temperature_c", -40.0, 100.0), asked is None)
+                number(path, text, "reference_temperature_c", -40.0, 100.0),
+                number(path, text, "voltage_max_v", 1.0, 5.0), asked is None)

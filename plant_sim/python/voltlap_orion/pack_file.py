@@ -13,6 +13,7 @@ from voltlap_orion.cell_choice import Cell
 from voltlap_orion.profile import Profile
 from voltlap_orion.settings import FIRST_C, SETTINGS, STEP_C, TABLES
 
+OTHER_CELL_V = 0.2  # a charge limit so far below the cell's own is hardly meant
 COLD_C, HOT_C = 10.0, 55.0  # where the resistance is followed
 MOST_CELLS, MOST_PARALLEL, MOST_A = 144, 100, 1000.0
 OWN_HOT_C, OWN_COLD_CHARGE_C = 60.0, 0.0  # of our BMS, where the profile says nothing
@@ -156,6 +157,14 @@ def soc_and_balancing_lines(profile: Profile) -> list[Line]:
     return out
 
 
+def cell_doubt(profile: Profile, cell: Cell) -> str:
+    """Why the cell can hardly be the car's; empty: it may be."""
+    high = profile.need("maximumCellVoltage", "the highest cell voltage")
+    if cell.voltage_max_v - high <= OTHER_CELL_V:
+        return ""
+    return f"{cell.name} is full at {cell.voltage_max_v:g} V, and the profile ends at {high:g} V: another kind of cell?"
+
+
 def bms_lines(profile: Profile, cell: Cell) -> list[Line]:
     return [current_line(profile, "discharge_current_max_a", "maximumDCL", "dclTemperatureTable"),
             current_line(profile, "charge_current_max_a", "maximumCCL", "cclTemperatureTable"),
@@ -192,9 +201,10 @@ def pack_text(profile: Profile, cell: Cell) -> str:
     shown = "".join(sign if sign.isprintable() and sign.isascii() else "?" for sign in name)
     battery, bms = battery_lines(profile, cell), bms_lines(profile, cell)
     by = "assumed: a profile does not say what cells it is for" if cell.assumed else "by --cell"
+    doubt = cell_doubt(profile, cell)
     lines = [f"# Pack of an Orion BMS, from its profile {shown} by `voltlap orion import`; docs/orion.md says which",
              "# scales are certain and which are inferred.", 'name = "orion"', "", "[battery]",
-             f"{'cell = ' + cell.toml_name():<38}# {by}", *map(text_of, battery), "", "[bms]",
+             f"{'cell = ' + cell.toml_name():<38}# {by}", *([f"# {doubt}"] if doubt else []), *map(text_of, battery), "", "[bms]",
              *map(text_of, bms), "", "[sensors]", text_of(sensor_line(profile)), "",
              "# In the profile, without a counterpart here:",
              *(f"#   {line}" for line in without_counterpart(profile)),
