@@ -204,7 +204,8 @@ def pack_text(profile: Profile, cell: Cell) -> str:
     doubt = cell_doubt(profile, cell)
     lines = [f"# Pack of an Orion BMS, from its profile {shown} by `voltlap orion import`; docs/orion.md says which",
              "# scales are certain and which are inferred.", 'name = "orion"', "", "[battery]",
-             f"{'cell = ' + cell.toml_name():<38}# {by}", *([f"# {doubt}"] if doubt else []), *map(text_of, battery), "", "[bms]",
+             f"{'cell = ' + cell.toml_name():<38}# {by}", *([f"# {doubt}"] if doubt else []),
+             *map(text_of, battery), "", "[bms]",
              *map(text_of, bms), "", "[sensors]", text_of(sensor_line(profile)), "",
              "# In the profile, without a counterpart here:",
              *(f"#   {line}" for line in without_counterpart(profile)),
