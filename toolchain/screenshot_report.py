@@ -5,6 +5,7 @@ import argparse
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 from chromium import Chromium
@@ -69,8 +70,22 @@ def replay(log, words):
     return picture
 
 
+def orion(binary, folder, browser):
+    """The log of docs/orion.md with the pack that is made of its profile."""
+    data, pack, report = pathlib.Path(os.environ["VOLTLAP_DATA"]), folder / "pack.toml", folder / "replay.html"
+    data = data / "orion2_conversion_candump"
+    subprocess.run([sys.executable, PROJECT / "plant_sim/python/orion.py", "import", data / "UpdatedProfile.o2bms",
+                    "--output", pack], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([binary, "replay", data / "candump-2025-11-22_161709.trc.gz", "--map", "orion2_conversion_can",
+                    "--pack", pack, "--report", report], check=True, stdout=subprocess.DEVNULL)
+    page = browser.page(report.as_uri(), 1280, 1230)
+    page.wait_for("document.documentElement?.dataset.ready")
+    return page
+
+
 PICTURES = {"report": endurance, "compare": compare, "explain": explain,
             "replay_weak_cell": replay("A_postregen_193.candump.log.gz", "falls to"),
+            "orion": orion,
             "replay_soc_jump": replay("B_pitt_autox_24.candump.log.gz", "SOC jumps")}
 
 

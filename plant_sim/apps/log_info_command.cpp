@@ -70,6 +70,7 @@ int LogCheckCommand::run(const DataFolder& data) {
   fmt::print(stream, "{}: {}\n  {}\n", recording_.path(), found.format, account_text(found.summary));
   for (const Finding& finding : wrong) fmt::print(stream, "  {}: {}\n", finding.kind, finding.text);
   if (wrong.empty()) fmt::print(stream, "  nothing is wrong with it\n");
+  fmt::print(stream, "{}{}", dbc_faults_text(dbc), checksum_text(found));
   return wrong.empty() ? kExitOk : kExitDefects;
 }
 

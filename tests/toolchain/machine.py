@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 
-from copies import BUILT_FROM, HANG_S, copy_project
+from copies import BUILT_FROM, HANG_S, LEFT_OUT, PROJECT, copy_project
 
 BASH = shutil.which("bash")
 CHMOD = shutil.which("chmod")
@@ -24,6 +24,8 @@ class Machine:
         self.apt_lists = folder / "lists"
         self.calls.touch(0o666)
         copy_project(self.project, without=BUILT_FROM)
+        shutil.copytree(PROJECT / "plant_sim" / "python", self.project / "plant_sim" / "python",
+                        ignore=shutil.ignore_patterns(*LEFT_OUT))  # commands that nothing is built for
         packages = self.project / "toolchain" / "setup" / "packages.sh"
         packages.write_text(packages.read_text().replace("/usr/bin/python3", str(self.tools / "python3"))
                             .replace("/var/lib/apt/lists", str(self.apt_lists)))

@@ -198,6 +198,11 @@ void DbcFile::take(const std::string& json) {
     messages_.back().file = path_;
   }
   for (const Json& entry : file.at("refused")) refused_.push_back(refusal_of(entry));
+  if (const auto notes = file.find("notes"); notes != file.end()) {
+    for (const Json& entry : *notes) {
+      notes_.push_back({entry.at("line").get<std::size_t>(), entry.at("text").get<std::string>()});
+    }
+  }
   if (messages_.empty() && refused_.empty()) refuse("a frame");
 }
 

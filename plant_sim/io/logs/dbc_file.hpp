@@ -73,6 +73,12 @@ struct DbcRefusal {
   std::string found, expected, action;
 };
 
+/// What else is wrong with the file; it is mended or left out.
+struct DbcNote {
+  std::size_t line = 0;
+  std::string text;
+};
+
 /// Parameter group number of a 29-bit identifier: without priority and source, and without the destination where it has
 /// one (SAE J1939-21, 5.2).
 [[nodiscard]] constexpr std::uint32_t parameter_group(std::uint32_t id) {
@@ -88,6 +94,7 @@ class DbcFile {
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::vector<DbcMessage>& messages() const { return messages_; }
   [[nodiscard]] const std::vector<DbcRefusal>& refused() const { return refused_; }
+  [[nodiscard]] const std::vector<DbcNote>& notes() const { return notes_; }
   /// The frame of that identifier; of J1939 else that of its parameter group. nullptr: none.
   [[nodiscard]] const DbcMessage* find(std::uint32_t id) const;
   /// Throws InputError with file, line and reason for a frame that is there and cannot be used.
@@ -99,6 +106,7 @@ class DbcFile {
   std::string path_;
   std::vector<DbcMessage> messages_;
   std::vector<DbcRefusal> refused_;
+  std::vector<DbcNote> notes_;
 };
 
 /// Raw value of a signal in a frame; nothing when the frame is too short for it or when a multiplexer that it depends

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFormat = 4;  // FORMAT in dbc_json.py
+constexpr int kFormat = 5;  // FORMAT in dbc_json.py
 constexpr std::uintmax_t kMostBytes = 32'000'000;
 constexpr std::size_t kLargeBytes = 500'000;  // from here on it takes seconds
 

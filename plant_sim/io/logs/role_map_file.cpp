@@ -171,8 +171,8 @@ void take_last_frame(const Entry& entry, RoleSource& out) {
   if (*last <= first || *last > std::min<std::int64_t>(end, first + kMostFrames)) {
     entry.refuse("last_frame", "an identifier above that of frame, of as many bits, at most 1000 further");
   }
-  if (!is_numbered(entry.role()) || entry.has("index")) {
-    entry.refuse("last_frame", "it only for a role with <n> whose signals have their number in the name");
+  if (!is_numbered(entry.role())) {
+    entry.refuse("last_frame", "it only for a role with <n>, by numbers in the signals' names or by an index");
   }
   out.last_frame = static_cast<std::uint32_t>(*last) | flag;
 }

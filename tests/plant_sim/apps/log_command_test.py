@@ -85,6 +85,23 @@ def test_check_finds_what_was_broken_and_the_frames_add_up(run, tmp_path):
         assert not count or f"{count} x {kind}" in result.stdout
 
 
+def test_check_finds_the_checksum_of_each_frame_and_what_breaks_it(run, tmp_path):
+    lines = run.read_text().splitlines()
+    sensors = [k for k, line in enumerate(lines) if " 0B0#" in line]
+    for k in sensors[50:1500:50]:
+        lines[k] = lines[k][:-1] + ("0" if lines[k][-1] != "0" else "1")
+    (tmp_path / "bad.log").write_text("\n".join(lines) + "\n")
+    result = voltlap("log", "check", tmp_path / "bad.log", "--json", tmp_path / "check.json")
+    assert result.returncode == 1, result.stdout
+    found = json.loads((tmp_path / "check.json").read_text())
+    rules = {frame["id"]: frame["checksum"] for frame in found["frames"] if "checksum" in frame}
+    assert "Orion" in rules[0x036]["rule"] and "J1850" in rules[0x200]["rule"]
+    assert all(rule["breaks"] == 0 for identifier, rule in rules.items() if identifier != 0x0B0)
+    assert rules[0x0B0] | {"rule": ""} == {"rule": "", "holds": len(sensors) - 29, "breaks": 29}
+    assert [finding["kind"] for finding in found["findings"]] == ["checksum does not hold"]
+    assert f"29 of {len(sensors)} frames break" in result.stdout and f"in line {sensors[50] + 1}" in result.stdout
+
+
 def test_check_tells_gaps_and_values_out_of_range(run, tmp_path):
     lines = [line for line in run.read_text().splitlines() if not 5.0 < float(line[1:line.index(")")]) < 9.0]
     (tmp_path / "gap.log").write_text("\n".join(lines) + "\n")
@@ -158,6 +175,28 @@ def test_buses_that_change_their_number_are_named_and_flags_of_fd_stay(run, tmp_
     assert (tmp_path / "same.log").read_text() == log.read_text()
     only = voltlap("log", "convert", log, "--bus", "can9", "--out", tmp_path / "none.log")
     assert only.returncode == 2 and "can0, can1" in only.stderr and not (tmp_path / "none.log").exists()
+
+
+def test_faults_of_an_orion_export_are_named_and_its_cold_is_below_zero(tmp_path):
+    """The names that stand twice, the frame that stands twice, and what is unsigned."""
+    (tmp_path / "orion.dbc").write_text(
+        "BU_: BMS Third_Party_Device\n\nBO_ 1713 MSGID_0X6B1: 2 BMS\n"
+        ' SG_ Pack_Current : 7|8@0+ (0.1,0) [0|0] "Amps" Third_Party_Device\n'
+        ' SG_ Low_Temperature : 15|8@0+ (1.0,0) [0|0] "Celsius" Third_Party_Device\n\n'
+        "BO_ 1715 MSGID_0X6B3: 2 BMS\n"
+        ' SG_ Blank : 7|8@0+ (1.0,0) [0|0] "" Third_Party_Device\n'
+        ' SG_ Blank : 15|8@0+ (1.0,0) [0|0] "" Third_Party_Device\n\n'
+        "BO_ 2550589172 MSGID_0X1806E6F4: 8 BMS\n\nBO_ 2550589172 MSGID_0X1806E6F4: 8 BMS\n")
+    log = tmp_path / "cold.log"
+    log.write_text("".join(f"({k / 10:.6f}) can0 6B1#{k - 20 & 255:02X}{k - 15 & 255:02X}\n" for k in range(30)))
+    checked = voltlap("log", "check", log, "--dbc", tmp_path / "orion.dbc")
+    words = ("0x6B3 MSGID_0X6B3 is not decoded: signal Blank for the second time", "0x1806E6F4 for the second time",
+             "orion.dbc:4: MSGID_0X6B1.Pack_Current unsigned", "orion.dbc:5: MSGID_0X6B1.Low_Temperature unsigned")
+    assert checked.returncode == 0 and all(word in checked.stdout for word in words), checked.stdout + checked.stderr
+    done("log", "decode", log, "--dbc", tmp_path / "orion.dbc", "--out", tmp_path / "cold.csv")
+    rows = [line.split(",") for line in (tmp_path / "cold.csv").read_text().splitlines()[1:]]
+    assert [[float(value) for value in row[-2:]] for row in rows] == [
+        [pytest.approx((k - 20) / 10), k - 15] for k in range(30)]
 
 
 def test_frames_that_a_dbc_has_twice_are_not_called_unknown(run, tmp_path):

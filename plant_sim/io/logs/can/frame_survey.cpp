@@ -55,6 +55,7 @@ class Surveyor {
     survey.length_max = std::max<unsigned>(survey.length_max, frame.length);
     survey.flexible = survey.flexible || frame.flexible;
     survey.bits += bits_of(frame);
+    survey.checksum.take(frame);
     if (survey.message != nullptr) take_signals(survey, frame);
   }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/logs/can/can_recording.hpp"
+#include "io/logs/can/checksum_search.hpp"
 #include "io/logs/can/dbc_set.hpp"
 
 namespace voltlap::plant {
@@ -38,6 +39,7 @@ struct FrameSurvey {
   double interval_sum_s = 0.0, interval_square_sum = 0.0;
   std::uint64_t bits = 0;
   std::vector<SignalSurvey> signals;  ///< as in the message
+  ChecksumSearch checksum;
 
   /// Mean interval, and how far single ones are from it (rms) [s]; 0 for a single frame.
   [[nodiscard]] double interval_s() const;

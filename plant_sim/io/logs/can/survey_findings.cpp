@@ -4,6 +4,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -47,6 +48,11 @@ void add_frame(const std::string& name, const FrameSurvey& frame, double begin_s
     out.push_back({"frame too short", name, frame.too_short,
                    fmt::format("{}: {} of {} frames have fewer than the {} bytes of the DBC", name, frame.too_short,
                                frame.count, frame.message->message().length)});
+  }
+  if (const auto checksum = frame.checksum.found(); checksum && checksum->breaks > 0) {
+    out.push_back({"checksum does not hold", name, checksum->breaks,
+                   fmt::format("{}: {} of {} frames break the checksum of the others, {}, first in line {}", name,
+                               checksum->breaks, frame.count, checksum->rule, checksum->first_break_line)});
   }
   for (std::size_t k = 0; k < frame.signals.size(); ++k) {
     const SignalSurvey& signal = frame.signals[k];
@@ -157,6 +163,36 @@ std::string account_text(const CanSummary& summary) {
                      kinds.empty() ? "" : " (" + kinds + ")");
 }
 
+std::string dbc_faults_text(const DbcSet& dbc) {
+  constexpr std::size_t kMost = 100;
+  std::vector<std::string> lines;
+  for (const auto& file : dbc.files()) {
+    for (const DbcRefusal& refusal : file->refused()) {
+      lines.push_back(fmt::format("    {}:{}: {} {} is not decoded: {}; expected {}\n", file->path(), refusal.line,
+                                  identifier_text(refusal.id), refusal.name, refusal.found, refusal.expected));
+    }
+    for (const DbcNote& note : file->notes()) {
+      lines.push_back(fmt::format("    {}:{}: {}\n", file->path(), note.line, note.text));
+    }
+  }
+  std::string out = lines.empty() ? "" : "  faults of the DBC files\n";
+  for (std::size_t k = 0; k < std::min(kMost, lines.size()); ++k) out += lines[k];
+  if (lines.size() > kMost) out += fmt::format("    and {} more\n", lines.size() - kMost);
+  return out;
+}
+
+std::string checksum_text(const RecordingSurvey& survey) {
+  std::string out;
+  for (const auto& [key, frame] : survey.frames) {
+    const auto found = frame.checksum.found();
+    if (!found) continue;
+    if (out.empty()) out = "  last byte a checksum, by the frames themselves\n";
+    out += fmt::format("    {}: {}; holds in {} frames, breaks in {}\n", frame_name(key.first, key.second, frame),
+                       found->rule, found->holds, found->breaks);
+  }
+  return out;
+}
+
 std::string survey_text(const std::string& path, const RecordingSurvey& survey, double bit_rate) {
   const CanSummary& summary = survey.summary;
   std::string out = fmt::format("{}: {}, {:.3f} s, {} to {}\n  {}\n", path, survey.format, survey.duration_s(),
@@ -204,6 +240,9 @@ std::string survey_json(const std::string& path, const RecordingSurvey& survey, 
                {"length_min", frame.length_min},
                {"length_max", frame.length_max},
                {"flexible", frame.flexible}};
+    if (const auto found = frame.checksum.found()) {
+      entry["checksum"] = {{"rule", found->rule}, {"holds", found->holds}, {"breaks", found->breaks}};
+    }
     if (frame.message != nullptr) entry["signals"] = signals_json(frame);
     out["frames"].push_back(std::move(entry));
   }

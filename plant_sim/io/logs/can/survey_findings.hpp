@@ -22,6 +22,12 @@ struct Finding {
 /// Frames used and frames left out by kind, which are together the frames in the file.
 [[nodiscard]] std::string account_text(const CanSummary& summary);
 
+/// What is wrong with the DBC files themselves, whether or not the recording has the frames; empty: nothing.
+[[nodiscard]] std::string dbc_faults_text(const DbcSet& dbc);
+
+/// The rules by which last bytes check the others, a line a frame; empty: no frame has one.
+[[nodiscard]] std::string checksum_text(const RecordingSurvey& survey);
+
 /// Frames, rates, loads, signals with their ranges, for people. `bit_rate`: of every bus [bit/s].
 [[nodiscard]] std::string survey_text(const std::string& path, const RecordingSurvey& survey, double bit_rate);
 

@@ -41,6 +41,26 @@ def invalid(read, text, tail):
     return found["messages"][0]["signals"][0]["invalid"]
 
 
+ORION_EXPORT = ('BU_: BMS Third_Party_Device\n\nBO_ 1713 MSGID_0X6B1: 8 BMS\n'
+                ' SG_ Pack_DCL : 7|16@0+ (1.0,0) [0|0] "Amps" Third_Party_Device\n'
+                ' SG_ Pack_Current : 23|16@0+ (0.1,0) [0|0] "Amps" Third_Party_Device\n'
+                ' SG_ High_Temperature : 39|8@0+ (1.0,0) [0|0] "Celsius" Third_Party_Device\n'
+                ' SG_ Low_Temperature : 47|8@0- (1.0,0) [0|0] "Celsius" Third_Party_Device\n'
+                ' SG_ CRC_Checksum : 63|8@0+ (1.0,1721) [0|0] "" Third_Party_Device\n\n')
+
+
+def test_known_faults_of_the_orion_exporter_are_mended_and_said(read):
+    found = read(ORION_EXPORT)
+    signs = {row["name"]: row["signed"] for row in found["messages"][0]["signals"]}
+    assert signs == {"Pack_DCL": False, "Pack_Current": True, "High_Temperature": True, "Low_Temperature": True,
+                     "CRC_Checksum": False}
+    assert [note["line"] for note in found["notes"]] == [5, 6, 8]
+    assert all("Orion's exporter" in note["text"] for note in found["notes"])
+    for other in (ORION_EXPORT.replace("Third_Party_Device", "Gateway"), ORION_EXPORT.replace("MSGID_0X", "Msg")):
+        found = read(other)
+        assert not found["notes"] and not found["messages"][0]["signals"][2]["signed"]
+
+
 def test_everything_of_a_signal(read):
     found = read('BO_ 2147483905 F: 16 ECU\n SG_ M M : 0|8@1+ (1,0) [0|0] "" X\n'
                  ' SG_ S m2 : 15|12@0- (0.5,-40) [-40|100] "degC" X\n'

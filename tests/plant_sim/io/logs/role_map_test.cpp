@@ -146,8 +146,6 @@ TEST(RoleMap, ValuesOfARightTypeThatMakeNoSenseAreRefused) {
                {"\"cell_voltage_<n>\" = {frame = 1, signal = \"U<n>\", dbc = \"a.dbc\", last_frame = 1}", "last_frame"},
                {"\"cell_voltage_<n>\" = {frame = 1, signal = \"U<n>\", dbc = \"a.dbc\", last_frame = 0x800}",
                 "last_frame"},
-               {"\"cell_voltage_<n>\" = {frame = 1, signal = \"U\", index = \"N\", dbc = \"a.dbc\", last_frame = 2}",
-                "last_frame"},
                {"current = {frame = 1, signal = \"I\", dbc = \"a.dbc\", column = \"I\"}", "column"}};
   for (const auto& [entry, key] : wrong) {
     const std::string message = complaint_of(std::string("[roles]\n\n") + entry + "\n");
@@ -164,6 +162,10 @@ TEST(RoleMap, NumbersMayGoOnFromFrameToFrame) {
       "[roles]\n\"cell_voltage_<n>\" = {frame = 0x10010, last_frame = 0x10013, signal = \"U<n>\", dbc = \"a.dbc\"}\n"));
   CHECK_EQUAL(0x80010010U, *map.find("cell_voltage_<n>")->frame);
   CHECK_EQUAL(0x80010013U, *map.find("cell_voltage_<n>")->last_frame);
+  const RoleMap indexed = load_role_map(scratch.write(
+      "map.toml",
+      "[roles]\n\"temperature_<n>\" = {frame = 1, last_frame = 2, signal = \"T\", index = \"N\", dbc = \"a.dbc\"}\n"));
+  CHECK_EQUAL(2U, *indexed.find("temperature_<n>")->last_frame);
 }
 
 TEST(RoleMap, ColumnsThatAMapAsksForAreTexts) {
