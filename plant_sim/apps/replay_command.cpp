@@ -31,8 +31,11 @@ void print_changes(const std::vector<std::string>& changes, const std::string& s
 }  // namespace
 
 ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("replay", what_it_does("replay"))) {
-  command_->add_option("LOG", asked_.log, "Log of a car or a pack: CAN recording or table, plain or compressed; or a folder of "
-                       "logs: one line for each, --json is a folder, too")->required();
+  command_
+      ->add_option("LOG", asked_.log,
+                   "Log of a car or a pack: CAN recording or table, plain or compressed; or a folder of logs: one line "
+                   "for each, --json is a folder, too")
+      ->required();
   command_->add_option("--map", asked_.map,
                        "Role map: name or path; default: a shipped map that fits. A recording of our own bus is "
                        "replayed frame by frame without one, by role with one");
@@ -46,14 +49,15 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
   command_->add_option("--baseline", baseline_,
                        "JSON of an earlier replay of this log: whatever has changed since is printed, value by value. "
                        "Of a folder of logs: the folder that --json was")
-      ->type_name("FILE|DIR");
+      ->type_name("FILE");
   command_
       ->add_option("--what-if", what_if_,
                    "Replay once more with these settings changed; both are compared, in the report too. One or several")
       ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command_->add_option("--firmware", firmware_,
-                       "Replay with the firmware of this commit, too; built on first use, in minutes. Both are compared")
+                       "Replay with the firmware of this commit, too, built on first use, in minutes; both are "
+                       "compared")
       ->type_name("COMMIT");
   command_
       ->add_option("--set", asked_.settings,
@@ -64,7 +68,8 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
       "Example: voltlap replay drive.log.gz --pack pack.toml --json replay.json --csv replay.csv\n"
       "A candump of our own car (voltlap endurance --candump run.log): voltlap replay run.log\n"
       "See docs/replay.md. Exit code: 0 the log was replayed; 1 frames of our own bus were not answered as recorded,\n"
-      "or something has changed since the baseline or the commit; 2 usage or input, or a log that cannot be replayed, with why.");
+      "or something has changed since the baseline or the commit; 2 usage or input, or a log that cannot be replayed,\n"
+      "with why.");
 }
 
 /// Of a folder only what has one answer a log.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// voltlap replay FOLDER: each log of a folder through the firmware, one line a log, and what has changed in each since an
-// earlier time.
+// voltlap replay FOLDER: each log of a folder through the firmware, one line a log, and what has changed in each since
+// an earlier time.
 #pragma once
 #include <cstdio>
 #include <functional>

@@ -103,7 +103,8 @@ def run(name, arguments):
         program = build(commit, place / "source", place / "build")
     done = subprocess.run([program, *arguments], capture_output=True, text=True, errors="replace")
     if done.returncode not in ANSWERED:
-        raise Refused(f"the firmware of {commit[:12]} was built, but ended with {done.returncode}:\n{done.stderr.strip()}")
+        raise Refused(f"the firmware of {commit[:12]} was built, but ended with {done.returncode}:\n"
+                      + done.stderr.strip())
     subject = (git("show", "-s", "--format=%h", commit) or commit.encode()).decode().strip()
     print(subject, end="")
 

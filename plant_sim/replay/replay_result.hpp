@@ -82,8 +82,8 @@ struct FrameComparison {
 
 /// What the firmware's SOC starts from: cells at rest, or, in a recording that begins under load, see soc_start.hpp.
 enum class SocSource { kRest, kCountedBack, kLogged, kUnloaded };
-inline constexpr const char* kSocSourceNames[] = {"cells at rest", "counted back from a later rest", "the log's own SOC",
-                                                  "cells under load"};
+inline constexpr const char* kSocSourceNames[] = {"cells at rest", "counted back from a later rest",
+                                                  "the log's own SOC", "cells under load"};
 
 /// The same log once more, by other settings or another firmware.
 struct SecondRun {

@@ -9,7 +9,7 @@ import pytest
 
 BINARY = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
 NUMBERS = {"FLOAT", "INT", "UINT", "KG", "M", "N", "RATIO", "S", "X"}
-WORDS = {"TEXT", "FILE", "DIR", "IF", "KEY=VALUE", "PLAN", "previous|next|linear", "laws|tests"}
+WORDS = {"TEXT", "FILE", "DIR", "IF", "KEY=VALUE", "COMMIT", "PLAN", "previous|next|linear", "laws|tests"}
 BELOW_ZERO = {"--temperature"}
 
 
