@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <optional>
 
 #include "apps/exit_code.hpp"
 #include "apps/firmware_config.hpp"
@@ -12,33 +11,17 @@
 #include "apps/flag_checks.hpp"
 #include "apps/other_programs.hpp"
 #include "apps/progress_line.hpp"
+#include "apps/replay_by_role.hpp"
 #include "apps/replay_pack.hpp"
-#include "io/atomic_file.hpp"
-#include "io/logs/role_map.hpp"
 #include "replay/disagreements.hpp"
 #include "replay/own_recording.hpp"
 #include "replay/replay_baseline.hpp"
-#include "replay/replay_report.hpp"
 #include "replay/replay_text.hpp"
-#include "replay/role_replay.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 constexpr double kVoltsPerCount = 1e-4;  // of the firmware's cell voltages
-
-ReplayCar replayed_car(const VehicleParameters& car, const bms::Config& config) {
-  ReplayCar out;
-  out.cells = config.cells_in_series;
-  out.thermistors = config.temperature_sensors;
-  out.motor_constant_nm_per_a = 1e-6 * config.motor_constant_unm_per_a;
-  out.full_brake_bar = car.brakes.full_pedal_pressure_bar;
-  out.rest_current_a = 1e-3 * config.soc_start_current.raw();
-  if (config.soc_method != bms::SocMethod::kNone) out.capacity_ah = 1e-3 * config.capacity_mah;
-  out.cell_min_v = kVoltsPerCount * config.cell_voltage_min.raw();
-  out.cell_max_v = kVoltsPerCount * config.cell_voltage_max.raw();
-  return out;
-}
 
 }  // namespace
 
@@ -51,9 +34,7 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
   command_->add_option("--pack", pack_,
                        "Cell, pack or vehicle file (TOML), name or path: what the firmware knows of the cells. Without "
                        "it SOC and limits say `no cell model`; of our own bus: the vehicle driven (default vtm16e)");
-  add_output_file(*command_, "--json", json_, "Write the result as JSON; -: to standard output");
-  add_output_file(*command_, "--csv", csv_, "Write a time series, ten rows a second");
-  add_output_file(*command_, "--report", report_, "Write a report as one HTML file");
+  outputs_.add(*command_);
   command_->add_option("--baseline", baseline_,
                        "JSON of an earlier replay of this log: whatever has changed since is printed, value by value");
   command_
@@ -88,25 +69,9 @@ ReplayResult ReplayCommand::of_own(const DataFolder& data) const {
 }
 
 ReplayResult ReplayCommand::by_role(const DataFolder& data) const {
-  finding_.check_needed(!map_.empty());
   ProgressLine progress("replay");
-  progress.show("reading " + log_, 0.0);
-  std::optional<RoleMap> map = finding_.find(log_);
-  if (!map_.empty()) map = load_role_map(data.find("maps", map_, "--map"));
-  const DriveLog log = read_drive_log(log_, map ? &*map : nullptr, data);
-  const LoadedVehicle car = pack_of_log(data, pack_, settings_, log);
-  const bms::Config config = bms_config(car.parameters, car.origin);
-  const master::Config master = master_config(car.parameters, car.origin);
-  FirmwareLoop firmware(config, master);
-  progress.show("replaying", 0.5);
-  ReplayResult out;
-  out.log = log_;
-  out.map = log.map;
-  out.pack = pack_;
-  replay_roles(log, replayed_car(car.parameters, config), pedal_sensors(master), !pack_.empty(), firmware, out);
-  out.disagreements = find_disagreements(out);
-  progress.end();
-  return out;
+  return replay_by_role({log_, map_, pack_, settings_, finding_}, data,
+                        [&](const std::string& what, double fraction) { progress.show(what, fraction); });
 }
 
 /// Prints what has changed; true where something has.
@@ -123,19 +88,12 @@ bool ReplayCommand::report_changes(const ReplayResult& result, std::FILE* to) co
 
 int ReplayCommand::run(const DataFolder& data) {
   refuse_shared_files(
-      {{"--json", json_}, {"--csv", csv_}, {"--report", report_}, {"--write-map", finding_.write_map}});
+      {{"--json", outputs_.json}, {"--csv", outputs_.csv}, {"--report", outputs_.report},
+       {"--write-map", finding_.write_map}});
   const bool own = map_.empty() && !finding_.is_asked() && is_own_recording(log_);
   const ReplayResult result = own ? of_own(data) : by_role(data);
-  const auto write = [](const std::string& path, const auto& text) {
-    if (path.empty()) return;
-    AtomicFile file(path);
-    file.write(text());
-    file.commit();
-  };
-  write(json_, [&] { return replay_json(result, VOLTLAP_VERSION); });
-  write(csv_, [&] { return replay_csv(result); });
-  write(report_, [&] { return replay_report(result, VOLTLAP_VERSION); });
-  std::FILE* const to = summary_stream({json_, csv_, report_});
+  outputs_.write(result);
+  std::FILE* const to = outputs_.stream();
   fmt::print(to, "{}", replay_text(result));
   const bool changed = report_changes(result, to), differs = result.comparison && !result.comparison->identical();
   return changed || differs ? kExitDefects : kExitOk;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/map_finding.hpp"
+#include "apps/replay_outputs.hpp"
 #include "core/parameter_file.hpp"
 #include "replay/replay_result.hpp"
 
@@ -24,9 +25,10 @@ class ReplayCommand {
   bool report_changes(const ReplayResult& result, std::FILE* to) const;
 
   CLI::App* command_;
-  std::string log_, map_, pack_, json_, report_, csv_, baseline_;
+  std::string log_, map_, pack_, baseline_;
   std::vector<std::string> settings_;
   MapFinding finding_;
+  ReplayOutputs outputs_;
 };
 
 }  // namespace voltlap::plant

@@ -5,13 +5,14 @@
 #include "apps/play_command.hpp"
 #include "apps/program.hpp"
 #include "apps/replay_command.hpp"
+#include "apps/shadow_command.hpp"
 
 namespace {
 
 using namespace voltlap::plant;
 
 int run(int argc, char** argv) {
-  return with_bus_errors([&] { return run_commands<ReplayCommand, PlayCommand>(argc, argv); });
+  return with_bus_errors([&] { return run_commands<ReplayCommand, PlayCommand, ShadowCommand>(argc, argv); });
 }
 
 }  // namespace

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/shadow_status.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "replay/replay_text.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+std::string beside(double value, const char* unit) {
+  return std::isfinite(value) ? fmt::format(" (the car's unit {:.1f} {})", value, unit) : "";
+}
+
+std::string limit_text(const char* name, double limit_a, double logged_a, const std::string& why) {
+  return fmt::format("{} {:.0f} A, {}{}", name, limit_a, why, beside(logged_a, "A"));
+}
+
+/// The text without its numbers: what kind it is, of which fault.
+std::string kind_of(const Disagreement& one) {
+  std::string out;
+  for (const char c : one.what) {
+    if (!(c >= '0' && c <= '9') && c != '.' && c != '-') out += c;
+  }
+  return out.substr(0, out.find_first_of(";("));
+}
+
+}  // namespace
+
+std::string status_text(const ReplayResult& result) {
+  if (!result.never_ready.empty()) return "the firmware has not closed its contactors: " + result.never_ready;
+  if (result.rows.empty()) return "nothing replayed yet";
+  const ReplayRow& now = result.rows.back();
+  std::string out;
+  if (result.has_cell_model()) {
+    out = fmt::format("SOC {:.1f} %{} | {} | {} | ", 100.0 * now.soc, beside(100.0 * now.logged_soc, "%"),
+                      limit_text("discharge", now.discharge_limit_a, now.logged_discharge_limit_a,
+                                 reason_text(now.discharge_reason, now.limiting_cell)),
+                      limit_text("charge", now.charge_limit_a, now.logged_charge_limit_a,
+                                 reason_text(now.charge_reason, 0)));
+  } else {
+    out = "no cell model (--pack) | ";
+  }
+  return out + "faults " + (now.faults == 0 ? "none" : bms_fault_names(now.faults));
+}
+
+std::string waiting_text(const std::string& message) {
+  constexpr std::string_view kFound = ": found ";
+  const std::size_t at = message.find(kFound);
+  const std::string found = at == std::string::npos ? message : message.substr(at + kFound.size());
+  return found.substr(0, found.find_first_of(";\n"));
+}
+
+std::vector<Disagreement> NewDisagreements::of(const ReplayResult& result) {
+  constexpr double kElsewhere_s = 1.0;
+  std::vector<Disagreement> out;
+  for (const Disagreement& one : result.disagreements) {
+    const auto [at, is_new] = said_.try_emplace(kind_of(one), Said{one.begin_s, one.weight});
+    const bool worse = one.weight > at->second.weight && std::abs(one.begin_s - at->second.begin_s) > kElsewhere_s;
+    if (!is_new && !worse) continue;
+    at->second = {one.begin_s, one.weight};
+    out.push_back(one);
+  }
+  return out;
+}
+
+void StatusLine::show(const std::string& text) {
+  constexpr std::chrono::seconds kLogPeriod{5};
+  const bool terminal = ::isatty(STDERR_FILENO) == 1;
+  const auto now = Clock::now();
+  if (!terminal && shown_ != Clock::time_point{} && now - shown_ < kLogPeriod) return;
+  shown_ = now;
+  fmt::print(stderr, "{}{}{}", terminal ? "\r\x1b[K" : "", text, terminal ? "" : "\n");
+  std::fflush(stderr);
+  open_ = terminal;
+}
+
+void StatusLine::clear() {
+  if (open_) fmt::print(stderr, "\r\x1b[K");
+  open_ = false;
+}
+
+}  // namespace voltlap::plant
