@@ -95,6 +95,7 @@ void ShadowCommand::check(const DataFolder& data) const {
 
 void ShadowCommand::replay_so_far(BusCapture& capture, const std::string& log, const DataFolder& data) {
   if (capture.frames() == 0) {
+    stage_ = Stage::kWaits;
     state_ = "waits for a frame";
     next_ = Clock::now() + kLook;
     return;
@@ -115,8 +116,10 @@ void ShadowCommand::replay_so_far(BusCapture& capture, const std::string& log, c
       fmt::print(outputs_.stream(), "{:.1f} to {:.1f} s: {}\n", one.begin_s, one.end_s, one.what);
     }
     std::fflush(outputs_.stream());
+    stage_ = Stage::kReplays;
     state_ = fmt::format("{} | replayed {:.1f} s", status_text(result), result.duration_s);
   } catch (const InputError& error) {
+    stage_ = Stage::kWaits;
     state_ = "not yet: " + waiting_text(error.what());
   }
   const double cost_s = cpu_s() - begin_s;
@@ -128,7 +131,7 @@ void ShadowCommand::watch(BusCapture& capture, const std::string& log, const Dat
   const auto begin = Clock::now();
   const auto elapsed_s = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   next_ = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kFirst_s));
-  state_ = "listens";
+  Stage shown = Stage::kNone;
   while (!interrupted() && !capture.ended() && (for_s_ == 0.0 || elapsed_s() < for_s_)) {
     std::this_thread::sleep_for(kLook);
     try {
@@ -136,7 +139,9 @@ void ShadowCommand::watch(BusCapture& capture, const std::string& log, const Dat
     } catch (const GivenUp&) {
       break;
     }
-    status_.show(fmt::format("shadow {:.0f} s, {} frames | {}", elapsed_s(), capture.frames(), state_));
+    status_.show(fmt::format("shadow {:.0f} s, {} frames | {}", elapsed_s(), capture.frames(), state_),
+                 stage_ != shown);
+    shown = stage_;
   }
   status_.clear();
 }

@@ -12,8 +12,9 @@
 #include "apps/bus_options.hpp"
 #include "apps/replay_by_role.hpp"
 #include "apps/replay_outputs.hpp"
-#include "apps/shadow_status.hpp"
+#include "apps/status_line.hpp"
 #include "core/parameter_file.hpp"
+#include "replay/shadow_words.hpp"
 
 namespace voltlap::plant {
 
@@ -43,8 +44,10 @@ class ShadowCommand {
 
   NewDisagreements disagreements_;
   StatusLine status_;
-  std::string state_;          ///< of the replay before, in words
-  Clock::time_point next_{};   ///< when the next replay is due
+  enum class Stage { kNone, kListens, kWaits, kReplays };
+  Stage stage_ = Stage::kListens;
+  std::string state_ = "listens";  ///< of the replay before, in words
+  Clock::time_point next_{};       ///< when the next replay is due
 };
 
 }  // namespace voltlap::plant

@@ -119,3 +119,90 @@ def test_the_pace_is_that_of_the_recording(tmp_path):
     # An absolute time for each: what was late does not add up.
     end = sorted(off_us[-len(off_us) // 4:])
     assert abs(end[len(end) // 2]) < 1000
+
+
+def drawing(tmp_path):
+    return candump(tmp_path / "log.log", [(10_000 * k, 0x100 + k % 4, None, bytes([k])) for k in range(200)])
+
+
+def test_chosen_frames_alone_are_played_faster_and_again(tmp_path):
+    with Listener() as listener:
+        done = play(drawing(tmp_path), "--bus", BUS, "--from", 0.5, "--to", 1.005, "--id", "101,103-1FF", "--speed", 10,
+                    "--loop", 2)
+        heard = listener.heard()
+    assert done.returncode == 0, done.stderr
+    once = [(0x100 + k % 4, None, bytes([k])) for k in range(50, 101) if k % 4 in (1, 3)]
+    assert contents(heard) == 2 * once
+    assert "10 times as fast as recorded, 2 times" in done.stdout
+
+
+def test_max_is_as_fast_as_the_bus_takes_them(tmp_path):
+    with Listener() as listener:
+        done = play(drawing(tmp_path), "--bus", BUS, "--speed", "max")
+        heard = listener.heard()
+    assert done.returncode == 0 and len(heard) == 200
+    assert heard[-1][0] - heard[0][0] < 1.0e9 and "frames a second" in done.stdout
+
+
+def test_ctrl_c_ends_an_endless_loop_with_its_summary(tmp_path):
+    with Listener() as listener:
+        run = subprocess.Popen([BUILD / "bin/voltlap", "play", drawing(tmp_path), "--bus", BUS, "--loop", "--speed", "4"],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        limit, heard = time.monotonic() + HANG_S, []
+        while len(heard) < 250 and time.monotonic() < limit:  # in the second round
+            heard += listener.heard()
+            time.sleep(0.02)
+        run.send_signal(signal.SIGINT)
+        out, _ = run.communicate(timeout=HANG_S)
+        heard += listener.heard()
+    assert run.returncode == 130
+    assert f"  {len(heard)} frames sent" in out and "late: median" in out
+
+
+def test_clock_that_steps_back_is_repaired_by_the_readers_rule(tmp_path):
+    """Two minutes back in the middle: the parts are joined, and the rule is printed."""
+    frames = [(10**9 + 10_000 * k - (120 * 10**6 if k >= 20 else 0), 0x100, None, bytes([k])) for k in range(40)]
+    with Listener() as listener:
+        done = play(candump(tmp_path / "log.log", frames), "--bus", BUS)
+        assert done.returncode == 0 and contents(listener.heard()) == contents(frames)
+    assert "the clock was set" in done.stdout and "one usual interval between the frames" in done.stdout
+    assert "40 frames, 0.390 s" in done.stdout
+
+
+def test_frames_of_two_buses_go_to_one_interface_by_choice_only(tmp_path):
+    log = candump(tmp_path / "log.log", [(1000 * k, 0x100, None, bytes([k])) for k in range(9)])
+    log.write_text(log.read_text() + log.read_text().replace("can0", "can1"))
+    log.write_text("".join(sorted(log.read_text().splitlines(keepends=True))))
+    refused = play(log, "--bus", BUS)
+    assert refused.returncode == 2 and "frames of can0, can1" in refused.stderr and "--channel" in refused.stderr
+    with Listener() as listener:
+        assert play(log, "--bus", BUS, "--channel", "can1").returncode == 0
+        assert len(listener.heard()) == 9
+
+
+def test_an_interface_without_can_fd_refuses_such_frames_before_the_first(tmp_path):
+    log = candump(tmp_path / "log.log", [(0, 0x100, None, b"\x01"), (1000, 0x101, 1, bytes(12))])
+    link = ["ip", "link", "set", "vcan1"]
+    subprocess.run([*link, "down"], check=True)
+    try:
+        subprocess.run([*link, "mtu", "16", "up"], check=True)
+        refused = play(log, "--bus", "vcan1")
+        assert refused.returncode == 2 and "takes no CAN FD frames, and 1 of those" in refused.stderr, refused.stderr
+        assert play(log, "--bus", "vcan1", "--id", "100").returncode == 0
+    finally:
+        subprocess.run([*link, "down"], check=True)
+        subprocess.run([*link, "mtu", "72", "up"], check=True)
+
+
+@pytest.mark.parametrize("arguments, words", [
+    (["--bus", "vcan7"], "no such interface"), (["--bus", BUS, "--speed", "0"], "expected a number from 0.001"),
+    (["--bus", BUS, "--speed", "fast"], "or max"), (["--bus", BUS, "--id", "10G"], "identifiers in hexadecimal"),
+    (["--bus", BUS, "--id", "700"], "no frame that was asked for"), (["--bus", BUS, "--from", "9"], "no frame"),
+    (["--bus", BUS, "--channel", "can9"], "one of can0"), (["--bus", BUS, "--loop", "0"], "--loop"),
+    (["--bus", BUS, "--to", "0", "--loop"], "no interval"), ([], "--bus"),
+])
+def test_what_cannot_be_played_is_refused(tmp_path, arguments, words):
+    with Listener() as listener:
+        done = play(drawing(tmp_path), *arguments)
+        assert done.returncode == 2 and words in done.stderr, done.stderr
+        assert listener.heard() == []

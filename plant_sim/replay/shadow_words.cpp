@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/shadow_status.hpp"
+#include "replay/shadow_words.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -66,22 +65,6 @@ std::vector<Disagreement> NewDisagreements::of(const ReplayResult& result) {
     out.push_back(one);
   }
   return out;
-}
-
-void StatusLine::show(const std::string& text) {
-  constexpr std::chrono::seconds kLogPeriod{5};
-  const bool terminal = ::isatty(STDERR_FILENO) == 1;
-  const auto now = Clock::now();
-  if (!terminal && shown_ != Clock::time_point{} && now - shown_ < kLogPeriod) return;
-  shown_ = now;
-  fmt::print(stderr, "{}{}{}", terminal ? "\r\x1b[K" : "", text, terminal ? "" : "\n");
-  std::fflush(stderr);
-  open_ = terminal;
-}
-
-void StatusLine::clear() {
-  if (open_) fmt::print(stderr, "\r\x1b[K");
-  open_ = false;
 }
 
 }  // namespace voltlap::plant

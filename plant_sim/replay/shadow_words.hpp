@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a shadow says while it runs: a line on where it stands, and each disagreement when it comes.
+// What a shadow says while it runs: where it stands, and each disagreement when it comes.
 #pragma once
-#include <chrono>
-#include <cstdio>
 #include <map>
 #include <string>
 #include <vector>
@@ -28,19 +26,6 @@ class NewDisagreements {
     double begin_s = 0.0, weight = 0.0;
   };
   std::map<std::string, Said> said_;
-};
-
-/// Rewritten on a terminal; elsewhere a line now and then.
-class StatusLine {
- public:
-  ~StatusLine() { clear(); }
-  void show(const std::string& text);
-  void clear();
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point shown_{};
-  bool open_ = false;
 };
 
 }  // namespace voltlap::plant
