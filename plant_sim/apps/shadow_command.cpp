@@ -2,6 +2,7 @@
 #include "apps/shadow_command.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <csignal>
@@ -27,6 +28,7 @@ namespace {
 constexpr double kFirst_s = 3.0, kLeast_s = 2.0;  // between two replays
 constexpr double kShare = 0.25;                   // of a core, for replays
 constexpr std::chrono::milliseconds kLook{50};
+constexpr int kNice = 10;
 
 /// Of the calling thread.
 double cpu_s() {
@@ -65,7 +67,7 @@ ShadowCommand::ShadowCommand(CLI::App& app) : command_(app.add_subcommand("shado
                        "it SOC and limits say `no cell model`");
   command_
       ->add_option("--log", log_,
-                   "Keep what is heard as a candump log, plain; it is there from the beginning, and complete at the end")
+                   "Keep what is heard as a candump log, plain: there from the beginning, complete at the end")
       ->type_name("FILE")
       ->check(some_name("a path"));
   command_->add_option("--for", for_s_, "End after so long [s]; default: at Ctrl-C")->check(positive_number());
@@ -163,6 +165,7 @@ int ShadowCommand::run(const DataFolder& data) {
   GrowingFile log(scratch ? scratch->path() + "/heard.log" : log_);
   catch_interrupt();
   BusCapture capture(socket, log);
+  ::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread: the one that listens comes first, and so does all else
   watch(capture, log.path(), data);
   capture.stop();
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);  // the log is complete

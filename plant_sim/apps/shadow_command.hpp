@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// `voltlap shadow`: the firmware beside the car's own unit on a live bus. It listens, records, and replays the recording
-// from its beginning again and again, since a replay learns from the whole of it; at the end once more, for the result.
+// `voltlap shadow`: the firmware beside the car's own unit on a live bus. It listens, records, and replays the
+// recording from its beginning again and again, since a replay learns from the whole of it; at the end once more, for
+// the result.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <chrono>

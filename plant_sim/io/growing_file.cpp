@@ -50,8 +50,8 @@ void GrowingFile::write(std::string_view lines) {
     if (errno == EINTR) continue;
     const std::string cause = std::strerror(errno);
     const bool cut = ::ftruncate(file_, size_) == 0;
-    throw OutputError(fmt::format("{}: cannot write to this recording any more, found \"{}\"; expected a disk with room. "
-                                  "What stands in it is kept{}. Make room, or record elsewhere.",
+    throw OutputError(fmt::format("{}: cannot write to this recording any more, found \"{}\"; expected a disk with "
+                                  "room. What stands in it is kept{}. Make room, or record elsewhere.",
                                   path_, cause, cut ? "" : ", and its last line may be cut"));
   }
   size_ += static_cast<std::int64_t>(lines.size());

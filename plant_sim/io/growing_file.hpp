@@ -10,15 +10,15 @@ namespace voltlap::plant {
 
 class GrowingFile {
  public:
-  /// Begins the file anew. Throws InputError for what cannot be read while it grows (a pipe, a compressed name) or is an
-  /// input, OutputError where it cannot be written.
+  /// Begins the file anew. Throws InputError for what cannot be read while it grows (a pipe, a compressed name) or is
+  /// an input, OutputError where it cannot be written.
   explicit GrowingFile(std::string path);
   ~GrowingFile();
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
-  /// Whole lines, with their ends, handed to the system at once. Throws OutputError when not all of them can be written;
-  /// the file then ends behind those of the write before.
+  /// Whole lines, with their ends, handed to the system at once. Throws OutputError when not all of them can be
+  /// written; the file then ends behind those of the write before.
   void write(std::string_view lines);
   [[nodiscard]] const std::string& path() const { return path_; }
 

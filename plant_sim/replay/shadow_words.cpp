@@ -32,8 +32,11 @@ std::string kind_of(const Disagreement& one) {
 
 std::string status_text(const ReplayResult& result) {
   if (!result.never_ready.empty()) return "the firmware has not closed its contactors: " + result.never_ready;
-  if (result.rows.empty()) return "nothing replayed yet";
-  const ReplayRow& now = result.rows.back();
+  const auto row = std::find_if(result.rows.rbegin(), result.rows.rend(), [&](const ReplayRow& one) {
+    return one.state == can::BmsState::kTsActive && (!result.has_cell_model() || std::isfinite(one.soc));
+  });
+  if (row == result.rows.rend()) return "the firmware has only just begun";
+  const ReplayRow& now = *row;
   std::string out;
   if (result.has_cell_model()) {
     out = fmt::format("SOC {:.1f} %{} | {} | {} | ", 100.0 * now.soc, beside(100.0 * now.logged_soc, "%"),

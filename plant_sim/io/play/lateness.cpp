@@ -22,7 +22,8 @@ void Lateness::add(std::int64_t late_ns) {
 
 double Lateness::quantile_ms(double share) const {
   VOLTLAP_DEMAND(share >= 0.0 && share <= 1.0);
-  const auto wanted = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_))));
+  const double rank = std::ceil(share * static_cast<double>(count_));
+  const auto wanted = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(rank));
   std::uint64_t below = 0;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     below += bins_[bin];

@@ -35,8 +35,9 @@ PlaySocket::PlaySocket(std::string interface, std::size_t flexible)
     : interface_(std::move(interface)), descriptor_(interface_) {
   if (flexible > 0 && !takes_flexible(descriptor_.get(), interface_)) {
     throw port::BusSetupError(fmt::format(
-        "{}: found that it takes no CAN FD frames, and {} of those to be played are; expected one that does. A virtual "
-        "one, as root, while it is down: ip link set {} mtu 72 (a real one: fd on). The others alone: choose with --id.",
+        "{}: found that it takes no CAN FD frames, and {} of those to be played are; expected one that does. A "
+        "virtual one, as root, while it is down: ip link set {} mtu 72 (a real one: fd on). The others alone: choose "
+        "with --id.",
         port::quoted(interface_), flexible, interface_));
   }
   ::setsockopt(descriptor_.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);  // nothing is read

@@ -146,8 +146,8 @@ def test_max_is_as_fast_as_the_bus_takes_them(tmp_path):
 
 def test_ctrl_c_ends_an_endless_loop_with_its_summary(tmp_path):
     with Listener() as listener:
-        run = subprocess.Popen([BUILD / "bin/voltlap", "play", drawing(tmp_path), "--bus", BUS, "--loop", "--speed", "4"],
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        run = subprocess.Popen([BUILD / "bin/voltlap", "play", drawing(tmp_path), "--bus", BUS, "--loop", "--speed",
+                                "4"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         limit, heard = time.monotonic() + HANG_S, []
         while len(heard) < 250 and time.monotonic() < limit:  # in the second round
             heard += listener.heard()

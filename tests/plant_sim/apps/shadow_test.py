@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""voltlap shadow on vcan0 beside a played log of an Orion unit: it sends nothing, and its result is that of a replay."""
+"""voltlap shadow on vcan0 beside a played log of an Orion unit: it sends nothing, its result is that of a replay."""
 import json
 import os
 import re
@@ -133,7 +133,7 @@ def same_disagreements(one, other):
 
 
 def test_it_says_what_it_waits_for_and_ends_by_itself(tmp_path, pack):
-    """A cell alone is no current. Live it is told as what is not there yet, at the end it is the refusal of a replay."""
+    """A cell alone is no current. Live it is told as what is not there yet, at the end as the refusal of a replay."""
     with Shadow(tmp_path, "--pack", pack, "--log", tmp_path / "heard.log", "--for", 3.5) as shadow:
         for _, identifier, data in list(frames(1.0))[:1]:
             send(BUS, identifier, data)

@@ -10,7 +10,9 @@ using namespace voltlap::plant;
 
 namespace {
 
-Disagreement current_of(double begin_s, double weight, const char* what) { return {weight, begin_s, begin_s + 1.0, what, ""}; }
+Disagreement current_of(double begin_s, double weight, const char* what) {
+  return {weight, begin_s, begin_s + 1.0, what, ""};
+}
 
 ReplayResult with(std::vector<Disagreement> disagreements) {
   ReplayResult out;
@@ -50,6 +52,8 @@ TEST(ShadowWords, TheStatusHasTheFirmwaresWordBesideTheCarsOwn) {
   ReplayResult result;
   result.pack = "pack.toml";
   ReplayRow row;
+  STRCMP_EQUAL("the firmware has only just begun", status_text(result).c_str());
+  row.state = can::BmsState::kTsActive;
   row.soc = 0.801;
   row.logged_soc = 0.83;
   row.discharge_limit_a = 235.0;
@@ -58,6 +62,7 @@ TEST(ShadowWords, TheStatusHasTheFirmwaresWordBesideTheCarsOwn) {
   row.charge_limit_a = 60.0;
   row.logged_charge_limit_a = 40.0;
   result.rows.push_back(row);
+  result.rows.emplace_back();  // of a moment in which it says nothing
   STRCMP_EQUAL("SOC 80.1 % (the car's unit 83.0 %) | discharge 235 A, cell voltage of cell 31 | charge 60 A, no limit "
                "(the car's unit 40.0 A) | faults none", status_text(result).c_str());
   result.pack.clear();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drawn recordings, played to a sink of the test on a clock of the test: what is sent is what should be, when it should.
+// Drawn recordings, played to a sink of the test on a clock of the test: what is sent is what should be, when it
+// should.
 #include "io/play/player.hpp"
 
 #include <algorithm>
