@@ -125,6 +125,20 @@ def drawing(tmp_path):
     return candump(tmp_path / "log.log", [(10_000 * k, 0x100 + k % 4, None, bytes([k])) for k in range(200)])
 
 
+@pytest.mark.parametrize("name", ["log.log.gz", "log.asc", "log.slcan", "log.blf", "log.csv"])
+def test_recordings_of_other_formats_are_played(tmp_path, name):
+    """Read natively and by Python, plain and compressed."""
+    log = drawing(tmp_path)
+    made = subprocess.run([BUILD / "bin/voltlap", "log", "convert", log, "--out", tmp_path / name], capture_output=True,
+                          text=True, timeout=HANG_S, check=False)
+    assert made.returncode == 0, made.stderr
+    with Listener() as listener:
+        done = play(tmp_path / name, "--bus", BUS, "--speed", "max")
+        heard = listener.heard()
+    assert done.returncode == 0, done.stderr
+    assert contents(heard) == [(0x100 + k % 4, None, bytes([k])) for k in range(200)]
+
+
 def test_chosen_frames_alone_are_played_faster_and_again(tmp_path):
     with Listener() as listener:
         done = play(drawing(tmp_path), "--bus", BUS, "--from", 0.5, "--to", 1.005, "--id", "101,103-1FF", "--speed", 10,
