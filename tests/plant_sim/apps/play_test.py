@@ -3,6 +3,7 @@
 
 VOLTLAP_PLAY_S: how long the paced recording is [s]; 120 is the measurement of docs/play_and_shadow.md.
 """
+import gzip
 import os
 import random
 import signal
@@ -171,6 +172,31 @@ def test_ctrl_c_ends_an_endless_loop_with_its_summary(tmp_path):
         heard += listener.heard()
     assert run.returncode == 130
     assert f"  {len(heard)} frames sent" in out and "late: median" in out
+
+
+def test_a_recording_that_breaks_off_is_played_up_to_there(tmp_path):
+    whole = gzip.compress(candump(tmp_path / "log.log", [(1000 * k, 0x100, None, random.Random(k).randbytes(8))
+                                                         for k in range(400)]).read_bytes())
+    (tmp_path / "cut.log.gz").write_bytes(whole[:len(whole) // 2])
+    with Listener() as listener:
+        done = play(tmp_path / "cut.log.gz", "--bus", BUS, "--speed", "max")
+        heard = listener.heard()
+    assert done.returncode == 1 and "what stands before it is kept" in done.stdout
+    assert 50 < len(heard) < 350 and f"  {len(heard)} frames sent" in done.stdout
+
+
+def test_an_interface_that_goes_down_ends_it_with_its_summary(tmp_path):
+    with subprocess.Popen([BUILD / "bin/voltlap", "play", drawing(tmp_path), "--bus", "vcan1", "--loop"],
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        assert "again and again" in run.stdout.readline()
+        time.sleep(0.3)
+        subprocess.run(["ip", "link", "set", "vcan1", "down"], check=True)
+        try:
+            out, errors = run.communicate(timeout=HANG_S)
+        finally:
+            subprocess.run(["ip", "link", "set", "vcan1", "up"], check=True)
+    assert run.returncode == 3 and "went down or was removed" in errors
+    assert "frames sent" in out and "late: median" in out
 
 
 def test_clock_that_steps_back_is_repaired_by_the_readers_rule(tmp_path):

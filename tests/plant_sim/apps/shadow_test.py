@@ -179,6 +179,14 @@ def test_a_log_that_takes_no_more_is_said_and_what_it_holds_is_replayed(tmp_path
     assert f"{tmp_path}/heard.log: " in out
 
 
+def test_a_recording_never_takes_the_place_of_an_input(tmp_path, pack):
+    (tmp_path / "bus.dbc").write_text("VERSION \"\"\n")
+    for flag, path in (("--pack", pack), ("--dbc", tmp_path / "bus.dbc")):
+        before = path.read_text()
+        done = voltlap("shadow", "--bus", BUS, flag, path, "--log", path, "--for", 1)
+        assert done.returncode == 2 and path.read_text() == before, done.stderr
+
+
 @pytest.mark.parametrize("arguments, words", [
     (["--bus", "vcan7"], "no such interface"), (["--bus", "lo"], "no CAN interface"),
     (["--bus", BUS, "--log", "/absent/heard.log"], "cannot open this file for the recording"),
