@@ -2,14 +2,13 @@
 // `voltlap replay`: a recorded log through the production firmware, and what it would have done.
 #pragma once
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <string>
 #include <vector>
 
 #include "apps/map_finding.hpp"
 #include "apps/replay_outputs.hpp"
+#include "apps/replay_run.hpp"
 #include "core/parameter_file.hpp"
-#include "replay/replay_result.hpp"
 
 namespace voltlap::plant {
 
@@ -20,15 +19,14 @@ class ReplayCommand {
   [[nodiscard]] int run(const DataFolder& data);
 
  private:
-  [[nodiscard]] ReplayResult of_own(const DataFolder& data) const;
-  [[nodiscard]] ReplayResult by_role(const DataFolder& data) const;
-  bool report_changes(const ReplayResult& result, std::FILE* to) const;
+  [[nodiscard]] int run_folder(const DataFolder& data) const;
 
   CLI::App* command_;
-  std::string log_, map_, pack_, baseline_;
-  std::vector<std::string> settings_;
-  MapFinding finding_;
+  ReplayAsked asked_;
   ReplayOutputs outputs_;
+  std::string baseline_, firmware_;
+  std::vector<std::string> what_if_;
+  MapFinding finding_;
 };
 
 }  // namespace voltlap::plant

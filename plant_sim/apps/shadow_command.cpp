@@ -60,9 +60,9 @@ class Held {
 
 ShadowCommand::ShadowCommand(CLI::App& app) : command_(app.add_subcommand("shadow", what_it_does("shadow"))) {
   bus_.add_interface(*command_)->required();
-  command_->add_option("--map", request_.map, "Role map: name or path; default: a shipped map that fits");
-  request_.finding.add(*command_);
-  command_->add_option("--pack", request_.pack,
+  command_->add_option("--map", asked_.map, "Role map: name or path; default: a shipped map that fits");
+  finding_.add(*command_);
+  command_->add_option("--pack", asked_.pack,
                        "Cell, pack or vehicle file (TOML), name or path: what the firmware knows of the cells. Without "
                        "it SOC and limits say `no cell model`");
   command_
@@ -73,7 +73,7 @@ ShadowCommand::ShadowCommand(CLI::App& app) : command_(app.add_subcommand("shado
   command_->add_option("--for", for_s_, "End after so long [s]; default: at Ctrl-C")->check(positive_number());
   outputs_.add(*command_);
   command_
-      ->add_option("--set", request_.settings,
+      ->add_option("--set", asked_.settings,
                    "Change the pack or the firmware (voltlap list keys), key=value, one or several")
       ->type_name("KEY=VALUE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -88,11 +88,11 @@ ShadowCommand::ShadowCommand(CLI::App& app) : command_(app.add_subcommand("shado
 /// What will not mend itself while the bus is heard.
 void ShadowCommand::check(const DataFolder& data) const {
   refuse_shared_files({{"--log", log_}, {"--json", outputs_.json}, {"--csv", outputs_.csv},
-                       {"--report", outputs_.report}, {"--write-map", request_.finding.write_map}});
-  for (const std::string& file : request_.finding.dbc_files) note_input(file);
-  request_.finding.check_needed(!request_.map.empty());
-  if (!request_.map.empty()) static_cast<void>(load_role_map(data.find("maps", request_.map, "--map")));
-  if (!request_.pack.empty()) static_cast<void>(pack_of_own(data, request_.pack, request_.settings));
+                       {"--report", outputs_.report}, {"--write-map", finding_.write_map}});
+  for (const std::string& file : finding_.dbc_files) note_input(file);
+  finding_.check_needed(!asked_.map.empty());
+  if (!asked_.map.empty()) static_cast<void>(load_role_map(data.find("maps", asked_.map, "--map")));
+  if (!asked_.pack.empty()) static_cast<void>(pack_of_own(data, asked_.pack, asked_.settings));
 }
 
 void ShadowCommand::replay_so_far(BusCapture& capture, const std::string& log, const DataFolder& data) {
@@ -103,12 +103,13 @@ void ShadowCommand::replay_so_far(BusCapture& capture, const std::string& log, c
     return;
   }
   const double begin_s = cpu_s();
-  RoleReplayRequest request = request_;
-  request.log = log;
-  request.finding.write_map.clear();
+  ReplayAsked asked = asked_;
+  asked.log = log;
+  MapFinding finding = finding_;
+  finding.write_map.clear();
   try {
     Held held(capture);
-    const ReplayResult result = replay_by_role(request, data, [&](const std::string&, double fraction) {
+    const ReplayResult result = replay_by_role(asked, finding, data, [&](const std::string&, double fraction) {
       if (fraction >= 0.5) held.release();
       if (interrupted() || capture.ended()) throw GivenUp();
     });
@@ -149,9 +150,9 @@ void ShadowCommand::watch(BusCapture& capture, const std::string& log, const Dat
 }
 
 void ShadowCommand::conclude(const std::string& log, const DataFolder& data) {
-  RoleReplayRequest request = request_;
-  request.log = log;
-  ReplayResult result = replay_by_role(request, data, [](const std::string&, double) {});
+  ReplayAsked asked = asked_;
+  asked.log = log;
+  ReplayResult result = replay_by_role(asked, finding_, data, [](const std::string&, double) {});
   if (log_.empty()) result.log = bus_.interface;
   outputs_.write(result);
   fmt::print(outputs_.stream(), "{}", replay_text(result));

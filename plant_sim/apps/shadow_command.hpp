@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "apps/bus_options.hpp"
-#include "apps/replay_by_role.hpp"
+#include "apps/map_finding.hpp"
 #include "apps/replay_outputs.hpp"
+#include "apps/replay_run.hpp"
 #include "apps/status_line.hpp"
 #include "core/parameter_file.hpp"
 #include "replay/shadow_words.hpp"
@@ -38,7 +39,8 @@ class ShadowCommand {
 
   CLI::App* command_;
   BusOptions bus_;
-  RoleReplayRequest request_;
+  ReplayAsked asked_;
+  MapFinding finding_;
   ReplayOutputs outputs_;
   std::string log_;
   double for_s_ = 0.0;  ///< 0: until Ctrl-C

@@ -97,7 +97,9 @@ void add_soc(const ReplayResult& r, std::vector<Disagreement>& out) {
                              "{:.1f} %",
                              100.0 * worst->soc, 100.0 * worst->logged_soc, worst->time_s, 100.0 * r.soc_end(),
                              100.0 * r.logged_soc_end()),
-                 "whether the cells rested where the firmware started (below), and the charge counted since"});
+                 r.soc_from == SocSource::kLogged
+                     ? "the charge counted since: both start alike"
+                     : "whether the cells rested where the firmware started (below), and the charge counted since"});
 }
 
 void add_soc_jump(const ReplayResult& r, std::vector<Disagreement>& out) {

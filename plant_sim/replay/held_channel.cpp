@@ -59,4 +59,12 @@ double HeldChannel::last_s() const {
   return -std::numeric_limits<double>::infinity();
 }
 
+double value_at(const Channel& channel, double time_s) {
+  const auto after = std::upper_bound(channel.time_s.begin(), channel.time_s.end(), time_s);
+  for (auto k = static_cast<std::size_t>(after - channel.time_s.begin()); k-- > 0;) {
+    if (std::isfinite(channel.value[k])) return channel.value[k];
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
 }  // namespace voltlap::plant

@@ -37,4 +37,7 @@ class HeldChannel {
 /// The interval that nine of ten samples of these channels stay within: recorders write in bursts and lose frames.
 [[nodiscard]] double usual_interval_s(const std::vector<const Channel*>& channels);
 
+/// The latest value of a channel at a time; NaN before the first.
+[[nodiscard]] double value_at(const Channel& channel, double time_s);
+
 }  // namespace voltlap::plant

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The result of a replay beside that of an earlier one of the same log: what a change of the firmware has changed.
+// What has changed between two replays of one log, for a person to read.
 #pragma once
 #include <string>
 #include <vector>
 
 namespace voltlap::plant {
 
-/// A line for each value that differs, "faults/0/time_s: 43.8 -> 43.7", in the order of the newer one. Version and path
-/// of the log do not count. Throws InputError for a baseline that is no JSON of a replay.
+/// Lines, empty when nothing has changed: a value as `was -> is`; entries of a list that came, went, or are no longer
+/// the same, paired by what they are about; of a series how many points differ, and the farthest. Names and paths of
+/// log, map, pack and program are not compared. Throws InputError when the file is not what `replay --json` writes.
 [[nodiscard]] std::vector<std::string> changes_since(const std::string& baseline_path, const std::string& now_json);
+
+/// The same of two results in memory.
+[[nodiscard]] std::vector<std::string> changes_between(const std::string& was_json, const std::string& is_json);
 
 }  // namespace voltlap::plant

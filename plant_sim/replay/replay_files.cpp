@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "replay/replay_text.hpp"
 
@@ -43,6 +45,13 @@ Json of_over_limit(const OverLimit& o) {
           {"cell", o.cell > 0 ? Json(o.cell) : Json(nullptr)}};
 }
 
+/// To nine digits: 0.58, not 0.5800000000000003.
+void round_all(Json& value) {
+  if (value.is_number_float()) value = std::stod(fmt::format("{:.9g}", value.get<double>()));
+  if (!value.is_structured()) return;
+  for (Json& one : value) round_all(one);
+}
+
 template <class Items, class Convert>
 Json list_of(const Items& items, const Convert& convert) {
   Json out = Json::array();
@@ -50,9 +59,40 @@ Json list_of(const Items& items, const Convert& convert) {
   return out;
 }
 
+/// What the firmware said, at most some 200 moments of it: enough to see a change, small enough to keep.
+Json series_of(const ReplayResult& r) {
+  constexpr double kMost = 200.0, kRowsPer_s = 10.0;
+  const auto rounded = [](double value, double unit) {
+    return std::isfinite(value) ? Json(std::round(value * unit * 1e3) / 1e3) : Json(nullptr);
+  };
+  const auto every = static_cast<std::size_t>(std::max(1.0, std::ceil(static_cast<double>(r.rows.size()) / kMost)));
+  Json out = {{"step_s", static_cast<double>(every) / kRowsPer_s}};
+  for (const char* name : {"soc_pct", "discharge_limit_a", "charge_limit_a", "state"}) out[name] = Json::array();
+  for (std::size_t k = 0; k < r.rows.size(); k += every) {
+    const ReplayRow& row = r.rows[k];
+    out["soc_pct"].push_back(rounded(row.soc, 100.0));
+    out["discharge_limit_a"].push_back(rounded(row.discharge_limit_a, 1.0));
+    out["charge_limit_a"].push_back(rounded(row.charge_limit_a, 1.0));
+    out["state"].push_back(can::kBmsStateNames[static_cast<std::size_t>(row.state)]);
+  }
+  return out;
+}
+
 /// A field of a table of text; NaN is empty.
 std::string field(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "";
+}
+
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> out(1);
+  for (const char c : line) {
+    if (c == ',') {
+      out.emplace_back();
+    } else {
+      out.back() += c;
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -67,9 +107,11 @@ std::string replay_json(const ReplayResult& r, const std::string& version) {
   out["duration_s"] = r.duration_s;
   out["cells"] = r.cells;
   out["soc_start_pct"] = number(r.soc_start(), 100.0);
+  out["soc_start_from"] = r.has_cell_model() ? Json(kSocSourceNames[static_cast<std::size_t>(r.soc_from)]) : Json();
   out["soc_end_pct"] = number(r.soc_end(), 100.0);
   out["soc_logged_start_pct"] = number(r.logged_soc_start(), 100.0);
   out["soc_logged_end_pct"] = number(r.logged_soc_end(), 100.0);
+  out["series"] = series_of(r);
   out["limit_violations"] = list_of(r.violations, [](const LimitViolation& v) {
     return Json{{"time_s", v.time_s}, {"until_s", v.until_s}, {"cell", v.cell}, {"voltage_v", v.voltage_v},
                 {"limit_v", v.limit_v}};
@@ -99,6 +141,7 @@ std::string replay_json(const ReplayResult& r, const std::string& version) {
   }
   out["assumptions"] = r.assumptions;
   out["notes"] = r.notes;
+  round_all(out);
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -116,6 +159,30 @@ std::string replay_csv(const ReplayResult& r) {
                        can::kLimitReasonNames[static_cast<std::size_t>(row.discharge_reason)],
                        can::kLimitReasonNames[static_cast<std::size_t>(row.charge_reason)], row.limiting_cell,
                        can::kBmsStateNames[static_cast<std::size_t>(row.state)], row.faults);
+  }
+  return out;
+}
+
+std::vector<ReplayRow> rows_of_csv(const std::string& text) {
+  std::vector<ReplayRow> out;
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> names = fields_of(line);
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> fields = fields_of(line);
+    ReplayRow row;
+    for (std::size_t k = 0; k < names.size() && k < fields.size(); ++k) {
+      if (names[k] == "state" && fields[k] == can::kBmsStateNames[static_cast<std::size_t>(can::BmsState::kTsActive)]) {
+        row.state = can::BmsState::kTsActive;
+      }
+      if (fields[k].empty()) continue;
+      if (names[k] == "time_s") row.time_s = std::stod(fields[k]);
+      if (names[k] == "soc_pct") row.soc = 1e-2 * std::stod(fields[k]);
+      if (names[k] == "discharge_limit_a") row.discharge_limit_a = std::stod(fields[k]);
+      if (names[k] == "charge_limit_a") row.charge_limit_a = std::stod(fields[k]);
+    }
+    out.push_back(row);
   }
   return out;
 }

@@ -26,6 +26,19 @@ constexpr std::size_t kPointsMax = 6000;
 constexpr std::array<std::string_view, 5> kScripts = {"series.js", "time_charts.js", "time_chart.js",
                                                       "chart_gestures.js", "replay.js"};
 
+/// Rows of a second run at the times of the first: the latest of each moment.
+std::vector<ReplayRow> at_times_of(const std::vector<ReplayRow>& first, const std::vector<ReplayRow>& second) {
+  constexpr double kSame_s = 1e-6;
+  std::vector<ReplayRow> out;
+  std::size_t next = 0;
+  ReplayRow held;
+  for (const ReplayRow& row : first) {
+    while (next < second.size() && second[next].time_s <= row.time_s + kSame_s) held = second[next++];
+    out.push_back(held);
+  }
+  return out;
+}
+
 /// A curve has a value everywhere: where none is known it goes on with the last one.
 std::vector<double> filled(const std::vector<ReplayRow>& rows, double ReplayRow::*field, double factor) {
   std::vector<double> out;
@@ -75,7 +88,15 @@ std::string charts_data(const ReplayResult& r) {
     const std::vector<double> values = filled(r.rows, column.field, column.factor);
     if (!values.empty()) add(bucket_extremes(buckets, column.name, column.resolution, values));
   }
-  return Json{{"points", points}, {"columns", columns}}.dump();
+  if (!r.second) return Json{{"points", points}, {"columns", columns}}.dump();
+  const std::vector<ReplayRow> second = at_times_of(r.rows, r.second->rows);
+  for (const Column& column : kColumns) {
+    if (std::string_view(column.name).starts_with("logged")) continue;
+    const std::vector<double> values = filled(second, column.field, column.factor);
+    const std::string name = std::string("second_") + column.name;
+    if (!values.empty()) add(bucket_extremes(buckets, name, column.resolution, values));
+  }
+  return Json{{"points", points}, {"columns", columns}, {"second", r.second->name}}.dump();
 }
 
 std::string number(double value, int digits) {
@@ -151,6 +172,17 @@ std::string comparison_items(const ReplayResult& r) {
                             c.bms.same, c.bms.recorded, c.master.same, c.master.recorded, where)});
 }
 
+/// What another firmware or other settings change, one row each.
+std::string change_rows(const ReplayResult& r) {
+  constexpr std::size_t kShown = 100;
+  if (!r.second) return "";
+  const std::vector<std::string>& changes = r.second->changes;
+  std::string out;
+  for (std::size_t k = 0; k < changes.size() && k < kShown; ++k) out += html_row({changes[k]});
+  if (changes.size() > kShown) out += html_row({fmt::format("and {} more", changes.size() - kShown)});
+  return out.empty() ? html_row({"nothing"}) : out;
+}
+
 std::string headline(const ReplayResult& r) {
   if (r.comparison && r.comparison->first) {
     return fmt::format("Not answered as recorded: the first difference is at {:.3f} s, {} of the {}",
@@ -199,6 +231,9 @@ std::string replay_report(const ReplayResult& r, const std::string& version) {
                               {"fault_rows", fault_rows(r)},
                               {"frame_rows", frame_row},
                               {"comparison", comparison_items(r)},
+                              {"second_hidden", r.second ? "" : " hidden"},
+                              {"second_since", r.second ? html_text(r.second->since) : ""},
+                              {"change_rows", change_rows(r)},
                               {"notes", items(notes(r))}}),
        .scripts = {kScripts.begin(), kScripts.end()},
        .data = charts_data(r),

@@ -80,6 +80,19 @@ struct FrameComparison {
   [[nodiscard]] bool identical() const { return !first && bms.recorded + master.recorded > 0; }
 };
 
+/// What the firmware's SOC starts from: cells at rest, or, in a recording that begins under load, see soc_start.hpp.
+enum class SocSource { kRest, kCountedBack, kLogged, kUnloaded };
+inline constexpr const char* kSocSourceNames[] = {"cells at rest", "counted back from a later rest", "the log's own SOC",
+                                                  "cells under load"};
+
+/// The same log once more, by other settings or another firmware.
+struct SecondRun {
+  std::string name;                  ///< of its curves: what is other
+  std::string since;                 ///< what the changes lead away from, in words
+  std::vector<ReplayRow> rows{};
+  std::vector<std::string> changes{};  ///< see replay_baseline.hpp
+};
+
 struct ReplayResult {
   std::string log, map, pack;            ///< pack empty: no cell model
   FrameAccount frames{};
@@ -99,6 +112,8 @@ struct ReplayResult {
   double open_s = 0.0, open_ah = 0.0;    ///< the log drove on while the firmware's contactors were open
   std::optional<FrameComparison> comparison{};
   std::optional<SocJump> soc_jump{};
+  SocSource soc_from = SocSource::kRest;
+  std::optional<SecondRun> second{};
 
   [[nodiscard]] bool has_cell_model() const { return !pack.empty(); }
   [[nodiscard]] double soc_start() const;

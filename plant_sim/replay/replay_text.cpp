@@ -54,8 +54,11 @@ std::string soc_text(const ReplayResult& r) {
     return fmt::format("  SOC               no cell model (--pack); logged {} to {}\n", percent(r.logged_soc_start()),
                        percent(r.logged_soc_end()));
   }
-  return fmt::format("  SOC               {} to {}; logged {} to {}\n", percent(r.soc_start()), percent(r.soc_end()),
-                     percent(r.logged_soc_start()), percent(r.logged_soc_end()));
+  const std::string from = r.soc_from == SocSource::kRest
+                               ? ""
+                               : fmt::format(" (from {})", kSocSourceNames[static_cast<std::size_t>(r.soc_from)]);
+  return fmt::format("  SOC               {}{} to {}; logged {} to {}\n", percent(r.soc_start()), from,
+                     percent(r.soc_end()), percent(r.logged_soc_start()), percent(r.logged_soc_end()));
 }
 
 struct Lowest {

@@ -63,15 +63,6 @@ Channel pack_by_bus(const Channel& bus, const Channel* published) {
   return out;
 }
 
-/// The latest value at a time; NaN before the first.
-double value_at(const Channel& channel, double time_s) {
-  const auto after = std::upper_bound(channel.time_s.begin(), channel.time_s.end(), time_s);
-  for (auto k = static_cast<std::size_t>(after - channel.time_s.begin()); k-- > 0;) {
-    if (std::isfinite(channel.value[k])) return channel.value[k];
-  }
-  return kUnknown;
-}
-
 /// How much a cell moves with its share of the pack's voltage: least squares over its samples, drawn towards 1 where
 /// they say little.
 double share_of_pack(const Channel& cell, const Channel& pack, double cells) {
@@ -284,10 +275,7 @@ void RoleInputs::find_rest() {
     begin_s_ = kStep_s * std::ceil(t / kStep_s - 1e-9);
     return;
   }
-  current = current_;
-  current.advance(begin_s_);
-  assume(fmt::format("no rest in the first {:.0f} s: the SOC starts from cells under {:.0f} A, wrong by what they sag",
-                     kWaitForRest_s, current.value()));
+  begins_under_load_ = true;
 }
 
 void RoleInputs::advance(double time_s) {
@@ -312,24 +300,32 @@ void RoleInputs::level_cells() {
 }
 
 double RoleInputs::pack_v() {
-  if (pack_.recorded()) return pack_.known() ? pack_.value() : kUnknown;
-  double sum = 0.0;
-  for (std::size_t i = 0; i < car_.cells; ++i) sum += cell(i);
-  return sum;
+  return std::isfinite(alike_v_) ? alike_v_ * static_cast<double>(car_.cells) : recorded_pack_v();
 }
 
 double RoleInputs::cell(std::size_t index) {
-  if (shared_pack_) return pack_v() / static_cast<double>(car_.cells);
+  return std::isfinite(alike_v_) ? alike_v_ : recorded_cell(index);
+}
+
+double RoleInputs::recorded_pack_v() {
+  if (pack_.recorded()) return pack_.known() ? pack_.value() : kUnknown;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < car_.cells; ++i) sum += recorded_cell(i);
+  return sum;
+}
+
+double RoleInputs::recorded_cell(std::size_t index) {
+  if (shared_pack_) return recorded_pack_v() / static_cast<double>(car_.cells);
   Cell& cell = cells_[index];
   cell.voltage.advance(now_s_);
-  if (!cell.voltage.recorded()) return pack_v() / static_cast<double>(car_.cells);
+  if (!cell.voltage.recorded()) return recorded_pack_v() / static_cast<double>(car_.cells);
   if (!cell.voltage.known()) return kUnknown;
   if (!carries_) return cell.voltage.value();
   if (cell.voltage.sampled_s() > cell.taken_s) {
     cell.taken_s = cell.voltage.sampled_s();
     cell.pack_then_v = value_at(*pack_channel_, cell.taken_s);
   }
-  const double moved_v = cell.share * (pack_v() - cell.pack_then_v) / static_cast<double>(car_.cells);
+  const double moved_v = cell.share * (recorded_pack_v() - cell.pack_then_v) / static_cast<double>(car_.cells);
   // Contactors that open under load throw the bus up; no cell follows it.
   return cell.voltage.value() + (std::abs(moved_v) < kMovesMost_v ? moved_v + levelling_v_ : 0.0);
 }

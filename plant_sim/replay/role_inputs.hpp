@@ -21,6 +21,8 @@ struct ReplayCar {
   bool carry_cells = true;                  ///< slow cell voltages follow the pack's between their samples
   double hold_intervals = 5.0;              ///< a slow channel is held for so many of its usual intervals
   double capacity_ah = 0.0;                 ///< 0: not known
+  double resistance_ohm = 0.0;              ///< of a cell, as the firmware has it; 0: not known
+  std::vector<std::pair<double, double>> ocv{};  ///< SOC and V, rising; empty: not known
 };
 
 class RoleInputs {
@@ -33,6 +35,8 @@ class RoleInputs {
   /// The first moment at which everything is known and, within ten seconds, the current is at rest.
   [[nodiscard]] double begin_s() const { return begin_s_; }
   [[nodiscard]] double end_s() const { return end_s_; }
+  /// There the cells carry more than a current of rest.
+  [[nodiscard]] bool begins_under_load() const { return begins_under_load_; }
   [[nodiscard]] double recorded_from_s() const { return current_.first_s(); }
   [[nodiscard]] const std::vector<std::string>& assumptions() const { return assumptions_; }
 
@@ -41,6 +45,8 @@ class RoleInputs {
   /// Without contacts, DC link and switches: they are not in the recording.
   [[nodiscard]] Readings readings();
   [[nodiscard]] double cell(std::size_t index);
+  /// Before the first moment of a recording that begins under load, all cells at one voltage; as recorded by NaN.
+  void show_alike(double cell_v) { alike_v_ = cell_v; }
   [[nodiscard]] double thermistor(std::size_t index);
   [[nodiscard]] double current_a() const { return current_.known() ? current_.value() : kUnknown; }
   /// Everything that the recording says; looks at every cell.
@@ -64,13 +70,16 @@ class RoleInputs {
   void level_cells();
   [[nodiscard]] double longest_s(const std::vector<const Channel*>& channels, std::int32_t timeout_ms) const;
   [[nodiscard]] double pack_v();
+  [[nodiscard]] double recorded_pack_v();
+  [[nodiscard]] double recorded_cell(std::size_t index);
   void assume(std::string text) { assumptions_.push_back(std::move(text)); }
 
   ReplayCar car_;
   double now_s_ = 0.0, begin_s_ = 0.0, end_s_ = 0.0, levelling_v_ = 0.0, next_levelling_s_ = -1e300;
+  double alike_v_ = kUnknown;
   Channel bus_{};  ///< stands for the pack's voltage where that is not recorded
   const Channel* pack_channel_ = nullptr;
-  bool carries_ = false, shared_pack_ = false;
+  bool carries_ = false, shared_pack_ = false, begins_under_load_ = false;
   HeldChannel current_, pack_, motor_speed_, motor_torque_, motor_current_, accelerator_, brake_, brake_pressure_;
   HeldChannel soc_, discharge_limit_, charge_limit_;
   std::vector<Cell> cells_;

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "core/demand.hpp"
 #include "replay/cell_limits.hpp"
 #include "replay/input_frames.hpp"
+#include "replay/soc_start.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -43,12 +45,20 @@ class RoleReplay {
         loop_(ecus),
         watch_(result, with_model),
         result_(result),
-        full_brake_bar_(car.full_brake_bar) {}
+        full_brake_bar_(car.full_brake_bar) {
+    if (!with_model || !inputs_.begins_under_load() || car.ocv.empty() || !(car.capacity_ah > 0.0)) return;
+    start_ = soc_under_load(log, car, inputs_.begin_s(), result.soc_jump.has_value());
+    start_v_ = ocv_of_soc(car, start_->soc);
+  }
 
   void run() {
     result_.begin_s = inputs_.begin_s();
     result_.duration_s = std::max(0.0, inputs_.end_s() - inputs_.begin_s());
     result_.assumptions = inputs_.assumptions();
+    if (start_) {
+      result_.assumptions.push_back(start_->said);
+      result_.soc_from = start_->source;
+    }
     const auto begin = std::chrono::steady_clock::now();
     const auto steps = static_cast<std::size_t>(std::floor(result_.duration_s / kTick_s + 1e-6)) + 1;
     show_before();
@@ -106,6 +116,7 @@ class RoleReplay {
   void bring_up() {
     const double longest_s = tried_ ? kRestart_s : kStartUp_s;
     double active_s = 0.0;
+    if (!tried_) inputs_.show_alike(start_v_);
     for (double t = 0.0; t < longest_s && active_s < kRisen_s; t += kTick_s) {
       Readings readings = inputs_.readings();
       if (std::isfinite(readings.current_a)) readings.current_a = 0.0;
@@ -116,6 +127,7 @@ class RoleReplay {
       watch_.note_faults(time_s_, said_);
       active_s = active() ? active_s + kTick_s : 0.0;
     }
+    inputs_.show_alike(kUnknown);
     tried_ = true;
     next_try_s_ = time_s_ + kRetry_s;
     if (active()) {
@@ -166,6 +178,8 @@ class RoleReplay {
   FirmwareWatch watch_;
   ReplayResult& result_;
   double full_brake_bar_;
+  std::optional<SocStart> start_{};
+  double start_v_ = kUnknown;
   IdealContacts contacts_{};
   Said said_{};
   LoggedMoment moment_{};
@@ -218,9 +232,9 @@ void replay_roles(const DriveLog& log, const ReplayCar& car, const PedalSensors&
                   ReplayResult& result) {
   result.cells = car.cells;
   result.thermistors = car.thermistors;
+  find_soc_jump(log, car.capacity_ah, result);
   RoleReplay(log, car, pedals, with_model, ecus, result).run();
   if (with_model) find_violations(log, car, result);
-  find_soc_jump(log, car.capacity_ah, result);
   result.frames = log.frames;
   result.defects = log.defects;
   result.notes = log.notes;

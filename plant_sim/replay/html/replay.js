@@ -24,6 +24,7 @@
       chart("chart-soc", "State of charge", "SOC", "%", 2, [
         ["firmware", "blue", "soc_pct"],
         ["log", "orange", "logged_soc_pct"],
+        [data.second, "purple", "second_soc_pct"],
       ]),
       chart("chart-current", "Current and limits, discharge positive", "current", "A", 1, [
         ["the log's unit allows", "grey", "logged_discharge_limit_a", "reference"],
@@ -31,6 +32,8 @@
         ["log", "blue", "current_a"],
         ["firmware allows", "orange", "discharge_limit_a"],
         ["firmware takes", "green", "charge_limit_a"],
+        [`allowed, ${data.second}`, "purple", "second_discharge_limit_a"],
+        [`taken, ${data.second}`, "grey", "second_charge_limit_a"],
       ]),
       chart("chart-cells", "Lowest and highest cell", "voltage", "V", 3, [
         ["lowest", "blue", "cell_min_v"],

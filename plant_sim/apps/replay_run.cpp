@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/replay_run.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "apps/firmware_config.hpp"
+#include "apps/firmware_loop.hpp"
+#include "apps/progress_line.hpp"
+#include "apps/replay_pack.hpp"
+#include "io/logs/role_map.hpp"
+#include "replay/disagreements.hpp"
+#include "replay/own_recording.hpp"
+#include "replay/role_replay.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kVoltsPerCount = 1e-4;  // of the firmware's cell voltages
+constexpr double kOhmPerCount = 1e-6;    // of its resistances
+
+ReplayCar replayed_car(const VehicleParameters& car, const bms::Config& config) {
+  ReplayCar out;
+  out.cells = config.cells_in_series;
+  out.thermistors = config.temperature_sensors;
+  out.motor_constant_nm_per_a = 1e-6 * config.motor_constant_unm_per_a;
+  out.full_brake_bar = car.brakes.full_pedal_pressure_bar;
+  out.rest_current_a = 1e-3 * config.soc_start_current.raw();
+  if (config.soc_method != bms::SocMethod::kNone) {
+    out.capacity_ah = 1e-3 * config.capacity_mah;
+    for (std::size_t k = 0; k < config.ocv.count; ++k) {
+      out.ocv.emplace_back(1e-6 * config.ocv.soc[k].raw(), kVoltsPerCount * config.ocv.voltage[k].raw());
+    }
+    double sum = 0.0;
+    for (std::size_t k = 0; k < config.resistance.count; ++k) sum += config.resistance.resistance[k].raw();
+    out.resistance_ohm = kOhmPerCount * sum / std::max<double>(1.0, config.resistance.count);
+  }
+  out.cell_min_v = kVoltsPerCount * config.cell_voltage_min.raw();
+  out.cell_max_v = kVoltsPerCount * config.cell_voltage_max.raw();
+  return out;
+}
+
+ReplayResult of_own(const ReplayAsked& asked, const DataFolder& data) {
+  ReplayResult out;
+  out.pack = asked.pack.empty() ? "vtm16e" : asked.pack;
+  out.map = "our own bus, frame by frame";
+  const LoadedVehicle car = pack_of_own(data, out.pack, asked.settings);
+  const bms::Config config = bms_config(car.parameters, car.origin);
+  FirmwareLoop firmware(config, master_config(car.parameters, car.origin));
+  ProgressLine progress("replay");
+  progress.show("reading " + asked.log, 0.0);
+  const OwnRecording recording = read_own_recording(asked.log);
+  progress.show("replaying", 0.5);
+  out.log = asked.log;
+  replay_own(recording, firmware, kVoltsPerCount * config.cell_voltage_min.raw(),
+             kVoltsPerCount * config.cell_voltage_max.raw(), out);
+  out.disagreements = find_disagreements(out);
+  progress.end();
+  return out;
+}
+
+}  // namespace
+
+ReplayResult replay_by_role(const ReplayAsked& asked, const MapFinding& finding, const DataFolder& data,
+                            const std::function<void(const std::string&, double)>& progress) {
+  finding.check_needed(!asked.map.empty());
+  progress("reading " + asked.log, 0.0);
+  std::optional<RoleMap> map = finding.find(asked.log);
+  if (!asked.map.empty()) map = load_role_map(data.find("maps", asked.map, "--map"));
+  const DriveLog log = read_drive_log(asked.log, map ? &*map : nullptr, data);
+  const LoadedVehicle car = pack_of_log(data, asked.pack, asked.settings, log);
+  const bms::Config config = bms_config(car.parameters, car.origin);
+  const master::Config master = master_config(car.parameters, car.origin);
+  FirmwareLoop firmware(config, master);
+  progress("replaying", 0.5);
+  ReplayResult out;
+  out.log = asked.log;
+  out.map = log.map;
+  out.pack = asked.pack;
+  replay_roles(log, replayed_car(car.parameters, config), pedal_sensors(master), !asked.pack.empty(), firmware, out);
+  out.disagreements = find_disagreements(out);
+  return out;
+}
+
+bool is_replayed_by_frame(const ReplayAsked& asked, const MapFinding& finding) {
+  return asked.map.empty() && !finding.is_asked() && is_own_recording(asked.log);
+}
+
+ReplayResult run_replay(const ReplayAsked& asked, const MapFinding& finding, const DataFolder& data) {
+  if (is_replayed_by_frame(asked, finding)) return of_own(asked, data);
+  ProgressLine progress("replay");
+  return replay_by_role(asked, finding, data,
+                        [&](const std::string& what, double fraction) { progress.show(what, fraction); });
+}
+
+}  // namespace voltlap::plant
