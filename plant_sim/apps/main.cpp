@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command line `voltlap`: the car driven, on a bus in this process or on a CAN interface.
-#include <cstdio>
-
+#include "apps/bus_errors.hpp"
 #include "apps/compare_command.hpp"
 #include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
@@ -15,25 +14,17 @@
 #include "apps/plant_command.hpp"
 #include "apps/program.hpp"
 #include "apps/track_command.hpp"
-#include "core/errors.hpp"
-#include "port/host/bus_error.hpp"
 
 namespace {
 
 using namespace voltlap::plant;
 
-/// The bus has errors of its own: an interface that is not there is an input, one that goes down fails the run.
 int run(int argc, char** argv) {
   hand_over(argc, argv);
-  try {
+  return with_bus_errors([&] {
     return run_commands<EnduranceCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand, NewCommand,
                         PlantCommand, EcuCommand, LogRecordCommand, TrackCommand>(argc, argv, add_other_commands);
-  } catch (const voltlap::port::BusSetupError& error) {
-    throw InputError(error.what());
-  } catch (const voltlap::port::BusDownError& error) {
-    std::fprintf(stderr, "voltlap: %s\n", error.what());
-    return kExitFailedRun;
-  }
+  });
 }
 
 }  // namespace

@@ -25,7 +25,9 @@ constexpr OtherCommand kOthers[] = {
     {"log", "voltlap-logs", "Recordings of a CAN bus: record, look at, check, plot, decode, convert"},
     {"identify", "voltlap-learn", "Parameter tables of a cell from its measured tests or drives"},
     {"soc-test", "voltlap-learn", "The BMS's state of charge against the truth, with errors of all kinds"},
+    {"play", "voltlap-replay", "A recording onto a CAN interface at its own pace, for live nodes and tools"},
     {"replay", "voltlap-replay", "A recorded log through the production firmware: what it would have done"},
+    {"shadow", "voltlap-replay", "The firmware beside the car's own unit on a live bus, silent: where they disagree"},
     {"validate", "voltlap-learn", "A cell file against recordings of that cell that it was not made from"},
 };
 

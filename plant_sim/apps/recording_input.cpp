@@ -24,9 +24,10 @@ void RecordingInput::add(CLI::App& command) {
   command.add_option("--map", map_, "Role map, whose DBC files and intervals are used");
 }
 
-std::unique_ptr<CanRecording> RecordingInput::open(const DbcSet& dbc) const {
+std::unique_ptr<CanRecording> RecordingInput::open(const DbcSet& dbc, bool keep_remote) const {
   CanReading reading;
   reading.broken = BrokenStream::kKeep;
+  reading.keep_remote = keep_remote;
   reading.period_s = period_s_;
   for (const auto& file : dbc.files()) {
     for (const DbcMessage& message : file->messages()) {

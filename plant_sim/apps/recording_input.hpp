@@ -21,8 +21,9 @@ class RecordingInput {
 
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Opens the recording; what breaks off is kept up to there. Where it has no stamps, the intervals of the map count,
-  /// else those of the DBC files. Throws InputError for a table.
-  [[nodiscard]] std::unique_ptr<CanRecording> open(const DbcSet& dbc) const;
+  /// else those of the DBC files. Remote frames are left out and counted but for who asks for them. Throws InputError
+  /// for a table.
+  [[nodiscard]] std::unique_ptr<CanRecording> open(const DbcSet& dbc, bool keep_remote = false) const;
   /// Throws InputError when a result would take the place of the recording.
   void refuse_as_output(const std::string& out) const;
   /// The files of --dbc, and those that the map names.

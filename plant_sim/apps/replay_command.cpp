@@ -12,9 +12,7 @@
 #include "apps/replay_season.hpp"
 #include "apps/replay_second_run.hpp"
 #include "core/errors.hpp"
-#include "io/atomic_file.hpp"
 #include "replay/replay_baseline.hpp"
-#include "replay/replay_report.hpp"
 #include "replay/replay_text.hpp"
 
 namespace voltlap::plant {
@@ -43,9 +41,7 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
   command_->add_option("--pack", asked_.pack,
                        "Cell, pack or vehicle file (TOML), name or path: what the firmware knows of the cells. Without "
                        "it SOC and limits say `no cell model`; of our own bus: the vehicle driven (default vtm16e)");
-  add_output_file(*command_, "--json", json_, "Write the result as JSON; -: to standard output");
-  add_output_file(*command_, "--csv", csv_, "Write a time series, ten rows a second");
-  add_output_file(*command_, "--report", report_, "Write a report as one HTML file");
+  outputs_.add(*command_);
   command_->add_option("--baseline", baseline_,
                        "JSON of an earlier replay of this log: whatever has changed since is printed, value by value. "
                        "Of a folder of logs: the folder that --json was")
@@ -74,8 +70,8 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
 
 /// Of a folder only what has one answer a log.
 int ReplayCommand::run_folder(const DataFolder& data) const {
-  const std::pair<const char*, bool> kOfOne[] = {{"--csv", !csv_.empty()},
-                                                 {"--report", !report_.empty()},
+  const std::pair<const char*, bool> kOfOne[] = {{"--csv", !outputs_.csv.empty()},
+                                                 {"--report", !outputs_.report.empty()},
                                                  {"--write-map", !finding_.write_map.empty()},
                                                  {"--what-if", !what_if_.empty()},
                                                  {"--firmware", !firmware_.empty()}};
@@ -87,29 +83,22 @@ int ReplayCommand::run_folder(const DataFolder& data) const {
     asked.log = log;
     return run_replay(asked, finding_, data);
   };
-  return replay_season({asked_.log, json_, baseline_, replay}, stdout);
+  return replay_season({asked_.log, outputs_.json, baseline_, replay}, stdout);
 }
 
 int ReplayCommand::run(const DataFolder& data) {
   if (std::filesystem::is_directory(asked_.log)) return run_folder(data);
   refuse_shared_files(
-      {{"--json", json_}, {"--csv", csv_}, {"--report", report_}, {"--write-map", finding_.write_map}});
+      {{"--json", outputs_.json}, {"--csv", outputs_.csv}, {"--report", outputs_.report},
+       {"--write-map", finding_.write_map}});
   if (!what_if_.empty() && !firmware_.empty()) {
     throw InputError("--what-if and --firmware", "both", "one second run", "Ask for one, then for the other");
   }
   ReplayResult result = run_replay(asked_, finding_, data);
   if (!what_if_.empty()) result.second = run_with(asked_, what_if_, finding_, data, result);
   if (!firmware_.empty()) result.second = run_by_commit(asked_, firmware_, finding_, result);
-  const auto write = [](const std::string& path, const auto& text) {
-    if (path.empty()) return;
-    AtomicFile file(path);
-    file.write(text());
-    file.commit();
-  };
-  write(json_, [&] { return replay_json(result, VOLTLAP_VERSION); });
-  write(csv_, [&] { return replay_csv(result); });
-  write(report_, [&] { return replay_report(result, VOLTLAP_VERSION); });
-  std::FILE* const to = summary_stream({json_, csv_, report_});
+  outputs_.write(result);
+  std::FILE* const to = outputs_.stream();
   fmt::print(to, "{}", replay_text(result));
   if (result.second) print_changes(result.second->changes, result.second->since, to);
   std::vector<std::string> changes;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/map_finding.hpp"
+#include "apps/replay_outputs.hpp"
 #include "apps/replay_run.hpp"
 #include "core/parameter_file.hpp"
 
@@ -22,7 +23,8 @@ class ReplayCommand {
 
   CLI::App* command_;
   ReplayAsked asked_;
-  std::string json_, report_, csv_, baseline_, firmware_;
+  ReplayOutputs outputs_;
+  std::string baseline_, firmware_;
   std::vector<std::string> what_if_;
   MapFinding finding_;
 };

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command of `voltlap` that puts recorded logs through the firmware.
+// The commands of `voltlap` for recorded logs: through the firmware, onto a bus, and both at once.
+#include "apps/bus_errors.hpp"
 #include "apps/guarded_main.hpp"
+#include "apps/play_command.hpp"
 #include "apps/program.hpp"
 #include "apps/replay_command.hpp"
+#include "apps/shadow_command.hpp"
 
 namespace {
 
-int run(int argc, char** argv) { return voltlap::plant::run_commands<voltlap::plant::ReplayCommand>(argc, argv); }
+using namespace voltlap::plant;
+
+int run(int argc, char** argv) {
+  return with_bus_errors([&] { return run_commands<ReplayCommand, PlayCommand, ShadowCommand>(argc, argv); });
+}
 
 }  // namespace
 

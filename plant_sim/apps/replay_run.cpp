@@ -59,10 +59,12 @@ ReplayResult of_own(const ReplayAsked& asked, const DataFolder& data) {
   return out;
 }
 
-ReplayResult by_role(const ReplayAsked& asked, const MapFinding& finding, const DataFolder& data) {
+}  // namespace
+
+ReplayResult replay_by_role(const ReplayAsked& asked, const MapFinding& finding, const DataFolder& data,
+                            const std::function<void(const std::string&, double)>& progress) {
   finding.check_needed(!asked.map.empty());
-  ProgressLine progress("replay");
-  progress.show("reading " + asked.log, 0.0);
+  progress("reading " + asked.log, 0.0);
   std::optional<RoleMap> map = finding.find(asked.log);
   if (!asked.map.empty()) map = load_role_map(data.find("maps", asked.map, "--map"));
   const DriveLog log = read_drive_log(asked.log, map ? &*map : nullptr, data);
@@ -70,25 +72,25 @@ ReplayResult by_role(const ReplayAsked& asked, const MapFinding& finding, const 
   const bms::Config config = bms_config(car.parameters, car.origin);
   const master::Config master = master_config(car.parameters, car.origin);
   FirmwareLoop firmware(config, master);
-  progress.show("replaying", 0.5);
+  progress("replaying", 0.5);
   ReplayResult out;
   out.log = asked.log;
   out.map = log.map;
   out.pack = asked.pack;
   replay_roles(log, replayed_car(car.parameters, config), pedal_sensors(master), !asked.pack.empty(), firmware, out);
   out.disagreements = find_disagreements(out);
-  progress.end();
   return out;
 }
-
-}  // namespace
 
 bool is_replayed_by_frame(const ReplayAsked& asked, const MapFinding& finding) {
   return asked.map.empty() && !finding.is_asked() && is_own_recording(asked.log);
 }
 
 ReplayResult run_replay(const ReplayAsked& asked, const MapFinding& finding, const DataFolder& data) {
-  return is_replayed_by_frame(asked, finding) ? of_own(asked, data) : by_role(asked, finding, data);
+  if (is_replayed_by_frame(asked, finding)) return of_own(asked, data);
+  ProgressLine progress("replay");
+  return replay_by_role(asked, finding, data,
+                        [&](const std::string& what, double fraction) { progress.show(what, fraction); });
 }
 
 }  // namespace voltlap::plant

@@ -72,7 +72,7 @@ struct MappedRecording {
 }  // namespace
 
 void read_can(const std::string& path) {
-  CanReading reading{BrokenStream::kKeep, {{0x100, 0.01}}};
+  CanReading reading{.broken = BrokenStream::kKeep, .keep_remote = true, .period_s = {{0x100, 0.01}}};
   const DbcSet no_dbc({});
   CanRecording recording(path, reading);
   const RecordingSurvey found = survey(recording, no_dbc, [](std::size_t) {});

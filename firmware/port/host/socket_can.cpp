@@ -4,12 +4,8 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
-#include <net/if.h>
-#include <net/if_arp.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/time.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -18,6 +14,7 @@
 #include <ctime>
 
 #include "port/host/bus_error.hpp"
+#include "port/host/can_interface.hpp"
 #include "port/host/send_all.hpp"
 
 namespace voltlap::port {
@@ -27,50 +24,6 @@ constexpr unsigned kBatch = 64;               // two ticks of a car's frames
 constexpr int kReceiveBuffer_bytes = 4 << 20;  // some thousand frames
 
 static_assert(Frame::kExtendedFlag == CAN_EFF_FLAG, "Frame carries the kernel's flag of 29-bit identifiers");
-
-std::string quoted(const std::string& interface) { return "CAN interface \"" + interface + "\""; }
-
-std::string how_to_get_one(const std::string& interface) {
-  return "As root: ip link add dev " + interface + " type vcan && ip link set " + interface +
-         " up. Without root or without the kernel's module: ./voltlap with-vcan COMMAND.";
-}
-
-bool is_gone(int error) { return error == ENETDOWN || error == ENODEV || error == ENXIO; }
-
-/// Name, kind and state of the interface, before anything is sent.
-void check_interface(int socket, const std::string& interface) {
-  ifreq request{};
-  if (interface.empty() || interface.size() >= sizeof request.ifr_name) {
-    throw BusSetupError(quoted(interface) + ": found a name of " + std::to_string(interface.size()) +
-                        " characters; expected 1 to 15 characters. Give the name of an interface, such as vcan0.");
-  }
-  std::copy(interface.begin(), interface.end(), request.ifr_name);
-  if (::ioctl(socket, SIOCGIFHWADDR, &request) != 0) {
-    throw BusSetupError(quoted(interface) + ": found no such interface; expected one that exists. " +
-                        how_to_get_one(interface));
-  }
-  if (request.ifr_hwaddr.sa_family != ARPHRD_CAN) {
-    throw BusSetupError(quoted(interface) + ": found a network interface that is no CAN interface; expected one that "
-                        "is. Give another, such as vcan0.");
-  }
-  if (::ioctl(socket, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) == 0) {
-    throw BusSetupError(quoted(interface) + ": found that it is down; expected it up. As root: ip link set " +
-                        interface + " up (a real one needs its bit rate first: ip link set " + interface +
-                        " type can bitrate 500000).");
-  }
-}
-
-int open_socket(const std::string& interface) {
-  const int socket = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
-  if (socket >= 0) return socket;
-  if (errno == EPERM || errno == EACCES) {
-    throw BusSetupError(quoted(interface) + ": found that CAN sockets are not permitted here (" + std::strerror(errno) +
-                        "); expected leave to open one. Ask who runs this container or sandbox, or run: "
-                        "./voltlap with-vcan COMMAND.");
-  }
-  throw BusSetupError(quoted(interface) + ": found a kernel without CAN sockets (" + std::strerror(errno) +
-                      "); expected one that has them. Run the command in such a one: ./voltlap with-vcan COMMAND.");
-}
 
 }  // namespace
 
@@ -96,45 +49,32 @@ struct SocketCan::Batch {
 };
 
 SocketCan::SocketCan(std::string interface, const SocketOptions& options)
-    : interface_(std::move(interface)), socket_(open_socket(interface_)), batch_(std::make_unique<Batch>()) {
-  try {
-    check_interface(socket_, interface_);
-    filter(options.filters);
-    const int on = 1, own = options.own_frames ? 1 : 0, stamps = options.time_stamps ? 1 : 0;
-    ::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &own, sizeof own);
-    ::setsockopt(socket_, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
-    ::setsockopt(socket_, SOL_SOCKET, SO_TIMESTAMP, &stamps, sizeof stamps);
-    const can_err_mask_t errors = options.error_frames ? CAN_ERR_MASK : 0;
-    ::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
-    // Beyond the system's limit only for root; the plain request takes what the limit allows.
-    const int bytes = kReceiveBuffer_bytes;
-    if (::setsockopt(socket_, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0) {
-      ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
-    }
-    const auto wait_us = std::chrono::microseconds(options.wait).count();
-    const timeval wait{static_cast<time_t>(wait_us / 1'000'000), static_cast<suseconds_t>(wait_us % 1'000'000)};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
-    sockaddr_can address{};
-    address.can_family = AF_CAN;
-    address.can_ifindex = static_cast<int>(::if_nametoindex(interface_.c_str()));
-    if (::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      throw BusSetupError(quoted(interface_) + ": found that it cannot be used (" + std::strerror(errno) +
-                          "); expected a CAN interface that is up. ip -details link show " + interface_ +
-                          " says more.");
-    }
-  } catch (...) {
-    ::close(socket_);
-    throw;
+    : interface_(std::move(interface)), descriptor_(interface_), batch_(std::make_unique<Batch>()) {
+  filter(options.filters);
+  const int on = 1, own = options.own_frames ? 1 : 0, stamps = options.time_stamps ? 1 : 0;
+  ::setsockopt(descriptor_.get(), SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &own, sizeof own);
+  ::setsockopt(descriptor_.get(), SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
+  ::setsockopt(descriptor_.get(), SOL_SOCKET, SO_TIMESTAMP, &stamps, sizeof stamps);
+  const can_err_mask_t errors = options.error_frames ? CAN_ERR_MASK : 0;
+  ::setsockopt(descriptor_.get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
+  // Beyond the system's limit only for root; the plain request takes what the limit allows.
+  const int bytes = kReceiveBuffer_bytes;
+  if (::setsockopt(descriptor_.get(), SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0) {
+    ::setsockopt(descriptor_.get(), SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
   }
+  const auto wait_us = std::chrono::microseconds(options.wait).count();
+  const timeval wait{static_cast<time_t>(wait_us / 1'000'000), static_cast<suseconds_t>(wait_us % 1'000'000)};
+  ::setsockopt(descriptor_.get(), SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
+  descriptor_.bind(interface_);
 }
 
-SocketCan::~SocketCan() { ::close(socket_); }
+SocketCan::~SocketCan() = default;
 
 void SocketCan::filter(const std::vector<CanFilter>& filters) {
   std::vector<can_filter> kernel;
   kernel.reserve(filters.size());
   for (const CanFilter& f : filters) kernel.push_back({f.id, f.mask});
-  if (::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, kernel.data(),
+  if (::setsockopt(descriptor_.get(), SOL_CAN_RAW, CAN_RAW_FILTER, kernel.data(),
                    static_cast<socklen_t>(kernel.size() * sizeof(can_filter))) != 0) {
     throw BusSetupError(quoted(interface_) + ": found that the kernel refuses " + std::to_string(filters.size()) +
                         " filters (" + std::strerror(errno) +
@@ -144,9 +84,9 @@ void SocketCan::filter(const std::vector<CanFilter>& filters) {
 
 std::optional<Frame> SocketCan::wait() {
   can_frame raw{};
-  if (::recv(socket_, &raw, sizeof raw, 0) < 0) {
+  if (::recv(descriptor_.get(), &raw, sizeof raw, 0) < 0) {
     if (errno == EAGAIN || errno == EINTR) return std::nullopt;
-    fail(errno, "receive");
+    fail_on_bus(interface_, errno, "receive");
   }
   Frame frame{raw.can_id, raw.len, {}};
   std::copy_n(raw.data, std::min<std::size_t>(raw.len, Frame::kMaxBytes), frame.data);
@@ -158,10 +98,10 @@ unsigned SocketCan::read_batch(unsigned capacity) {
     batch_->headers[i].msg_hdr.msg_control = batch_->control[i].data();
     batch_->headers[i].msg_hdr.msg_controllen = Batch::kControl;
   }
-  const int count = ::recvmmsg(socket_, batch_->headers.data(), capacity, MSG_DONTWAIT, nullptr);
+  const int count = ::recvmmsg(descriptor_.get(), batch_->headers.data(), capacity, MSG_DONTWAIT, nullptr);
   if (count >= 0) return static_cast<unsigned>(count);
   if (errno == EAGAIN || errno == EINTR) return 0;
-  fail(errno, "receive");
+  fail_on_bus(interface_, errno, "receive");
 }
 
 std::optional<Arrival> SocketCan::arrival(unsigned index) {
@@ -237,28 +177,19 @@ void SocketCan::send(const Frame* frames, std::size_t count) {
       batch_->headers[i].msg_hdr.msg_controllen = 0;
     }
     const SendOutcome outcome = send_all(
-        size, [&](unsigned first) { return ::sendmmsg(socket_, &batch_->headers[first], size - first, 0); },
+        size, [&](unsigned first) { return ::sendmmsg(descriptor_.get(), &batch_->headers[first], size - first, 0); },
         [] {
           const timespec pause{0, kSendRetryWait_us * 1000};
           ::nanosleep(&pause, nullptr);
         });
     counters_.send_retries += static_cast<std::uint64_t>(outcome.retries);
-    if (outcome.error != 0) fail(outcome.error, "send");
+    if (outcome.error != 0) fail_on_bus(interface_, outcome.error, "send");
   }
 }
 
 bool SocketCan::send(const TxQueue& frames) {
   send(frames.begin(), frames.size());
   return true;
-}
-
-void SocketCan::fail(int error, const char* action) const {
-  if (is_gone(error)) throw BusDownError(quoted(interface_) + " went down or was removed: " + std::strerror(error));
-  if (error == ENOBUFS) {
-    throw BusDownError(quoted(interface_) + " took no frame for 100 ms: its queue stays full. On a real bus another "
-                       "node must acknowledge; a longer queue: ip link set " + interface_ + " txqueuelen 1000");
-  }
-  throw BusDownError(quoted(interface_) + ": cannot " + action + ": " + std::strerror(error));
 }
 
 }  // namespace voltlap::port

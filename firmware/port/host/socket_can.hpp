@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "port/can.hpp"
+#include "port/host/can_interface.hpp"
 
 namespace voltlap::port {
 
@@ -70,10 +71,9 @@ class SocketCan final : public Can {
   /// The frame at a place of the batch; nothing for error and remote frames.
   std::optional<Arrival> arrival(unsigned index);
   void note_error_frame(std::uint32_t id);
-  [[noreturn]] void fail(int error, const char* action) const;
 
   std::string interface_;
-  int socket_ = -1;
+  CanDescriptor descriptor_;
   SocketCounters counters_;
   std::unique_ptr<Batch> batch_;
 };

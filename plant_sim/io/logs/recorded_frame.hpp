@@ -19,6 +19,7 @@ struct RecordedFrame {
   bool has_length = true;   ///< false: the format gives none, length is 8 and the data may be padded with zeros
   std::uint8_t flags = 0;   ///< of CAN FD: 1 the data were sent faster (BRS), 2 the sender is passive (ESI)
   bool flexible = false;    ///< CAN FD
+  bool remote = false;      ///< asks for `length` bytes and has none; only where CanReading asks for such frames
   std::size_t line = 0;     ///< in the file, from 1
   alignas(8) std::uint8_t data[kMostBytes] = {};
 };

@@ -70,8 +70,11 @@ CanLine classic(std::string_view line, const CanLineState& state, RecordedFrame&
     identifier = take_identifier(id, decimal, out);
   }
   if (identifier != CanLine::kFrame) return identifier;
-  if (kind == "r") return CanLine::kRemote;
   unsigned length = 0;
+  if (kind == "r") {  // its length may be left out
+    if (whole(next_word(line), length, 16) && length <= 8) out.length = static_cast<std::uint8_t>(length);
+    return CanLine::kRemote;
+  }
   if (kind != "d" || !whole(next_word(line), length, 16) || length > 15) return CanLine::kUnreadable;
   return take_bytes(line, std::min(length, 8U), state, out);
 }
@@ -90,7 +93,10 @@ CanLine flexible(std::string_view line, const CanLineState& state, RecordedFrame
   unsigned code = 0, length = 0;
   if (brs.size() != 1 || esi.size() != 1 || !whole(next_word(line), code, 16)) return CanLine::kUnreadable;
   if (!whole(next_word(line), length) || length > RecordedFrame::kMostBytes) return CanLine::kUnreadable;
-  if (length == 0 && code > 0) return CanLine::kRemote;
+  if (length == 0 && code > 0) {
+    out.length = static_cast<std::uint8_t>(std::min(code, 8U));
+    return CanLine::kRemote;
+  }
   out.flags = static_cast<std::uint8_t>((brs == "1" ? 1U : 0U) | (esi == "1" ? 2U : 0U));
   out.flexible = true;  // such a line may hold a classic frame as well, which its data do not show
   return take_bytes(line, length, state, out);

@@ -116,6 +116,7 @@ const char* name_of(CanFormat format) {
 CanLine parse_can_line(CanFormat format, std::string_view line, CanLineState& state, RecordedFrame& out) {
   out.has_length = true;
   out.flexible = false;
+  out.remote = false;
   out.flags = 0;
   out.bus = 0;
   // Only what a frame before may have left.

@@ -42,7 +42,7 @@ enum class CanLine {
   kUntimed,     ///< a frame without a stamp; its time is left alone
   kHeader,      ///< a comment, a header, an event that is no frame
   kUnreadable,  ///< nothing that the format knows
-  kRemote,
+  kRemote,      ///< with identifier, bus and the length that it asks for; its time is NaN where it has no stamp
   kError,
   kBeyondBus,  ///< an identifier of more than 29 bits
   kNamed,      ///< ASC: a frame by its name in a database, without identifier

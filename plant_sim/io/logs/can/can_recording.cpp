@@ -252,7 +252,9 @@ bool CanRecording::read() {
   if (kind == CanLine::kHeader) return true;
   ++summary_.frames_in_file;
   frame.line = reader_.number();
-  if (kind == CanLine::kFrame || (kind == CanLine::kUntimed && untimed_ && time_by_period(frame))) {
+  frame.remote = kind == CanLine::kRemote && reading_.keep_remote;
+  const bool waits_for_time = (kind == CanLine::kUntimed || frame.remote) && untimed_;
+  if (kind == CanLine::kFrame || (frame.remote && !untimed_) || (waits_for_time && time_by_period(frame))) {
     clock_->push();
     return true;
   }

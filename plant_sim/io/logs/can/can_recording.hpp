@@ -20,6 +20,7 @@ struct ForeignRecording;
 
 struct CanReading {
   BrokenStream broken = BrokenStream::kRefuse;
+  bool keep_remote = false;  ///< remote frames are given as well; else they are left out and counted
   /// For recordings without stamps: interval [s] between the frames of an identifier (bit 31: 29 bits).
   std::map<std::uint32_t, double> period_s{};
 };

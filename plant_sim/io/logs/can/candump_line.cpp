@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // candump of can-utils: its log (-l, -L) and what it writes on the screen.
+#include <algorithm>
 #include <string>
 
 #include "io/logs/can/line_words.hpp"
@@ -18,6 +19,12 @@ CanLine take_identifier(std::string_view digits, RecordedFrame& out) {
   if (!extended && id > kLastStandard) return CanLine::kBeyondBus;
   out.id = extended ? id | RecordedFrame::kExtendedFlag : id;
   return CanLine::kFrame;
+}
+
+/// Behind the R of a remote frame: how many bytes it asks for, none where nothing is said.
+void take_remote_length(std::string_view digits, RecordedFrame& out) {
+  const std::uint8_t length = digits.empty() ? kNoDigit : kHexDigit[static_cast<unsigned char>(digits[0])];
+  out.length = length <= 8 ? length : 0;
 }
 
 /// Nibble pairs, perhaps in groups with dots; `_` begins a length code beyond eight.
@@ -73,7 +80,10 @@ CanLine parse_candump(std::string_view line, CanLineState& state, RecordedFrame&
   if (kind != CanLine::kFrame) return kind;
   if (!bus_of(interface, state, out.bus)) return CanLine::kUnreadable;
   std::string_view data = frame.substr(hash + 1);
-  if (data.starts_with('R')) return CanLine::kRemote;
+  if (data.starts_with('R')) {
+    take_remote_length(data.substr(1), out);
+    return CanLine::kRemote;
+  }
   out.flexible = data.starts_with('#');
   if (out.flexible) {
     if (data.size() < 2 || kHexDigit[static_cast<unsigned char>(data[1])] == kNoDigit) return CanLine::kUnreadable;
@@ -112,7 +122,11 @@ CanLine parse_screen(std::string_view line, CanLineState& state, RecordedFrame& 
   const CanLine kind = take_identifier(id, out);
   if (kind != CanLine::kFrame) return kind;
   if (!bus_of(interface, state, out.bus)) return CanLine::kUnreadable;
-  if (line.find("remote request") != std::string_view::npos) return CanLine::kRemote;
+  if (line.find("remote request") != std::string_view::npos) {
+    if (!stamped) out.time_s = kNoTime;
+    out.length = static_cast<std::uint8_t>(std::min(bytes, 8U));
+    return CanLine::kRemote;
+  }
   out.flexible = length.size() == 4;  // two digits
   if (bytes > 8 && !out.flexible) return CanLine::kUnreadable;
   out.length = static_cast<std::uint8_t>(bytes);

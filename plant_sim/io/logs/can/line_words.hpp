@@ -5,12 +5,14 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 
 #include "io/logs/can/can_line.hpp"
 
 namespace voltlap::plant {
 
+inline constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
 inline constexpr std::uint32_t kLastStandard = 0x7FF, kLastExtended = 0x1FFFFFFF;
 
 template <class Number>

@@ -21,11 +21,30 @@ bool take_stamp(std::string_view digits, bool& stamped, double& time_s) {
 
 }  // namespace
 
+/// r12380071, R1800012380071F: a remote frame, its length, its stamp.
+CanLine take_remote(std::string_view line, CanLineState& state, RecordedFrame& out) {
+  const bool extended = line[0] == 'R';
+  const std::size_t digits = extended ? 8 : 3, data = digits + 2;
+  std::uint32_t id = 0;
+  bool stamped = false;
+  double time_s = 0.0;
+  if (line.size() < data || !hex(line.substr(1, digits), id) || !take_stamp(line.substr(data), stamped, time_s)) {
+    return CanLine::kUnreadable;
+  }
+  if (id > (extended ? kLastExtended : kLastStandard)) return CanLine::kBeyondBus;
+  out.id = extended ? id | RecordedFrame::kExtendedFlag : id;
+  const std::uint8_t length = kHexDigit[static_cast<unsigned char>(line[digits + 1])];
+  if (length > 8 || !bus_of("slcan", state, out.bus)) return CanLine::kUnreadable;
+  out.length = length;
+  out.time_s = stamped ? advance(state, time_s) : kNoTime;
+  return CanLine::kRemote;
+}
+
 /// t6B380050000551178EE0071F: type, identifier, length, data, stamp. Small letters 11 bits, T and x 29, d and b FD.
 CanLine parse_slcan(std::string_view line, CanLineState& state, RecordedFrame& out) {
   if (line.empty()) return CanLine::kHeader;
   const char type = line[0];
-  if (type == 'r' || type == 'R') return CanLine::kRemote;
+  if (type == 'r' || type == 'R') return take_remote(line, state, out);
   const bool answer = line == "z" || line == "Z" || line == "\a" || type == 'V' || type == 'N' || type == 'F';
   if (answer) return CanLine::kHeader;
   const bool extended = type == 'T' || type == 'x' || type == 'D' || type == 'B';

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/logs/can/can_line.hpp"
 
+#include <cmath>
+
 #include <CppUTest/TestHarness.h>
 
 using namespace voltlap;
@@ -128,6 +130,34 @@ TEST(CanLine, TheScreenOfCandumpInAllItsForms) {
   check_kind(CanLine::kRemote, CanFormat::kScreen, "  can0  044   [0]  remote request");
   check_kind(CanLine::kError, CanFormat::kScreen, "  can0  20000004   [8]  00 08 00 00 00 00 00 00   ERRORFRAME");
   check_kind(CanLine::kUnreadable, CanFormat::kScreen, "  can0  044   [3]  2A 36");
+}
+
+TEST(CanLine, RemoteFramesSayWhatTheyAskFor) {
+  struct Case {
+    CanFormat format;
+    const char* line;
+    std::uint32_t id;
+    std::uint8_t length;
+    bool stamped;
+  };
+  constexpr std::uint32_t kLong = 0x18FF1234U | RecordedFrame::kExtendedFlag;
+  for (const Case& c : {Case{CanFormat::kCandump, "(1.5) can0 044#R", 0x44, 0, true},
+                        Case{CanFormat::kCandump, "(1.5) can0 18FF1234#R8", kLong, 8, true},
+                        Case{CanFormat::kCandump, "(1.5) can0 044#R9", 0x44, 0, true},
+                        Case{CanFormat::kScreen, " (1.5)  can0  044   [3]  remote request", 0x44, 3, true},
+                        Case{CanFormat::kScreen, "  can0  044   [3]  remote request", 0x44, 3, false},
+                        Case{CanFormat::kAsc, "1.5 1 44 Rx r", 0x44, 0, true},
+                        Case{CanFormat::kAsc, "1.5 1 18FF1234x Tx r 8 Length = 0", kLong, 8, true},
+                        Case{CanFormat::kSlcan, "r044305DC", 0x44, 3, true},
+                        Case{CanFormat::kSlcan, "R18FF123480016E360", kLong, 8, true},
+                        Case{CanFormat::kSlcan, "r0448", 0x44, 8, false}}) {
+    CHECK_TEXT(parse(c.format, c.line) == CanLine::kRemote, c.line);
+    CHECK_EQUAL_TEXT(c.id, timed.id, c.line);
+    LONGS_EQUAL_TEXT(c.length, timed.length, c.line);
+    CHECK_TEXT(c.stamped ? timed.time_s == 1.5 : std::isnan(timed.time_s), c.line);
+  }
+  check_kind(CanLine::kUnreadable, CanFormat::kSlcan, "r04");
+  check_kind(CanLine::kUnreadable, CanFormat::kSlcan, "r0449");
 }
 
 TEST(CanLine, EveryStampOfARelativeFileMovesTheClock) {

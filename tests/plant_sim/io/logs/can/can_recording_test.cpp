@@ -102,6 +102,21 @@ TEST(CanRecording, EveryKindOfBadLineIsCountedByItself) {
   LONGS_EQUAL(4, defect(recording, "line that is no frame")->first_line);
 }
 
+TEST(CanRecording, RemoteFramesAreGivenToWhoAsksForThem) {
+  const std::string path = scratch.write("a.log", "(1.0) c 044#00\n(1.1) c 18FF1234#R4\n(1.2) c 044#00\n");
+  CanReading reading;
+  reading.keep_remote = true;
+  CanRecording recording(path, reading);
+  RecordedFrame frame;
+  std::vector<bool> remote;
+  while (recording.next(frame)) remote.push_back(frame.remote);
+  CHECK(remote == std::vector<bool>({false, true, false}));
+  CHECK(recording.summary().defects.empty());
+  CanRecording without(path);
+  while (without.next(frame)) CHECK_FALSE(frame.remote);
+  LONGS_EQUAL(1, defect(without, "remote frame, without data")->count);
+}
+
 TEST(CanRecording, HopelessFilesAreRefusedByFileAndLine) {
   STRCMP_CONTAINS("no frame in the first 1000 lines",
                   complaint([&] { times_of("time,id,len,data\n1,2,3,4\n"); }).c_str());
