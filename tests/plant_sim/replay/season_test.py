@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A folder of logs against what the firmware made of them once (golden/): whatever the firmware says otherwise by
-now is a readable difference. `python tests/plant_sim/replay/season_test.py --renew`, with VOLTLAP_BUILD_DIR set, writes them
-anew: look at the difference first.
+now is a readable difference. `python tests/plant_sim/replay/season_test.py --renew`, with VOLTLAP_BUILD_DIR set,
+writes them anew: look at the difference first.
 """
 import json
 import os
