@@ -52,14 +52,14 @@ def explain(binary, folder, browser):
     return page
 
 
-def replay(log, words):
+def replay(log, words, role_map="uwfe_can_bms"):
     """A recording of docs/replay.md with its pack, at the row of the table that has these words."""
     def picture(binary, folder, browser):
         pack, report = folder / "pack.toml", folder / "replay.html"
         text = (PROJECT / "docs" / "replay.md").read_text(encoding="utf-8")
         pack.write_text(text.split("```toml\n", 1)[1].split("```", 1)[0], encoding="utf-8")
         recording = pathlib.Path(os.environ["VOLTLAP_DATA"]) / "uwfe_canlogs" / log
-        subprocess.run([binary, "replay", recording, "--map", "uwfe_can_bms", "--pack", pack, "--report", report],
+        subprocess.run([binary, "replay", recording, "--map", role_map, "--pack", pack, "--report", report],
                        check=True, stdout=subprocess.DEVNULL)
         page = browser.page(report.as_uri(), 1280, 1230)
         page.wait_for("document.documentElement?.dataset.ready")
@@ -86,7 +86,8 @@ def orion(binary, folder, browser):
 PICTURES = {"report": endurance, "compare": compare, "explain": explain,
             "replay_weak_cell": replay("A_postregen_193.candump.log.gz", "falls to"),
             "orion": orion,
-            "replay_soc_jump": replay("B_pitt_autox_24.candump.log.gz", "SOC jumps")}
+            "replay_soc_jump": replay("B_pitt_autox_24.candump.log.gz", "SOC jumps"),
+            "replay_corrupt_frames": replay("F_april2025_glitchy_11.TXT.gz", "cell 4 falls", "uwfe_inverter_current")}
 
 
 def main():

@@ -28,6 +28,7 @@ LOGS = [
     (UWFE_LOG, "[AB]_*.candump.log.gz", "uwfe_can_bms", UWFE, None),
     (UWFE_LOG, "A_*.TXT.gz", None, None, None),
     (UWFE_LOG, "F_*.TXT.gz", "uwfe_can_bms", UWFE, "no current"),  # its shunt was not there
+    (UWFE_LOG, "F_*.TXT.gz", "uwfe_inverter_current", UWFE, None),
     (LEAF_LOG, "*.log.gz", None, LEAF, None),
     (LEAF_LOG, "leaf62_drive_2.candump.log.gz", None, None, "no cell voltage, and no pack"),
     ("orion2_conversion_candump", "*.asc.gz", None, None, None),
@@ -83,3 +84,14 @@ def test_a_soc_that_jumps_is_told_from_charge(tmp_path):
     jump = json.loads((tmp_path / "out.json").read_text())["soc_jump"]
     assert abs(jump["to_pct"] - jump["from_pct"]) == pytest.approx(24.0, abs=1.0)
     assert abs(jump["charge_ah"]) < 0.25  # a point of 25 Ah
+
+
+def test_corrupt_frames_never_close_the_contactors(tmp_path):
+    """uwfe F: cells of 1.02 and 4.4 V that no checksum betrays. Nothing that can be believed says that the car may
+    drive, and each frame has its verdict."""
+    log = next((Path(DATA) / UWFE_LOG).glob("F_*.TXT.gz"))
+    assert replayed(tmp_path, log, "uwfe_inverter_current", UWFE).returncode == 0
+    out = json.loads((tmp_path / "out.json").read_text())
+    assert out["never_ready"] and set(out["series"]["state"]) <= {"Invalid", "Open", "Fault", "Opening"}, out["series"]
+    assert {"CellVoltageLow", "CellImplausible"} <= {fault["id"] for fault in out["faults"]}
+    assert out["frames_by_verdict"]["corrupt"] > 500 and not any(out["series"]["discharge_limit_a"])

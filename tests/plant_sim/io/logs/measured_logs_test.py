@@ -85,6 +85,8 @@ def test_orion_cells_pass_their_checksum_in_candump_and_asc():
       "uwfe_canlogs/F_april2025_glitchy_11.TXT.gz"]),
     ("uwfe_can_bms", "dbc/uwfe_2024_bms.dbc", "uwfe_canlogs/2024CAR.dbc",
      ["uwfe_canlogs/A_postregen_193.candump.log.gz", "uwfe_canlogs/B_pitt_autox_24.candump.log.gz"]),
+    ("uwfe_inverter_current", "dbc/uwfe_2024_inverter.dbc", "uwfe_canlogs/2024CAR.dbc",
+     ["uwfe_canlogs/F_april2025_glitchy_11.TXT.gz"]),
     ("leaf_ze1_can", "dbc/leaf_ze1.dbc", "dbc/leaf/EV-can_ZE1.dbc",
      ["leaf_canlogs/leaf62_drive_2.candump.log.gz", "leaf_canlogs/leaf62_startup.candump.log.gz"]),
     ("orion2_conversion_can", "dbc/orion2_conversion.dbc", "orion2_conversion_candump/ZeroEvDBC_onlyBMS_DU.dbc",
