@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line on a real bus."""
+import os
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -18,6 +20,15 @@ def test_a_scenario_runs_with_report_and_recording(tmp_path, capsys):
     assert "held: torque zero: 60 ms, bound 100 ms" in out.out
     assert "gateway: drop" in out.err
     assert all(path.stat().st_size > 100 for path in files.values())
+
+
+def test_a_recorded_scenario_is_replayed_by_the_firmware_byte_for_byte(tmp_path):
+    """What the plant's fault did is in its frames. `voltlap` is that of the build that runs the tests."""
+    voltlap, log = Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin/voltlap", tmp_path / "run.log"
+    assert main(["run", str(SCENARIOS / "cell_voltage_low.yaml"), "--record", str(log)]) == 0
+    replay = subprocess.run([voltlap, "replay", log], capture_output=True, text=True, timeout=60)
+    assert replay.returncode == 0, replay.stdout + replay.stderr
+    assert "answered as recorded, byte for byte" in replay.stdout and "CellVoltageLow (bms)" in replay.stdout
 
 
 def test_without_its_event_the_same_checks_must_fail(capsys):
