@@ -2,7 +2,9 @@
 """What voltlap explain writes: the race in --json, models that other commands take, and nothing half-written."""
 import json
 import os
+import random
 import re
+import secrets
 import signal
 import subprocess
 import time
@@ -165,3 +167,22 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path, drive):
     run.send_signal(signal.SIGINT)
     assert run.wait(timeout=20) == 130 and "no result file was written" in run.stderr.read()
     assert sorted(os.listdir(tmp_path)) == before
+
+
+def test_candump_csv_and_mf4_of_one_run_get_one_answer(tmp_path):
+    seed = int(os.environ.get("VOLTLAP_TEST_SEED", secrets.randbelow(2**32)))
+    print(f"VOLTLAP_TEST_SEED={seed}")
+    ohms = random.Random(seed).uniform(1.5e-4, 6e-4)
+    log, table, mf4 = (tmp_path / f"run.{suffix}" for suffix in ("log", "csv", "mf4"))
+    effect = f"cell.effects.series_ohm={ohms:.6f}"
+    voltlap("endurance", "--laps", "3", "--set", effect, "--candump", log, "--csv", table)
+    voltlap("log", "convert", log, "--out", mf4)
+    answers = []
+    for recording in (log, table, mf4):
+        out = tmp_path / "answer.json"
+        voltlap("explain", recording, "--model", "vtm16e", "--seed", "1", "--json", out)
+        answers.append(json.loads(out.read_text()))
+    assert [(answer["verdict"], [cause["name"] for cause in answer["causes"]]) for answer in answers] == [
+        ("named", ["series_resistance"])] * 3
+    by_log, by_table, by_mf4 = (answer["causes"][0]["parameters"]["resistance_ohm"]["value"] for answer in answers)
+    assert by_mf4 == by_log and by_table == pytest.approx(by_log, rel=0.01) and by_log == pytest.approx(ohms, rel=0.01)
