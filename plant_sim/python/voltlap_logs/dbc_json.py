@@ -23,7 +23,7 @@ except ModuleNotFoundError as missing:  # its own dependencies included
 
 from voltlap_logs.dbc_invalid_codes import invalid_codes, protocol_is_j1939
 from voltlap_logs.dbc_statements import Refused, TooMuchUnreadable, Unit, read_statements
-from voltlap_logs.orion_export import is_orion_export, mended
+from voltlap_logs.orion_export import mended, orion_frames
 
 FORMAT = 5  # also in plant_sim/io/logs/dbc_json.cpp: another number makes every cache entry anew
 MOST_BYTES = 32_000_000
@@ -234,7 +234,7 @@ def database_json(path: pathlib.Path, text: str) -> dict:
         if fault := fault_of_frame(message, entry, markers):
             refused.append(refusal((entry["id"], entry["extended"]), entry["name"], fault))
     refused += twice(entries)
-    notes += mended(entries) if is_orion_export(database) else []
+    notes += mended(entries, orion_frames(database))
     if not entries and not refused:
         raise FileRefused(path, "no frame (BO_)", "a DBC file", "Check that this is the file you meant")
     left = {(entry["id"], entry["extended"]) for entry in refused}

@@ -11,17 +11,19 @@ NODE, FRAME = "Third_Party_Device", "MSGID_0X"
 SIGNED = {"Celsius": re.compile(r"\w+_Temperature"), "Amps": re.compile(r"(?!Abs)\w+_Current")}
 
 
-def is_orion_export(database) -> bool:
-    """Whether the utility wrote the file: its names for nodes and frames."""
-    return (database is not None and any(node.name == NODE for node in database.nodes)
-            and any(message.name.startswith(FRAME) for message in database.messages))
+def orion_frames(database) -> set[str]:
+    """Names of the frames that the utility wrote, by its names for frames and their receiver: a team's own file may
+    hold them beside others."""
+    return set() if database is None else {
+        message.name for message in database.messages
+        if message.name.startswith(FRAME) and any(NODE in signal.receivers for signal in message.signals)}
 
 
-def mended(entries: list[dict]) -> list[dict]:
-    """Reads as signed what the exporter marks unsigned; a note with its line for each fault."""
+def mended(entries: list[dict], names: set[str]) -> list[dict]:
+    """Reads as signed what the exporter marks unsigned in these frames; a note with its line for each fault."""
     notes = []
     for entry in entries:
-        for signal in entry["signals"]:
+        for signal in entry["signals"] if entry["name"] in names else []:
             name = f"{entry['name']}.{signal['name']}"
             pattern = SIGNED.get(signal["unit"])
             if pattern and pattern.fullmatch(signal["name"]) and not signal["signed"] and not signal["float"]:
