@@ -8,7 +8,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
+#include <system_error>
 
 #include "core/errors.hpp"
 #include "core/parameter_table.hpp"
@@ -155,12 +157,26 @@ CLI::Option* add_output_file(CLI::App& command, const std::string& flag, std::st
       ->check(some_name("a path, or - for standard output"));
 }
 
+namespace {
+
+/// Two names of one file, by whatever spelling.
+bool is_one_file(const std::string& a, const std::string& b) {
+  if (a == b) return true;
+  std::error_code error;
+  const std::filesystem::path first = std::filesystem::weakly_canonical(std::filesystem::absolute(a, error), error);
+  const std::filesystem::path second = std::filesystem::weakly_canonical(std::filesystem::absolute(b, error), error);
+  return !error && first == second;
+}
+
+}  // namespace
+
 void refuse_shared_files(const std::vector<std::pair<std::string, std::string>>& file_of_flag) {
   for (std::size_t k = 0; k < file_of_flag.size(); ++k) {
     for (std::size_t other = 0; other < k; ++other) {
-      if (file_of_flag[k].second.empty() || file_of_flag[k].second != file_of_flag[other].second) continue;
-      throw InputError(fmt::format("{}, {}", file_of_flag[other].first, file_of_flag[k].first), "one file for two",
-                       "a file for each", "Give different names");
+      const std::string &one = file_of_flag[k].second, &two = file_of_flag[other].second;
+      if (one.empty() || two.empty() || !is_one_file(one, two)) continue;
+      throw InputError(fmt::format("{}, {}", file_of_flag[other].first, file_of_flag[k].first),
+                       "one file for two results", "a file for each", "Give different names");
     }
   }
 }

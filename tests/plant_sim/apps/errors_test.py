@@ -234,7 +234,7 @@ ERRORS = {
         "--json": "../out"}),
     "file without a name": Error("--json ''", "--json", "an empty name", "a path, or - for standard output",
         "Give one", outputs={}),
-    "one file for two": Error("", "--json, --csv", "one file for two", "a file for each",
+    "one file for two": Error("", "--json, --csv", "one file for two results", "a file for each",
         "Give different names", outputs={"--json": "x", "--csv": "x"}),
     "full device": Error("--laps 1", "/dev/full", "No space left on device", WRITABLE, MAKE_ROOM, outputs={**OUTPUTS,
         "--csv": "/dev/full"}),

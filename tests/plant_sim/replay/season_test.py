@@ -125,6 +125,12 @@ def test_what_if_stands_beside_in_the_report(logs, tmp_path):
     assert "with bms.capacity_ah=8" in page.read_text() and "soc_end_pct: " in page.read_text()
 
 
+def test_one_file_for_two_results_is_refused_by_whatever_spelling(logs, tmp_path):
+    run = voltlap("replay", logs / "sound.csv", "--map", logs.parent / "map.toml", "--json", tmp_path / "a.out",
+                  "--report", f"{tmp_path}/./b/../a.out")
+    assert run.returncode == 2 and "one file for two" in run.stderr and not (tmp_path / "a.out").exists()
+
+
 def test_firmware_of_no_commit_is_refused(logs):
     run = voltlap("replay", logs / "sound.csv", "--map", logs.parent / "map.toml", "--firmware", "nowhere")
     assert run.returncode == 2 and "--firmware nowhere" in run.stderr, run.stderr
