@@ -52,12 +52,14 @@ bool at_rest(const Config& config, const Sample<Current>& current) {
   return current.good() && current.value <= config.soc_start_current && -current.value <= config.soc_start_current;
 }
 
-bool count_charge(const Sample<Current>& current, SocEstimate& state) {
+// BMS-087
+bool count_charge(const Config& config, const Sample<Current>& current, SocEstimate& state) {
   if (!current.good()) return false;
   const std::int64_t elapsed_ms = (current.time - state.last_current.time).ms();
   if (elapsed_ms <= 0) return false;
-  const std::int64_t twice_mean = std::int64_t{state.last_current.value.raw()} + current.value.raw();
-  state.charge -= twice_mean * elapsed_ms;
+  const std::int64_t before = state.last_current.value.raw(), longest_ms = config.measurement_lost_time.ms();
+  state.charge -=
+      elapsed_ms <= longest_ms ? (before + current.value.raw()) * elapsed_ms : 2 * before * longest_ms;
   state.last_current = current;
   return true;
 }
@@ -78,7 +80,7 @@ void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state
     start(config, input, state);
     return;
   }
-  if (!count_charge(input.current, state)) return;
+  if (!count_charge(config, input.current, state)) return;
   state.charge = held(config, state.charge);
   state.value = as_soc(config, state.charge);
   VOLTLAP_REQUIRE(Soc{} <= state.value && state.value <= Soc::from_raw(kFullPpm));

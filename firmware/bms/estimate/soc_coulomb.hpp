@@ -14,9 +14,10 @@ void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state
 /// Cells that count as at rest: a good sample of at most Config::soc_start_current either way.
 [[nodiscard]] bool at_rest(const Config& config, const Sample<Current>& current);
 
-/// The charge up to a new sample, by the trapezoid; false where there is none. A gap is bridged between its two ends; a
-/// longer one trips as a lost measurement.
-bool count_charge(const Sample<Current>& current, SocEstimate& state);
+/// BMS-087. The charge up to a new sample, by the trapezoid; false where there is none. A gap is bridged between its
+/// two ends for as long as the contactors can have been closed without a measurement (Config::measurement_lost_time);
+/// of a longer one the current before it counts for that time, and no more.
+bool count_charge(const Config& config, const Sample<Current>& current, SocEstimate& state);
 
 /// Mean over the cells of the SOC that belongs to each voltage at rest.
 [[nodiscard]] Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells);

@@ -150,7 +150,7 @@ void soc_ekf(const Config& config, const SocInput& input, SocEstimate& state) {
   if (!state.valid) {
     start(config, input, state);
   } else {
-    (void)count_charge(input.current, state);
+    (void)count_charge(config, input.current, state);
     follow_temperature(input, state.filter);
     for (std::uint16_t turn = cells_in_turn(config.cells_in_series); turn > 0; --turn) {
       step_cell(input, state.filter.next, state);

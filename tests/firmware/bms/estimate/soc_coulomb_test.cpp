@@ -23,7 +23,14 @@ TEST_GROUP(SocCoulomb) {
   }
   void at(std::uint32_t ms, Current i, Quality quality = Quality::kGood) {
     soc_coulomb(config, SocInput{cells, cells_good, Sample<Current>{i, Instant::from_ms(ms), quality}}, soc);
+    now_ms = ms;
   }
+  /// Steps that are no loss of the measurement.
+  void until(std::uint32_t ms, Current i) {
+    const auto step = static_cast<std::uint32_t>(config.measurement_lost_time.ms());
+    while (now_ms < ms) at(ms - now_ms < step ? ms : now_ms + step, i);
+  }
+  std::uint32_t now_ms = 0;
 };
 
 TEST(SocCoulomb, StartsAtTheMeanOfTheCellsOpenCircuitVoltages) {
@@ -59,10 +66,9 @@ TEST(SocCoulomb, ChargingRaisesItAndTheEndsAreHeld) {
   all_cells(41'990);
   at(0, Current{});
   at(10, amps(-400));
-  at(10'000, amps(-400));
+  until(10'000, amps(-400));
   LONGS_EQUAL(1'000'000, soc.value.raw());
-  at(200'000, amps(400));
-  at(400'000, amps(400));
+  until(400'000, amps(400));
   LONGS_EQUAL(0, soc.value.raw());
 }
 
@@ -71,9 +77,9 @@ TEST(SocCoulomb, BeyondTheEndsItCountsFivePointsAndIsBackSoon) {
   all_cells(30'120);  // 1 %
   at(0, Current{});
   at(10, amps(100));
-  for (std::uint32_t t = 1'000; t <= 600'000; t += 1'000) at(t, amps(100));  // 167 points
+  until(600'000, amps(100));  // 167 points
   LONGS_EQUAL(0, soc.value.raw());
-  for (std::uint32_t t = 601'000; t <= 625'000; t += 1'000) at(t, amps(-100));  // 6.9 points back, and the ramp
+  until(625'000, amps(-100));  // 6.9 points back, and the ramp
   CHECK(soc.value.raw() > 15'000 && soc.value.raw() < 20'000);
 }
 
@@ -87,6 +93,21 @@ TEST(SocCoulomb, LostCurrentIsBridgedByTheTrapezoid) {
   soc = without;
   for (std::uint32_t t = 20; t <= 410; t += 10) at(t, amps(100));
   CHECK(soc.charge == bridged.charge);
+}
+
+// BMS-087: the contactors have opened; what flowed before may have flowed until then.
+TEST(SocCoulomb, AfterALongLossTheCurrentBeforeItCountsUntilTheContactorsOpened) {
+  for (const std::uint32_t gap_ms : {510U, 10'000U, 3'600'000U}) {
+    soc = SocEstimate{};
+    at(0, Current{});
+    at(10, amps(100));
+    const std::int64_t before = soc.charge;
+    at(10 + gap_ms, amps(100));
+    CHECK(before - soc.charge == std::int64_t{2} * amps(100).raw() * config.measurement_lost_time.ms());
+    const std::int64_t after = soc.charge;
+    at(20 + gap_ms, amps(100));
+    CHECK(after - soc.charge == std::int64_t{2} * amps(100).raw() * 10);
+  }
 }
 
 TEST(SocCoulomb, RepeatedAndEarlierSamplesCountOnce) {
@@ -108,7 +129,7 @@ TEST(SocCoulomb, TwoThousandAmpereHoursAreCountedWithoutOverflow) {
     LONGS_EQUAL(10'000 * percent, soc.value.raw());
     at(10, amps(1000));
     DOUBLES_EQUAL(10'000.0 * percent, soc.value.raw(), 1.0);
-    for (std::uint32_t t = 10'010; t <= 72'000'010; t += 10'000) at(t, amps(percent == 1 ? 0 : 1000));  // 20 kAh
+    until(72'000'010, amps(percent == 1 ? 0 : 1000));  // 20 kAh
     if (percent != 1) LONGS_EQUAL(0, soc.value.raw());
   }
 }
