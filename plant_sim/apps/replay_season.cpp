@@ -30,16 +30,17 @@ bool is_no_log(const fs::path& path) {
   return kOthers.count(path.extension().string()) > 0;
 }
 
-/// Files below a folder by their paths from it, in the order of their names.
+/// Files below a folder by their paths from it, in the order of their names. A link to a folder is not followed: it
+/// may lead back.
 std::vector<std::string> files_below(const std::string& folder, const std::function<bool(const fs::path&)>& left_out) {
   std::vector<std::string> out;
-  std::error_code error;
-  fs::recursive_directory_iterator at(folder, fs::directory_options::follow_directory_symlink, error);
+  std::error_code error, of_one;
+  fs::recursive_directory_iterator at(folder, error);
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
     const bool hidden = at->path().filename().string().front() == '.';
-    if (hidden && at->is_directory()) at.disable_recursion_pending();
-    if (hidden || !at->is_regular_file() || left_out(at->path())) continue;
-    out.push_back(fs::relative(at->path(), folder).string());
+    if (hidden && at->is_directory(of_one)) at.disable_recursion_pending();
+    if (hidden || !at->is_regular_file(of_one) || left_out(at->path())) continue;
+    out.push_back(at->path().lexically_relative(folder).string());
   }
   if (error) throw InputError(folder, error.message(), "a folder that can be read", "Look at its permissions");
   std::sort(out.begin(), out.end());
@@ -73,6 +74,10 @@ class Run {
   Run(const Season& season, std::FILE* to) : season_(season), to_(to) {}
 
   int all() {
+    if (has_baseline() && !fs::is_directory(season_.baseline_folder)) {
+      throw InputError("--baseline " + season_.baseline_folder, "no folder", "the folder that --json was once",
+                       "Make it first: voltlap replay FOLDER --json " + season_.baseline_folder);
+    }
     const std::vector<std::string> logs = files_below(season_.folder, is_no_log);
     if (logs.empty()) {
       throw InputError(season_.folder, "no log", "CAN recordings or tables, plain or compressed",

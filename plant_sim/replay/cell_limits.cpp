@@ -14,11 +14,14 @@ void CellLimits::sample(double time_s, std::size_t cell, double voltage_v) {
   const double limit_v = low ? min_v_ : max_v_;
   if ((!low && !high) || (open.running && open.stretch.limit_v != limit_v)) close(open);
   if (!low && !high) return;
-  if (!open.running) open.stretch = {time_s, time_s, static_cast<int>(cell) + 1, voltage_v, limit_v};
+  if (!open.running) open.stretch = {time_s, time_s, static_cast<int>(cell) + 1, voltage_v, limit_v,
+                                      time_s};
   open.running = true;
   open.stretch.until_s = time_s;
   const bool worse = std::abs(voltage_v - limit_v) > std::abs(open.stretch.voltage_v - limit_v);
-  if (worse) open.stretch.voltage_v = voltage_v;
+  if (!worse) return;
+  open.stretch.voltage_v = voltage_v;
+  open.stretch.worst_s = time_s;
 }
 
 void CellLimits::close(Open& open) {

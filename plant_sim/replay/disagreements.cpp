@@ -18,6 +18,14 @@ constexpr double kTrip = 400.0, kCell = 300.0, kCurrent = 200.0, kSoc = 100.0, k
 
 double sized(double kind, double size) { return kind + std::min(kMost, std::isfinite(size) ? std::abs(size) : 0.0); }
 
+/// Whether the log carries a current in the seconds behind a moment.
+bool drives_on(const ReplayResult& r, double time_s) {
+  constexpr double kSoon_s = 5.0, kDriven_a = 5.0;
+  return std::any_of(r.rows.begin(), r.rows.end(), [&](const ReplayRow& row) {
+    return row.time_s > time_s && row.time_s < time_s + kSoon_s && std::abs(row.current_a) > kDriven_a;
+  });
+}
+
 void add_trips(const ReplayResult& r, std::vector<Disagreement>& out) {
   std::map<std::string, std::vector<const ReplayFault*>> trips;
   for (const ReplayFault& fault : r.faults) {
@@ -27,8 +35,9 @@ void add_trips(const ReplayResult& r, std::vector<Disagreement>& out) {
     const ReplayFault& first = *times.front();
     const std::string more = times.size() > 1 ? fmt::format(", {} times in all", times.size()) : "";
     out.push_back({sized(kTrip, static_cast<double>(times.size())), first.time_s - 2.0, first.time_s,
-                   fmt::format("the firmware opens the contactors at {:.1f} s: {}{}{}; the car drove on", first.time_s,
-                               id, first.about.empty() ? "" : ", " + first.about, more),
+                   fmt::format("the firmware opens the contactors at {:.1f} s: {}{}{}; {}", first.time_s, id,
+                               first.about.empty() ? "" : ", " + first.about, more,
+                               drives_on(r, first.time_s) ? "current flowed on" : "no current flowed then"),
                    "the readings that made it trip"});
   }
 }
@@ -55,7 +64,7 @@ void add_cells(const ReplayResult& r, bool low, std::vector<Disagreement>& out) 
   }
   if (worst == nullptr) return;
   std::string what = fmt::format("cell {} {} {:.3f} V at {:.1f} s, its limit is {:.3f} V ({} stretches, {} cells)",
-                                 worst->cell, low ? "falls to" : "rises to", worst->voltage_v, worst->time_s,
+                                 worst->cell, low ? "falls to" : "rises to", worst->voltage_v, worst->worst_s,
                                  worst->limit_v, stretches, cells.size());
   if (const OverLimit* over = cut_before(r, worst->time_s, !low)) {
     what += fmt::format("; the firmware had cut the {} limit from {:.1f} s on, to {:.0f} A at {:.1f} s, when the log "

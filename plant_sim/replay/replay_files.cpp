@@ -113,8 +113,8 @@ std::string replay_json(const ReplayResult& r, const std::string& version) {
   out["soc_logged_end_pct"] = number(r.logged_soc_end(), 100.0);
   out["series"] = series_of(r);
   out["limit_violations"] = list_of(r.violations, [](const LimitViolation& v) {
-    return Json{{"time_s", v.time_s}, {"until_s", v.until_s}, {"cell", v.cell}, {"voltage_v", v.voltage_v},
-                {"limit_v", v.limit_v}};
+    return Json{{"time_s", v.time_s},       {"until_s", v.until_s}, {"worst_s", v.worst_s}, {"cell", v.cell},
+                {"voltage_v", v.voltage_v}, {"limit_v", v.limit_v}};
   });
   out["over_limits"] = list_of(r.over_limits, of_over_limit);
   out["faults"] = list_of(r.faults, [](const ReplayFault& f) {

@@ -28,7 +28,7 @@ struct ReplayFault {
 struct LimitViolation {
   double time_s = 0.0, until_s = 0.0;
   int cell = 0;  ///< from 1
-  double voltage_v = 0.0, limit_v = 0.0;  ///< the voltage farthest from the limit
+  double voltage_v = 0.0, limit_v = 0.0, worst_s = 0.0;  ///< the voltage farthest from the limit, and when
 };
 
 /// A stretch in which the recorded current was beyond what the firmware allowed.
@@ -82,7 +82,7 @@ struct FrameComparison {
 
 /// What the firmware's SOC starts from: cells at rest, or, in a recording that begins under load, see soc_start.hpp.
 enum class SocSource { kRest, kCountedBack, kLogged, kUnloaded };
-inline constexpr const char* kSocSourceNames[] = {"cells at rest", "counted back from a later rest",
+inline constexpr const char* kSocSourceNames[] = {"cells at rest", "a later rest, counted back",
                                                   "the log's own SOC", "cells under load"};
 
 /// The same log once more, by other settings or another firmware.

@@ -118,8 +118,8 @@ std::string violations_text(const ReplayResult& r) {
     return std::abs(a.voltage_v - a.limit_v) < std::abs(b.voltage_v - b.limit_v);
   });
   return fmt::format("  cells             {} stretches outside of the limits, the farthest: cell {} at {:.3f} V "
-                     "({:.3f} V) from {:.1f} s\n",
-                     r.violations.size(), worst->cell, worst->voltage_v, worst->limit_v, worst->time_s);
+                     "({:.3f} V) at {:.1f} s\n",
+                     r.violations.size(), worst->cell, worst->voltage_v, worst->limit_v, worst->worst_s);
 }
 
 std::string disagreements_text(const ReplayResult& r) {

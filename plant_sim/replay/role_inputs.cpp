@@ -16,6 +16,7 @@ namespace {
 constexpr double kMildest_c = 25.0;      // where nothing is measured
 constexpr double kWaitForRest_s = 10.0;  // the SOC starts from cells at rest; so long is waited for them
 constexpr double kRelaxed_s = 60.0;      // chosen: most of a cell's slow branch
+constexpr double kShortestRest_s = 5.0;  // chosen, after a load: a cell's fast branch
 constexpr double kMovesMost_v = 1.0;     // chosen: more is no sag and no rise of a cell
 constexpr double kClearSign = 0.2;       // of sign_evidence, as where the sign of the current is found
 constexpr double kStep_s = 1e-3 * can::kTickMs;
@@ -258,16 +259,19 @@ void RoleInputs::find_begin() {
   find_rest();
 }
 
-/// The SOC starts from the cells' voltage: from rest where there is one.
+/// The SOC starts from the cells' voltage: from rest where there is one. A sample without current between two of load
+/// is none; what the recording begins with may be the end of a long one.
 void RoleInputs::find_rest() {
   HeldChannel current = current_;
   double rest_since_s = kUnknown;
+  bool loaded = false;
   for (double t = current.first_s(); t <= std::min(end_s_, begin_s_ + kWaitForRest_s); t += kStep_s) {
     current.advance(t);
     const bool rest = current.known() && std::abs(current.value()) <= car_.rest_current_a;
+    loaded = loaded || (current.known() && !rest);
     if (!rest) rest_since_s = kUnknown;
     if (rest && !std::isfinite(rest_since_s)) rest_since_s = t;
-    if (!rest || t < begin_s_ - 1e-9) continue;
+    if (!rest || t < begin_s_ - 1e-9 || (loaded && t - rest_since_s < kShortestRest_s) || !is_settled(t)) continue;
     if (t - rest_since_s < kRelaxed_s) {
       assume(fmt::format("the SOC starts from cells after {:.1f} s without current, less than they need to relax",
                          t - rest_since_s));
@@ -276,6 +280,14 @@ void RoleInputs::find_rest() {
     return;
   }
   begins_under_load_ = true;
+}
+
+/// Not while the voltage still comes up: filters of loggers and of battery units begin at nothing.
+bool RoleInputs::is_settled(double time_s) const {
+  constexpr double kWithin_s = 1.0, kShare = 0.005;  // chosen: 20 mV of a cell; relaxation is slower
+  if (pack_channel_ == nullptr) return true;
+  const double now = value_at(*pack_channel_, time_s), next = value_at(*pack_channel_, time_s + kWithin_s);
+  return !(std::abs(next - now) > kShare * std::abs(next));
 }
 
 void RoleInputs::advance(double time_s) {

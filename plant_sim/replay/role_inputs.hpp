@@ -65,6 +65,7 @@ class RoleInputs {
   void choose_pack_voltage(const DriveLog& log);
   void find_begin();
   void find_rest();
+  [[nodiscard]] bool is_settled(double time_s) const;
   [[nodiscard]] HeldChannel channel(const DriveLog& log, const std::string& role, std::int32_t timeout_ms) const;
   void learn_shares(const std::vector<std::pair<int, const Channel*>>& numbered);
   void level_cells();

@@ -48,13 +48,15 @@ double mean_soc(const DriveLog& log, const ReplayCar& car, double time_s, double
 }
 
 struct Rest {
-  double end_s = 0.0, charge_ah = 0.0;  // of a minute of it; what flowed since the begin
+  double end_s = 0.0, length_s = 0.0, charge_ah = 0.0;  // what flowed between the begin of the recording and there
 };
 
+/// Of a minute or more, at its end: the longer it is the more the cells have relaxed.
 std::optional<Rest> first_rest(const DriveLog& log, const ReplayCar& car, double begin_s) {
   const Channel* recorded = log.find("current");
   HeldChannel current(recorded, std::max(0.5, 5.0 * usual_interval_s({recorded})));
   double charge_as = 0.0, rest_s = 0.0, gap_s = 0.0;
+  std::optional<Rest> out;
   for (double t = begin_s; t <= current.last_s() && gap_s <= kLongestGap_s; t += kStep_s) {
     current.advance(t);
     if (!current.known()) {
@@ -63,9 +65,10 @@ std::optional<Rest> first_rest(const DriveLog& log, const ReplayCar& car, double
     }
     charge_as += current.value() * kStep_s;
     rest_s = std::abs(current.value()) <= car.rest_current_a ? rest_s + kStep_s : 0.0;
-    if (rest_s >= kRelaxed_s) return Rest{t, charge_as / 3600.0};
+    if (out && rest_s == 0.0) break;
+    if (rest_s >= kRelaxed_s) out = Rest{t, rest_s, charge_as / 3600.0};
   }
-  return std::nullopt;
+  return out;
 }
 
 std::optional<SocStart> counted_back(const DriveLog& log, const ReplayCar& car, double begin_s, bool other_is_known) {
@@ -78,7 +81,7 @@ std::optional<SocStart> counted_back(const DriveLog& log, const ReplayCar& car, 
                   fmt::format("no rest at the begin: the SOC starts at {:.1f} %, counted back from a rest of {:.0f} s "
                               "that ends at {:.1f} s, {:.1f} % by the open-circuit voltage (5 mV there are {:.1f} "
                               "points), {:.3f} Ah earlier",
-                              100.0 * soc, kRelaxed_s, rest->end_s, 100.0 * there, 100.0 * (raised - there),
+                              100.0 * soc, rest->length_s, rest->end_s, 100.0 * there, 100.0 * (raised - there),
                               rest->charge_ah)};
 }
 

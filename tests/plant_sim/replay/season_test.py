@@ -131,6 +131,19 @@ def test_one_file_for_two_results_is_refused_by_whatever_spelling(logs, tmp_path
     assert run.returncode == 2 and "one file for two" in run.stderr and not (tmp_path / "a.out").exists()
 
 
+def test_a_folder_that_links_to_itself_is_walked_once(logs, tmp_path):
+    mine = tmp_path / "logs"
+    shutil.copytree(logs, mine)
+    (mine / "again").symlink_to(mine)
+    (mine / "itself").symlink_to(mine / "itself")
+    for name in ("map.toml", "pack.toml"):
+        shutil.copy(logs.parent / name, tmp_path / name)
+    run = replayed(mine, "--baseline", GOLDEN)
+    assert run.returncode == 0 and "5 logs: 5 replayed" in run.stdout, run.stdout + run.stderr
+    gone = replayed(mine, "--baseline", tmp_path / "nowhere")
+    assert gone.returncode == 2 and "no folder" in gone.stderr and gone.stdout == ""
+
+
 def test_firmware_of_no_commit_is_refused(logs):
     run = voltlap("replay", logs / "sound.csv", "--map", logs.parent / "map.toml", "--firmware", "nowhere")
     assert run.returncode == 2 and "--firmware nowhere" in run.stderr, run.stderr

@@ -31,7 +31,7 @@ def test_a_later_rest_is_counted_back_from(tmp_path):
     """Its own SOC is 12 points off: the voltage of the rest decides."""
     table = (dict(row, soc=row["soc"] - 0.12) for row in loaded(100, rest_from=30.0))
     run, out = replayed(tmp_path, table)
-    assert out["soc_start_from"] == "counted back from a later rest"
+    assert out["soc_start_from"] == "a later rest, counted back"
     assert out["soc_start_pct"] == pytest.approx(80.0, abs=0.05)
     assert any("12." in entry["what"] or "SOC" in entry["what"] for entry in out["disagreements"])
 
