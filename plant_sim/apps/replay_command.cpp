@@ -55,11 +55,7 @@ ReplayCommand::ReplayCommand(CLI::App& app) : command_(app.add_subcommand("repla
                        "Replay with the firmware of this commit, too, built on first use, in minutes; both are "
                        "compared")
       ->type_name("COMMIT");
-  command_
-      ->add_option("--set", asked_.settings,
-                   "Change the pack or the firmware (voltlap list keys), key=value, one or several")
-      ->type_name("KEY=VALUE")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_settings(*command_, asked_);
   command_->footer(
       "Example: voltlap replay drive.log.gz --pack pack.toml --json replay.json --csv replay.csv\n"
       "A candump of our own car (voltlap endurance --candump run.log): voltlap replay run.log\n"

@@ -82,6 +82,14 @@ ReplayResult replay_by_role(const ReplayAsked& asked, const MapFinding& finding,
   return out;
 }
 
+void add_settings(CLI::App& command, ReplayAsked& asked) {
+  command
+      .add_option("--set", asked.settings,
+                  "Change the pack or the firmware (voltlap list keys), key=value, one or several")
+      ->type_name("KEY=VALUE")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
 bool is_replayed_by_frame(const ReplayAsked& asked, const MapFinding& finding) {
   return asked.map.empty() && !finding.is_asked() && is_own_recording(asked.log);
 }

@@ -16,6 +16,9 @@ struct ReplayAsked {
   std::vector<std::string> settings{};
 };
 
+/// Adds --set.
+void add_settings(CLI::App& command, ReplayAsked& asked);
+
 /// A recording of our own bus without a map.
 [[nodiscard]] bool is_replayed_by_frame(const ReplayAsked& asked, const MapFinding& finding);
 

@@ -72,11 +72,7 @@ ShadowCommand::ShadowCommand(CLI::App& app) : command_(app.add_subcommand("shado
       ->check(some_name("a path"));
   command_->add_option("--for", for_s_, "End after so long [s]; default: at Ctrl-C")->check(positive_number());
   outputs_.add(*command_);
-  command_
-      ->add_option("--set", asked_.settings,
-                   "Change the pack or the firmware (voltlap list keys), key=value, one or several")
-      ->type_name("KEY=VALUE")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_settings(*command_, asked_);
   command_->footer(
       "It sends nothing. What is heard is replayed again and again, as often as a quarter of a core allows; at the end "
       "the\nwhole recording once more: summary and files are those of voltlap replay of that log.\n"

@@ -49,6 +49,7 @@ void ChannelBuilder::add(double time_s, double recorded) {
   if (!channel_.time_s.empty() && time_s < channel_.time_s.back()) {
     LogDefect& defect = defects_["time goes back"];
     if (defect.count++ == 0) defect.first_s = time_s;
+    ++channel_.left_out;
     return;
   }
   const double value = recorded * source_.scale + source_.offset;
@@ -99,7 +100,7 @@ void ChannelBuilder::finish() {
     defect.kind = kind;
     defect.channel = channel_.role;
     defect.text = fmt::format("{} ({}): {} of {} samples: {}, first at {:.3f} s", channel_.role, channel_.source,
-                              defect.count, channel_.time_s.size(), kind, defect.first_s);
+                              defect.count, channel_.time_s.size() + channel_.left_out, kind, defect.first_s);
     if (kind == "gap")
       defect.text = fmt::format("{} ({}): {} gaps, first at {:.3f} s", channel_.role, channel_.source, defect.count,
                                 defect.first_s);

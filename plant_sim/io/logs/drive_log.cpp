@@ -44,7 +44,8 @@ void check_kind(const RoleMap& map, const std::string& path, const std::map<std:
 void count_samples(const Channel& channel, FrameAccount& account) {
   const auto used = static_cast<std::size_t>(
       std::count_if(channel.value.begin(), channel.value.end(), [](double value) { return std::isfinite(value); }));
-  account.in_file += channel.size();
+  account.in_file += channel.size() + channel.left_out;
+  account.stale += channel.left_out;
   account.used += used;
   account.corrupt += channel.size() - used;
 }

@@ -26,6 +26,7 @@ struct Channel {
   std::string source;          ///< such as "0x6B0 PackCurrent" or "column i_a"
   std::vector<double> time_s;  ///< never decreasing; of the recording's clock, see DriveLog::origin_s
   std::vector<double> value;   ///< NaN where masked
+  std::size_t left_out = 0;    ///< samples of the file that are not here: their time goes back
 
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
 };

@@ -44,6 +44,27 @@ def test_a_jumping_soc_is_not_where_it_starts(tmp_path):
     assert any("its own SOC jumps" in text for text in out["assumptions"])
 
 
+def test_one_sample_without_current_between_two_of_load_is_no_rest(tmp_path):
+    def glitch(time):
+        return 0.0 if time >= 30.0 or 0.1 <= time < 0.1 + 1.5 / 50 else LOAD_A
+
+    _, out = replayed(tmp_path, rows(100, current=glitch))
+    assert out["soc_start_from"] == "a later rest, counted back"
+    assert out["soc_start_pct"] == pytest.approx(80.0, abs=0.05)
+
+
+def test_a_rest_begins_where_the_voltage_has_come_up(tmp_path):
+    """A filter that begins at nothing: for three seconds the cells and the pack read too little."""
+    def rising(row):
+        share = min(1.0, 0.75 + row["time_s"] / 12.0)
+        return {name: value * share if "voltage" in name else value for name, value in row.items()}
+
+    _, out = replayed(tmp_path, (rising(row) for row in rows(40, current=lambda t: LOAD_A if t > 8.0 else 0.0)))
+    assert out["soc_start_from"] == "cells at rest"
+    assert out["soc_start_pct"] == pytest.approx(80.0, abs=2.0)  # 0.5 % of the voltage is 19 mV, two points
+    assert out["faults"] == []
+
+
 @pytest.mark.parametrize("k", range(4))
 def test_drawn_begins(tmp_path, k):
     """Wherever a sound log is cut, its SOC is that of the log, and nothing is complained of."""
