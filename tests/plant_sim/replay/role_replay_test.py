@@ -60,6 +60,13 @@ def test_a_lost_current_trips_and_the_log_goes_on(tmp_path):
     assert out["disagreements"][0]["what"].startswith("the firmware opens the contactors at 8.")
 
 
+def test_a_trip_where_the_car_stands_is_not_said_to_be_driven_through(tmp_path):
+    table = [dict(row, current_a=None) if 8.0 <= row["time_s"] < 9.0 else row
+             for row in rows(20, current=lambda time: 80.0 if 5.0 <= time < 7.5 else 0.0)]
+    _, out = replayed(tmp_path, table)
+    assert out["disagreements"][0]["what"].endswith("CurrentMeasurementLost; no current flowed then")
+
+
 def test_a_logged_soc_that_jumps_is_not_believed(tmp_path):
     table = [dict(row, soc=row["soc"] + 0.24) if 11.0 <= row["time_s"] < 12.0 else row for row in rows(30, soc=0.7)]
     run, out = replayed(tmp_path, table)

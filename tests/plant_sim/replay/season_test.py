@@ -71,6 +71,7 @@ def test_the_firmware_says_what_it_said(logs):
 PLANTED = [
     ("bms.discharge_current_max_a=60", ["sound.csv", "over_limits: new, discharge, ConfigMaximum", "of 150 points"]),
     ("bms.cell_voltage_min_v=3.2", ["spring/weak_cell.csv", "limit_violations, ", "limit_v 3.1 -> 3.2"]),
+    ("bms.cell_voltage_min_v=3.0", ["spring/weak_cell.csv", "limit_violations: gone, ", "cell 5"]),
     ("bms.capacity_ah=8", ["soc_end_pct: ", " -> ", "series/soc_pct: differs in"]),
 ]
 

@@ -43,7 +43,7 @@ TEST(ShadowWords, AnotherKindIsNewWhereverItIs) {
 }
 
 TEST(ShadowWords, WhatIsWaitedForIsWhatTheErrorFound) {
-  const InputError error("/tmp/heard.log", "no current", "the role current", "Nothing without it");
+  const InputError error("heard.log", "no current", "the role current", "Nothing without it");
   STRCMP_EQUAL("no current", waiting_text(error.what()).c_str());
   STRCMP_EQUAL("something else", waiting_text("something else").c_str());
 }

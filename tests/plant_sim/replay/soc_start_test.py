@@ -44,9 +44,10 @@ def test_a_jumping_soc_is_not_where_it_starts(tmp_path):
     assert any("its own SOC jumps" in text for text in out["assumptions"])
 
 
-def test_one_sample_without_current_between_two_of_load_is_no_rest(tmp_path):
+@pytest.mark.parametrize("length_s", [0.03, 3.0])
+def test_a_moment_without_current_between_two_of_load_is_no_rest(tmp_path, length_s):
     def glitch(time):
-        return 0.0 if time >= 30.0 or 0.1 <= time < 0.1 + 1.5 / 50 else LOAD_A
+        return 0.0 if time >= 30.0 or 0.1 <= time < 0.1 + length_s else LOAD_A
 
     _, out = replayed(tmp_path, rows(100, current=glitch))
     assert out["soc_start_from"] == "a later rest, counted back"
