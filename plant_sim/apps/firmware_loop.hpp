@@ -14,6 +14,7 @@ class FirmwareLoop final : public Ecus {
   FirmwareLoop(const bms::Config& bms, const master::Config& master) : bms_(bms), master_(master) {}
 
   void bms(Instant now, FrameView rx, TxQueue& tx) override;
+  [[nodiscard]] const app::BmsNode& bms_node() const { return bms_; }
   void master(Instant now, FrameView rx, TxQueue& tx) override;
 
  private:

@@ -2,12 +2,14 @@
 #include "apps/replay_run.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "apps/firmware_config.hpp"
 #include "apps/firmware_loop.hpp"
 #include "apps/progress_line.hpp"
 #include "apps/replay_pack.hpp"
+#include "bms/estimate/soc_ekf.hpp"
 #include "io/logs/role_map.hpp"
 #include "replay/disagreements.hpp"
 #include "replay/own_recording.hpp"
@@ -40,6 +42,25 @@ ReplayCar replayed_car(const VehicleParameters& car, const bms::Config& config) 
   return out;
 }
 
+/// Of every cell, where the firmware has a filter of each.
+std::vector<CellEstimate> estimates_of(const app::BmsNode& node) {
+  const bms::Config& config = node.config();
+  const bms::SocEstimate& soc = node.state().soc;
+  std::vector<CellEstimate> out;
+  if (config.soc_method != bms::SocMethod::kEkf || !soc.valid) return out;
+  const auto unit = [](std::int32_t value) { return static_cast<double>(value) / bms::kUnit; };
+  const auto deviation = [](std::int32_t variance) {
+    return std::sqrt(std::max(0.0, std::ldexp(static_cast<double>(variance), -bms::kVarianceBits)));
+  };
+  for (std::size_t i = 0; i < config.cells_in_series; ++i) {
+    const bms::CellFilter& filter = soc.filter.cell[i].filter;
+    const double capacity_ah = 1e-3 * config.capacity_mah / (1.0 + unit(filter.fade));
+    out.push_back({static_cast<int>(i) + 1, 1e-6 * bms::cell_soc(soc, i).raw(), unit(filter.rho), deviation(filter.p.rr),
+                   capacity_ah, capacity_ah * deviation(filter.p.ff)});
+  }
+  return out;
+}
+
 ReplayResult of_own(const ReplayAsked& asked, const DataFolder& data) {
   ReplayResult out;
   out.pack = asked.pack.empty() ? "vtm16e" : asked.pack;
@@ -54,6 +75,8 @@ ReplayResult of_own(const ReplayAsked& asked, const DataFolder& data) {
   out.log = asked.log;
   replay_own(recording, firmware, kVoltsPerCount * config.cell_voltage_min.raw(),
              kVoltsPerCount * config.cell_voltage_max.raw(), out);
+  out.cells_recorded = out.cells;
+  out.estimates = estimates_of(firmware.bms_node());
   out.disagreements = find_disagreements(out);
   progress.end();
   return out;
@@ -78,6 +101,8 @@ ReplayResult replay_by_role(const ReplayAsked& asked, const MapFinding& finding,
   out.map = log.map;
   out.pack = asked.pack;
   replay_roles(log, replayed_car(car.parameters, config), pedal_sensors(master), !asked.pack.empty(), firmware, out);
+  if (out.has_cell_model()) out.estimates = estimates_of(firmware.bms_node());
+  out.estimates.resize(std::min(out.estimates.size(), out.cells_recorded));  // the others have their share of the pack
   out.disagreements = find_disagreements(out);
   return out;
 }

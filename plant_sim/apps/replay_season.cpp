@@ -107,6 +107,10 @@ class Run {
       ++replayed_;
     } catch (const InputError& refusal) {
       fmt::print(to_, "{}: refused: {}\n", log, refusal.what());
+      const fs::path earlier = fs::path(season_.json_folder) / (log + ".json");
+      if (!season_.json_folder.empty() && fs::exists(earlier)) {
+        fmt::print(to_, "  {} is the result of an earlier run\n", earlier.string());
+      }
     }
     if (result && !season_.json_folder.empty()) write_json(fs::path(season_.json_folder) / (log + ".json"), *result);
     if (has_baseline()) compare(log, result);

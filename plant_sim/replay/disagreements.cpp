@@ -8,13 +8,15 @@
 #include <map>
 #include <set>
 
+#include "core/signal.hpp"
 #include "replay/replay_text.hpp"
 
 namespace voltlap::plant {
 namespace {
 
 // What a kind weighs; within a kind its size adds up to less than the step to the next.
-constexpr double kTrip = 400.0, kCell = 300.0, kCurrent = 200.0, kSoc = 100.0, kSaidLimit = 50.0, kMost = 49.0;
+constexpr double kTrip = 400.0, kCell = 300.0, kCurrent = 200.0, kTripAtRest = 150.0, kSoc = 100.0, kSaidLimit = 50.0,
+                 kOfReplay = 0.0, kMost = 49.0;
 
 double sized(double kind, double size) { return kind + std::min(kMost, std::isfinite(size) ? std::abs(size) : 0.0); }
 
@@ -26,18 +28,49 @@ bool drives_on(const ReplayResult& r, double time_s) {
   });
 }
 
-void add_trips(const ReplayResult& r, std::vector<Disagreement>& out) {
-  std::map<std::string, std::vector<const ReplayFault*>> trips;
-  for (const ReplayFault& fault : r.faults) {
-    if (fault.opens) trips[fault.id].push_back(&fault);
+/// What a trip says: of a drive, of a car that stands, or of the recording and its replay alone.
+struct TripClass {
+  double weight = kTrip;
+  std::string said{};
+};
+
+TripClass class_of(const ReplayResult& r, const ReplayFault& trip) {
+  constexpr double kLater_s = 0.6, kSettles_s = 5.0;  // a time-out and its debounce; a step of current without its sag
+  for (const RecordingHole& hole : r.holes) {
+    if (trip.time_s < hole.begin_s || trip.time_s > hole.end_s + kLater_s) continue;
+    return {kOfReplay, fmt::format("the recording has a hole there, {:.1f} s without any reading: it says nothing of the "
+                                   "car",
+                                   hole.end_s - hole.begin_s)};
   }
-  for (const auto& [id, times] : trips) {
-    const ReplayFault& first = *times.front();
-    const std::string more = times.size() > 1 ? fmt::format(", {} times in all", times.size()) : "";
-    out.push_back({sized(kTrip, static_cast<double>(times.size())), first.time_s - 2.0, first.time_s,
+  for (const double closed_s : r.closed_under_load_s) {
+    if (trip.time_s < closed_s || trip.time_s > closed_s + kSettles_s) continue;
+    return {kOfReplay, fmt::format("{:.1f} s after the replay closed them under load, which no car does",
+                                   trip.time_s - closed_s)};
+  }
+  if (drives_on(r, trip.time_s)) return {kTrip, "current flowed on"};
+  return {kTripAtRest, "no current flowed then"};
+}
+
+void add_trips(const ReplayResult& r, std::vector<Disagreement>& out) {
+  struct Trips {
+    const ReplayFault* first = nullptr;
+    std::string said{};
+    std::size_t count = 0;
+  };
+  std::map<std::pair<double, std::string>, Trips> trips;  // by weight and fault
+  for (const ReplayFault& fault : r.faults) {
+    if (!fault.opens) continue;
+    TripClass of = class_of(r, fault);
+    Trips& alike = trips[{of.weight, fault.id}];
+    if (alike.count++ == 0) alike = {&fault, std::move(of.said), 1};
+  }
+  for (const auto& [key, alike] : trips) {
+    const auto& [weight, id] = key;
+    const std::string more = alike.count > 1 ? fmt::format(", {} times in all", alike.count) : "";
+    const ReplayFault& first = *alike.first;
+    out.push_back({sized(weight, static_cast<double>(alike.count)), first.time_s - 2.0, first.time_s,
                    fmt::format("the firmware opens the contactors at {:.1f} s: {}{}{}; {}", first.time_s, id,
-                               first.about.empty() ? "" : ", " + first.about, more,
-                               drives_on(r, first.time_s) ? "current flowed on" : "no current flowed then"),
+                               first.about.empty() ? "" : ", " + first.about, more, alike.said),
                    "the readings that made it trip"});
   }
 }
@@ -122,6 +155,52 @@ void add_soc_jump(const ReplayResult& r, std::vector<Disagreement>& out) {
                  std::move(decided)});
 }
 
+/// A fault of the car's own unit that the firmware does not have at that time.
+void add_logged_faults(const ReplayResult& r, std::vector<Disagreement>& out) {
+  constexpr double kSame_s = 5.0;
+  std::map<std::string, std::pair<const LoggedFault*, std::size_t>> alone;
+  for (const LoggedFault& logged : r.logged_faults) {
+    const bool also = std::any_of(r.faults.begin(), r.faults.end(), [&](const ReplayFault& own) {
+      return std::abs(own.time_s - logged.time_s) < kSame_s;
+    });
+    if (also) continue;
+    auto& [first, count] = alone[logged.role];
+    if (count++ == 0) first = &logged;
+  }
+  for (const auto& [role, found] : alone) {
+    const auto& [first, count] = found;
+    out.push_back({sized(kSoc, static_cast<double>(count)), first->time_s - 2.0, first->time_s,
+                   fmt::format("the log's own unit says {} = {:.0f} ({}) at {:.1f} s{}, the firmware has no fault within "
+                               "{:.0f} s",
+                               role, first->value, first->source, first->time_s,
+                               count > 1 ? fmt::format(", {} times in all", count) : "", kSame_s),
+                   "what that fault of the unit means, in its manual"});
+  }
+}
+
+/// Cells that carry little current stand at their open-circuit voltage. Where in the end they stand far from the pack
+/// file's at the charge that is counted, file and pack do not belong together.
+void add_wrong_pack(const ReplayResult& r, std::vector<Disagreement>& out) {
+  constexpr double kFar_v = 0.06, kFar = 0.08;  // chosen: relaxation and the end of a curve are less than both
+  constexpr std::size_t kFewest = 100;
+  const std::size_t count = r.quiet_cells.size();
+  if (count < kFewest) return;
+  std::vector<double> volts, points;
+  for (std::size_t k = count - std::max(kFewest, count / 4); k < count; ++k) {
+    const QuietCell& quiet = r.quiet_cells[k];
+    volts.push_back(quiet.voltage_v - quiet.ocv_v);
+    points.push_back(quiet.by_voltage - quiet.counted);
+  }
+  const double volts_apart = median(std::move(volts)), apart = median(std::move(points));
+  if (std::abs(volts_apart) < kFar_v || std::abs(apart) < kFar) return;
+  out.push_back({sized(kTrip, kMost), r.quiet_cells[count - kFewest].time_s, r.quiet_cells.back().time_s,
+                 fmt::format("at little current the cells stand {:+.0f} mV from the open-circuit voltage of {} at the "
+                             "charge that is counted ({:+.0f} points of SOC): the log is of another cell or capacity, has "
+                             "other cells in series, or its current is off",
+                             1e3 * volts_apart, r.pack, 100.0 * apart),
+                 "the pack file: its curve, its capacity, its cells"});
+}
+
 void add_said_limit(const ReplayResult& r, bool charging, std::vector<Disagreement>& out) {
   const auto own = charging ? &ReplayRow::charge_limit_a : &ReplayRow::discharge_limit_a;
   const auto said = charging ? &ReplayRow::logged_charge_limit_a : &ReplayRow::logged_discharge_limit_a;
@@ -150,6 +229,8 @@ void add_said_limit(const ReplayResult& r, bool charging, std::vector<Disagreeme
 std::vector<Disagreement> find_disagreements(const ReplayResult& r) {
   std::vector<Disagreement> out;
   add_trips(r, out);
+  add_wrong_pack(r, out);
+  add_logged_faults(r, out);
   add_cells(r, true, out);
   add_cells(r, false, out);
   add_currents(r, false, out);

@@ -149,6 +149,15 @@ void compare_values(const std::string& name, const Json& was, const Json& is, Li
   }
 }
 
+/// What no firmware changes: two results that differ in it are of two recordings.
+std::string other_recording(const Json& was, const Json& is) {
+  const auto differs = [&](const char* key) { return was.contains(key) && is.contains(key) && was[key] != is[key]; };
+  if (!differs("frames")) return "";
+  return fmt::format("the baseline is of another recording, or of one that was read otherwise: it had {} frames, there "
+                     "are {}",
+                     shown(was["frames"]), shown(is["frames"]));
+}
+
 Json compared(Json result) {
   for (const char* key : {"voltlap", "log", "map", "pack"}) result.erase(key);
   return result;
@@ -158,7 +167,9 @@ Json compared(Json result) {
 
 std::vector<std::string> changes_since(const std::string& baseline_path, const std::string& now_json) {
   Lines out;
-  compare_objects("", compared(read_baseline(baseline_path)), compared(Json::parse(now_json)), out);
+  const Json was = read_baseline(baseline_path), is = Json::parse(now_json);
+  if (const std::string other = other_recording(was, is); !other.empty()) out.push_back(other);
+  compare_objects("", compared(was), compared(is), out);
   return out;
 }
 

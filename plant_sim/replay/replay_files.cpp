@@ -127,6 +127,17 @@ std::string replay_json(const ReplayResult& r, const std::string& version) {
     return Json{{"what", d.what}, {"begin_s", d.begin_s}, {"end_s", d.end_s}, {"decided_by", d.decided_by},
                 {"weight", d.weight}};
   });
+  out["logged_faults"] = list_of(r.logged_faults, [](const LoggedFault& f) {
+    return Json{{"role", f.role}, {"source", f.source}, {"time_s", f.time_s}, {"value", f.value}};
+  });
+  out["cells_end"] = list_of(r.estimates, [](const CellEstimate& c) {
+    return Json{{"cell", c.cell},
+                {"soc_pct", number(c.soc, 100.0)},
+                {"resistance_of_pack_file", number(c.resistance)},
+                {"resistance_sd", number(c.resistance_sd)},
+                {"capacity_ah", number(c.capacity_ah)},
+                {"capacity_sd_ah", number(c.capacity_sd_ah)}};
+  });
   out["comparison"] = r.comparison ? of_comparison(*r.comparison) : Json(nullptr);
   out["never_ready"] = r.never_ready.empty() ? Json(nullptr) : Json(r.never_ready);
   out["contactors_open_s"] = r.open_s;

@@ -59,6 +59,31 @@ struct ReplayRow {
   std::uint32_t faults = 0;
 };
 
+/// A fault word of the car's own unit that came or changed.
+struct LoggedFault {
+  std::string role, source;
+  double time_s = 0.0, value = 0.0;
+};
+
+/// A stretch in which the recording has no current and no voltage.
+struct RecordingHole {
+  double begin_s = 0.0, end_s = 0.0;
+};
+
+/// The mean cell of a moment at little current, and what the pack file says of it.
+struct QuietCell {
+  double time_s = 0.0, voltage_v = 0.0, ocv_v = 0.0;
+  double counted = 0.0, by_voltage = 0.0;  ///< SOC
+};
+
+/// What the firmware's filter has learned of a cell by the end; the deviations are the filter's own.
+struct CellEstimate {
+  int cell = 0;                                          ///< from 1
+  double soc = kUnknown;
+  double resistance = kUnknown, resistance_sd = kUnknown;  ///< of what the pack file says
+  double capacity_ah = kUnknown, capacity_sd_ah = kUnknown;  ///< of the parallel group, as the log's sensor measures it
+};
+
 /// Two things that do not agree, with the stretch of the recording that decides between them.
 struct Disagreement {
   double weight = 0.0;  ///< how much it matters; the table is sorted by it
@@ -109,6 +134,12 @@ struct ReplayResult {
   std::vector<std::string> assumptions;  ///< what stands for what the recording does not have
   std::vector<std::string> notes;        ///< of the reading
   std::string never_ready;               ///< why the firmware never became active; empty: it did
+  std::vector<LoggedFault> logged_faults{};
+  std::vector<RecordingHole> holes{};
+  std::vector<double> closed_under_load_s{};  ///< after a trip, without a rest: what follows at once is the replay's own
+  std::vector<QuietCell> quiet_cells{};
+  std::vector<CellEstimate> estimates{};      ///< empty: no filter of every cell
+  std::size_t cells_recorded = 0;             ///< cells that have readings of their own
   double open_s = 0.0, open_ah = 0.0;    ///< the log drove on while the firmware's contactors were open
   std::optional<FrameComparison> comparison{};
   std::optional<SocJump> soc_jump{};

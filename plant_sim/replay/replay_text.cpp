@@ -113,13 +113,37 @@ std::string faults_text(const ReplayResult& r) {
 
 std::string violations_text(const ReplayResult& r) {
   if (!r.has_cell_model()) return "";
-  if (r.violations.empty()) return "  cells             within their voltage limits throughout\n";
+  if (r.violations.empty()) {
+    if (r.cells_recorded == 0) return "  cells             the log has no reading of a cell\n";
+    return r.cells_recorded >= r.cells ? "  cells             within their voltage limits throughout\n"
+                                       : fmt::format("  cells             the {} of {} that the log has stay within "
+                                                     "their voltage limits\n",
+                                                     r.cells_recorded, r.cells);
+  }
   const auto worst = std::max_element(r.violations.begin(), r.violations.end(), [](const auto& a, const auto& b) {
     return std::abs(a.voltage_v - a.limit_v) < std::abs(b.voltage_v - b.limit_v);
   });
   return fmt::format("  cells             {} stretches outside of the limits, the farthest: cell {} at {:.3f} V "
                      "({:.3f} V) at {:.1f} s\n",
                      r.violations.size(), worst->cell, worst->voltage_v, worst->limit_v, worst->worst_s);
+}
+
+std::string deviation(double value, double sd, int digits) {
+  return fmt::format("{:.{}f} +- {:.{}f}", value, digits, sd, digits);
+}
+
+/// The cells that hold least and that resist most, by what the filter has learned.
+std::string estimates_text(const ReplayResult& r) {
+  if (r.estimates.empty()) return "";
+  const auto& all = r.estimates;
+  const auto most = std::max_element(all.begin(), all.end(),
+                                     [](const auto& a, const auto& b) { return a.resistance < b.resistance; });
+  const auto least = std::min_element(all.begin(), all.end(),
+                                      [](const auto& a, const auto& b) { return a.capacity_ah < b.capacity_ah; });
+  return fmt::format("  resistance        highest: cell {}, {} of the pack file's; capacity, lowest: cell {}, {} Ah (by "
+                     "the filter; of each cell: --json)\n",
+                     most->cell, deviation(most->resistance, most->resistance_sd, 2), least->cell,
+                     deviation(least->capacity_ah, least->capacity_sd_ah, 2));
 }
 
 std::string disagreements_text(const ReplayResult& r) {
@@ -167,7 +191,8 @@ std::string replay_text(const ReplayResult& r) {
   out += "  " + frames_text(r.frames) + "\n";
   if (r.comparison) out += comparison_text(*r.comparison, r.begin_s);
   if (!r.never_ready.empty()) out += fmt::format("  the firmware never closed its contactors: {}\n", r.never_ready);
-  out += soc_text(r) + limit_text(r, false) + limit_text(r, true) + violations_text(r) + faults_text(r);
+  out += soc_text(r) + limit_text(r, false) + limit_text(r, true) + violations_text(r) + estimates_text(r) +
+         faults_text(r);
   if (r.open_s > 0.0 && r.never_ready.empty()) {
     out += fmt::format("  after a trip the log drove on for {:.1f} s and {:.3f} Ah that the firmware does not count\n",
                        r.open_s, r.open_ah);

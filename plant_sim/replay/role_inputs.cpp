@@ -9,6 +9,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "core/signal.hpp"
+#include "replay/bus_as_pack.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -23,45 +24,6 @@ constexpr double kStep_s = 1e-3 * can::kTickMs;
 
 std::string seconds(double value) {
   return value < 1.0 ? fmt::format("{:.0f} ms", 1e3 * value) : fmt::format("{:.3g} s", value);
-}
-
-/// For each sample of the bus: whether it is the pack, from the end of the precharge until the contactors open.
-std::vector<bool> connected_samples(const Channel& bus) {
-  constexpr double kUsual = 0.75, kCharged = 0.97, kOpened = 0.75;  // quantile; of it
-  std::vector<double> values;
-  for (const double value : bus.value) {
-    if (std::isfinite(value)) values.push_back(value);
-  }
-  const double usual = values.empty() ? kUnknown : quantile(std::move(values), kUsual);
-  std::vector<bool> out;
-  bool connected = false;
-  for (const double value : bus.value) {
-    if (std::isfinite(value)) connected = value > (connected ? kOpened : kCharged) * usual;
-    out.push_back(connected);
-  }
-  return out;
-}
-
-/// The bus while it is the pack; otherwise, when no current flows, what the battery unit publishes, where it does.
-Channel pack_by_bus(const Channel& bus, const Channel* published) {
-  const std::vector<bool> connected = connected_samples(bus);
-  std::vector<std::pair<double, double>> samples;
-  std::size_t next = 0;
-  const std::size_t count = published == nullptr ? 0 : published->size();
-  for (std::size_t k = 0; k < bus.size(); ++k) {
-    const bool before = k > 0 && connected[k - 1];
-    for (; next < count && published->time_s[next] < bus.time_s[k]; ++next) {
-      if (!before && !connected[k]) samples.emplace_back(published->time_s[next], published->value[next]);
-    }
-    if (connected[k]) samples.emplace_back(bus.time_s[k], bus.value[k]);
-  }
-  Channel out;
-  out.role = "pack_voltage";
-  for (const auto& [time_s, value] : samples) {
-    out.time_s.push_back(time_s);
-    out.value.push_back(value);
-  }
-  return out;
 }
 
 /// How much a cell moves with its share of the pack's voltage: least squares over its samples, drawn towards 1 where
@@ -255,8 +217,33 @@ void RoleInputs::find_begin() {
   }
   for (const HeldChannel& one : temperatures_) begin_s_ = std::max(begin_s_, one.first_s());
   if (pack_.recorded()) begin_s_ = std::max(begin_s_, pack_.first_s());
+  find_end();
   begin_s_ = kStep_s * std::ceil(begin_s_ / kStep_s - 1e-9);
   find_rest();
+}
+
+/// Recordings go on after the car is switched off: the bus falls, or is silent, and no current flows.
+void RoleInputs::find_end() {
+  constexpr double kOff = 0.5, kPatience_s = 0.5;  // of the usual voltage; what the BMS waits for a reading
+  if (pack_channel_ == nullptr || pack_channel_->size() == 0) return;
+  std::vector<double> values;
+  for (const double value : pack_channel_->value) {
+    if (std::isfinite(value)) values.push_back(value);
+  }
+  const double usual_v = median(std::move(values));
+  std::size_t on = pack_channel_->size();
+  while (on > 0 && !(pack_channel_->value[on - 1] > kOff * usual_v)) --on;
+  const double off_s = on > 0 ? pack_channel_->time_s[on - 1] : begin_s_;
+  if (off_s <= begin_s_ || off_s + std::max(kPatience_s, pack_.longest_s()) >= end_s_) return;
+  HeldChannel current = current_;
+  for (double t = off_s; t <= end_s_; t += kStep_s) {
+    current.advance(t);
+    if (t > off_s + kPatience_s && current.known() && std::abs(current.value()) > car_.rest_current_a) return;
+  }
+  assume(fmt::format("from {:.1f} s to its end at {:.1f} s the log has no pack voltage and no current: high voltage is "
+                     "off there, and nothing is replayed",
+                     off_s, end_s_));
+  end_s_ = off_s;
 }
 
 /// The SOC starts from the cells' voltage: from rest where there is one. A sample without current between two of load

@@ -64,6 +64,7 @@ class RoleInputs {
   void take_motion(const DriveLog& log);
   void choose_pack_voltage(const DriveLog& log);
   void find_begin();
+  void find_end();
   void find_rest();
   [[nodiscard]] bool is_settled(double time_s) const;
   [[nodiscard]] HeldChannel channel(const DriveLog& log, const std::string& role, std::int32_t timeout_ms) const;

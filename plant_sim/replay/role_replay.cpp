@@ -2,6 +2,7 @@
 #include "replay/role_replay.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -106,10 +107,12 @@ class RoleReplay {
     watch_.tick(time_s_, said_, moment_);
   }
 
+  [[nodiscard]] bool at_rest() const { return std::abs(inputs_.current_a()) <= kRest_a; }
+
   /// At rest where one comes soon: a restart under load leaves the firmware a step of current without its sag.
   [[nodiscard]] bool restart_due() const {
     if (active() || time_s_ < next_try_s_) return false;
-    return !tried_ || std::abs(inputs_.current_a()) <= kRest_a || time_s_ >= next_try_s_ + kWithoutRest_s;
+    return !tried_ || at_rest() || time_s_ >= next_try_s_ + kWithoutRest_s;
   }
 
   /// The recording stands still until the units are ready to drive, or for as long as a driver would try.
@@ -128,6 +131,7 @@ class RoleReplay {
       active_s = active() ? active_s + kTick_s : 0.0;
     }
     inputs_.show_alike(kUnknown);
+    if (tried_ && active() && !at_rest()) result_.closed_under_load_s.push_back(time_s_);
     tried_ = true;
     next_try_s_ = time_s_ + kRetry_s;
     if (active()) {
@@ -189,6 +193,91 @@ class RoleReplay {
   bool tried_ = false, ready_once_ = false;
 };
 
+/// Stretches without any reading of the battery.
+void find_holes(const DriveLog& log, ReplayResult& result) {
+  constexpr double kShortest_s = 0.5, kIntervals = 5.0;
+  const Channel& current = *log.find("current");
+  std::vector<const Channel*> voltages;
+  for (const char* role : {"voltage", "pack_voltage", "bus_voltage"}) {
+    if (const Channel* channel = log.find(role)) voltages.push_back(channel);
+  }
+  for (const auto& [n, channel] : log.numbered("cell_voltage_")) voltages.push_back(channel);
+  const double longest_s = std::max(kShortest_s, kIntervals * usual_interval_s({&current}));
+  for (std::size_t k = 1; k < current.size(); ++k) {
+    const double begin_s = current.time_s[k - 1], end_s = current.time_s[k];
+    if (end_s - begin_s <= longest_s) continue;
+    const double margin_s = 0.1 * (end_s - begin_s);
+    const bool silent = std::none_of(voltages.begin(), voltages.end(), [&](const Channel* channel) {
+      const auto after = std::upper_bound(channel->time_s.begin(), channel->time_s.end(), begin_s + margin_s);
+      return after != channel->time_s.end() && *after < end_s - margin_s;
+    });
+    if (silent) result.holes.push_back({begin_s, end_s});
+  }
+}
+
+void find_logged_faults(const DriveLog& log, ReplayResult& result) {
+  for (const auto& [n, channel] : log.numbered("fault_")) {
+    double before = 0.0;
+    for (std::size_t k = 0; k < channel->size(); ++k) {
+      const double value = channel->value[k];
+      if (!std::isfinite(value)) continue;
+      if (value != before && value != 0.0) {
+        result.logged_faults.push_back({channel->role, channel->source, channel->time_s[k], value});
+      }
+      before = value;
+    }
+  }
+  std::stable_sort(result.logged_faults.begin(), result.logged_faults.end(),
+                   [](const LoggedFault& a, const LoggedFault& b) { return a.time_s < b.time_s; });
+}
+
+/// Moments at which the mean cell stands near its open-circuit voltage, beside the one of the charge that the log's own
+/// current leaves: a filter's SOC would follow the cell.
+void find_quiet_cells(const ReplayCar& car, ReplayResult& result) {
+  constexpr double kQuiet_per_h = 0.05, kSettled_s = 3.0, kLongest_s = 1.0;
+  if (car.ocv.empty() || !(car.capacity_ah > 0.0)) return;
+  double soc = kUnknown, quiet_s = 0.0, last_s = kUnknown;
+  for (const ReplayRow& row : result.rows) {
+    const double step_s = std::isfinite(last_s) ? row.time_s - last_s : 0.0;
+    last_s = row.time_s;
+    if (!std::isfinite(row.current_a) || step_s > kLongest_s) {
+      if (std::isfinite(soc)) return;  // the count ends with the first hole
+      continue;
+    }
+    soc = std::isfinite(soc) ? soc - row.current_a * step_s / 3600.0 / car.capacity_ah : row.soc;
+    const double limit_a = std::max(car.rest_current_a, kQuiet_per_h * car.capacity_ah);
+    quiet_s = std::abs(row.current_a) <= limit_a ? quiet_s + step_s : 0.0;
+    const double volts = 0.5 * (row.cell_min_v + row.cell_max_v) + row.current_a * car.resistance_ohm;
+    if (quiet_s < kSettled_s || !std::isfinite(soc) || !std::isfinite(volts)) continue;
+    result.quiet_cells.push_back({row.time_s, volts, ocv_of_soc(car, soc), soc, soc_of_ocv(car, volts)});
+  }
+}
+
+/// The channels that a fault about lost readings is about.
+void name_lost_channels(const DriveLog& log, ReplayResult& result) {
+  constexpr std::pair<const char*, const char*> kLost[] = {{"CellMeasurementLost", "cell_voltage_"},
+                                                          {"TemperatureMeasurementLost", "temperature_"}};
+  constexpr std::size_t kNamed = 4;
+  for (ReplayFault& fault : result.faults) {
+    for (const auto& [id, stem] : kLost) {
+      if (fault.id != id || !fault.about.empty()) continue;
+      std::vector<std::string> silent;
+      const auto channels = log.numbered(stem);
+      for (const auto& [n, channel] : channels) {
+        HeldChannel held(channel, usual_interval_s({channel}) * 2.0);
+        held.advance(fault.time_s);
+        if (!held.known()) silent.push_back(channel->role);
+      }
+      if (silent.empty()) continue;
+      const std::size_t more = silent.size() - std::min(kNamed, silent.size());
+      silent.resize(silent.size() - more);
+      fault.about = silent.size() + more == channels.size() && channels.size() > 1
+                        ? fmt::format("all {} {}<n>", channels.size(), stem)
+                        : fmt::format("{}{}", fmt::join(silent, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+    }
+  }
+}
+
 /// By the recording's own samples, not by what is held or carried between them.
 void find_violations(const DriveLog& log, const ReplayCar& car, ReplayResult& result) {
   CellLimits limits(car.cell_min_v, car.cell_max_v, result.violations);
@@ -234,7 +323,14 @@ void replay_roles(const DriveLog& log, const ReplayCar& car, const PedalSensors&
   result.thermistors = car.thermistors;
   find_soc_jump(log, car.capacity_ah, result);
   RoleReplay(log, car, pedals, with_model, ecus, result).run();
-  if (with_model) find_violations(log, car, result);
+  find_holes(log, result);
+  find_logged_faults(log, result);
+  name_lost_channels(log, result);
+  result.cells_recorded = std::min(recorded_cells(log), car.cells);
+  if (with_model) {
+    find_violations(log, car, result);
+    find_quiet_cells(car, result);
+  }
   result.frames = log.frames;
   result.defects = log.defects;
   result.notes = log.notes;

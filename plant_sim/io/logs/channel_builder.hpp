@@ -17,6 +17,8 @@ class ChannelBuilder {
   void add(double time_s, double recorded);
   /// A sample that is no measurement, and why; `reason` is a literal.
   void mask(double time_s, const char* reason);
+  /// A sample whose time is wrong: counted.
+  void leave_out() { ++channel_.left_out; }
   /// Frames that the sender counted and the recording does not have.
   void add_lost_frames(double from_s, double to_s, std::size_t frames);
   /// Puts the channel into the log, with its gaps; one without any usable sample is left out and named.

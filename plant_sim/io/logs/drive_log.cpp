@@ -193,7 +193,7 @@ std::vector<std::pair<int, const Channel*>> DriveLog::numbered(const std::string
 
 DriveLog read_drive_log(const std::string& path, const RoleMap* given, const DataFolder& data) {
   RoleMap found;
-  if (given == nullptr) found = role_map_for_recording(path, data);
+  if (given == nullptr) found = role_map_for_drive(path, data);
   const RoleMap& map = given != nullptr ? *given : found;
   DriveLog log;
   log.path = path;

@@ -68,6 +68,10 @@ struct DriveLog {
 [[nodiscard]] RoleMap role_map_for_recording(const std::string& path, const DataFolder& data,
                                              const std::vector<std::string>& dbc_files = {});
 
+/// The same for a drive without DBC files. A table that no shipped map knows gives all that its columns say, see
+/// add_other_roles; a cell's test asks for less.
+[[nodiscard]] RoleMap role_map_for_drive(const std::string& path, const DataFolder& data);
+
 /// Value of a channel at each time: of its latest usable sample, NaN before the first and when it is older than
 /// `longest_s`. A hold, as a receiver on the bus has it.
 [[nodiscard]] std::vector<double> held_at(const Channel& channel, const std::vector<double>& time_s,

@@ -2,6 +2,7 @@
 #include "io/logs/map_proposal.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "core/demand.hpp"
 #include "core/signal.hpp"
@@ -50,6 +52,20 @@ class Proposer {
  public:
   explicit Proposer(const RecordedSignals& recording) : recording_(recording) {
     for (const RecordedSignal& signal : recording.signals) all_.emplace_back(signal);
+  }
+
+  /// Beside a map.
+  MapProposal propose_others(const RoleMap& map) {
+    for (const RecordedSignal& signal : recording_.signals) {
+      const bool used = std::any_of(map.roles.begin(), map.roles.end(), [&](const auto& entry) {
+        return entry.second.column == signal.source.column;
+      });
+      if (used) taken_.push_back(&signal);
+    }
+    propose_families();
+    propose_single();
+    propose_temperature();
+    return std::move(out_);
   }
 
   MapProposal propose() {
@@ -200,7 +216,7 @@ std::optional<std::uint32_t> last_of_frames(const SignalCandidates& members) {
   return alike && close ? std::optional(last) : std::nullopt;
 }
 
-/// One entry for all numbers of a frame, or of frames behind each other; of a table each by itself.
+/// One entry for all numbers of a frame, or of frames behind each other that count from one again; else each by itself.
 void Proposer::add_family(const std::string& stem, const SignalCandidates& members) {
   VOLTLAP_DEMAND(!members.empty());
   std::map<long, const SignalCandidate*> by_number;
@@ -208,13 +224,14 @@ void Proposer::add_family(const std::string& stem, const SignalCandidates& membe
   const long first = by_number.begin()->first <= 1 ? by_number.begin()->first : 1;
   const std::string evidence = fmt::format("{} alike but for their number, in range", members.size());
   const char* unit = stem.starts_with("cell") ? members.front().voltage_unit() : "degC";
-  if (!recording_.is_can) {
+  const std::optional<std::uint32_t> last = recording_.is_can ? last_of_frames(members) : std::nullopt;
+  const bool in_one_frame = last && *last == *members.front().signal->source.frame;
+  if (!in_one_frame && by_number.size() == members.size()) {
     for (const auto& [n, member] : by_number)
       add(stem + std::to_string(n - first + 1), *member, source_in(*member->signal, unit), evidence);
     return;
   }
-  const std::optional<std::uint32_t> last = last_of_frames(members);
-  if (!last || (*last != *members.front().signal->source.frame && by_number.size() == members.size())) return;
+  if (!last) return;  // the same numbers again, and nothing says in which order
   RoleSource source = source_in(*members.front().signal, unit);
   source.signal = members.front().name.pattern;
   if (*last != *source.frame) source.last_frame = last;
@@ -278,7 +295,82 @@ void Proposer::propose_temperature() {
     add("temperature_1", temperatures[0], source_in(*temperatures[0].signal, "degC"), "by its name, in range");
 }
 
+/// A column that is called a voltage and lies beyond any cell's.
+void call_the_packs(const RecordedSignals& table, RoleMap& map) {
+  const RoleSource* voltage = map.find("voltage");
+  if (voltage == nullptr || map.find("pack_voltage") != nullptr) return;
+  const double most_v = role_range("cell_voltage_1").max;
+  for (const RecordedSignal& signal : table.signals) {
+    if (signal.source.column != voltage->column) continue;
+    const double middle_v = SignalCandidate(signal).middle() * voltage->scale + voltage->offset;
+    if (!(middle_v > most_v)) return;
+    map.notes.push_back(fmt::format("\"{}\" is the pack's voltage: {:.4g} V in the middle, beyond any cell's",
+                                    voltage->column, middle_v));
+    map.roles["pack_voltage"] = *voltage;
+    map.roles.erase("voltage");
+    return;
+  }
+}
+
+void note_unused(const RecordedSignals& table, RoleMap& map) {
+  constexpr std::size_t kShown = 12;
+  std::vector<std::string> unused;
+  for (const RecordedSignal& signal : table.signals) {
+    const bool used = std::any_of(map.roles.begin(), map.roles.end(), [&](const auto& entry) {
+      return entry.second.column == signal.source.column ||
+             number_in(entry.second.column, signal.source.column).has_value();
+    });
+    if (!used) unused.push_back(fmt::format("\"{}\"", signal.label));
+  }
+  if (unused.empty()) return;
+  const std::size_t more = unused.size() - std::min(kShown, unused.size());
+  unused.resize(unused.size() - more);
+  map.notes.push_back(fmt::format("columns that no role takes: {}{}; a map (--map) can name them",
+                                  fmt::join(unused, ", "), more > 0 ? fmt::format(" and {} more", more) : ""));
+}
+
+/// Of a numbered role what stands before its number; others as they are.
+std::string stem_of(const std::string& role) { return role.substr(0, role.find_last_not_of("0123456789") + 1); }
+
+/// Families in one piece: cell_voltage_1 to 96 from "Cell 1" to "Cell 96".
+std::string others_text(const std::vector<ProposedRole>& roles) {
+  struct Family {
+    const ProposedRole *first, *last;
+  };
+  std::vector<std::pair<std::string, Family>> families;
+  for (const ProposedRole& role : roles) {
+    const std::string stem = stem_of(role.role);
+    if (families.empty() || families.back().first != stem) families.push_back({stem, {&role, &role}});
+    families.back().second.last = &role;
+  }
+  std::vector<std::string> parts;
+  for (const auto& [stem, family] : families) {
+    const auto& [first, last] = family;
+    const std::string unit = first->source.unit.empty() ? ", no unit given" : " in " + first->source.unit;
+    parts.push_back(first == last
+                        ? fmt::format("{} from \"{}\"{}", first->role, first->source.column, unit)
+                        : fmt::format("{} to {} from \"{}\" to \"{}\"{}", first->role, last->role.substr(stem.size()),
+                                      first->source.column, last->source.column, unit));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
 }  // namespace
+
+void add_other_roles(const RecordedSignals& table, RoleMap& map) {
+  VOLTLAP_DEMAND(!table.is_can && map.find("current") != nullptr);
+  call_the_packs(table, map);
+  std::set<std::string> has;
+  for (const auto& [role, source] : map.roles) has.insert(stem_of(role));
+  std::vector<ProposedRole> added;
+  for (ProposedRole& other : Proposer(table).propose_others(map).roles) {
+    if (has.contains(stem_of(other.role))) continue;
+    map.roles[other.role] = other.source;
+    added.push_back(std::move(other));
+  }
+  if (!added.empty()) map.notes.push_back("columns recognised by their names and ranges: " + others_text(added));
+  note_unused(table, map);
+}
 
 MapProposal propose_map(const RecordedSignals& recording) {
   MapProposal out = Proposer(recording).propose();

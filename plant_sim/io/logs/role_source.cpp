@@ -44,7 +44,8 @@ constexpr std::array kRoles{Role{"time", {-kAny, kAny}, "time"},
                             Role{"motor_torque", {-5000, 5000}, "torque"},
                             Role{"motor_current", {-5000, 5000}, "current"},
                             Role{"discharge_limit", {0, 5000}, "current"},
-                            Role{"charge_limit", {0, 5000}, "current"}};
+                            Role{"charge_limit", {0, 5000}, "current"},
+                            Role{"fault_<n>", {-kAny, kAny}, "number"}};
 
 constexpr std::array kUnits{
     Unit{"1", 1, 0, ""},

@@ -131,6 +131,15 @@ RoleMap map_for_can(const std::string& path, const std::vector<RoleMap>& shipped
                   nearest(shipped, seen), blank_map(seen)));
 }
 
+/// The map of a table, and whether it is a shipped one.
+std::pair<RoleMap, bool> map_for_table(const MeasuredTable& table, const DataFolder& data) {
+  for (const RoleMap& map : shipped_maps(data)) {
+    if (has_columns(map, table)) return {map, true};
+  }
+  RoleMap map = role_map_for(table, data);
+  return {map, !map.match.empty()};
+}
+
 }  // namespace
 
 MapProposal map_proposal_for(const std::string& path, const std::vector<std::string>& dbc_files) {
@@ -152,15 +161,17 @@ RoleMap proposed_map(const std::string& path, const MapProposal& proposal) {
 
 RoleMap role_map_for_recording(const std::string& path, const DataFolder& data,
                                const std::vector<std::string>& dbc_files) {
-  const bool is_can = is_can_recording(path);
-  if (is_can && !dbc_files.empty()) return proposed_map(path, map_proposal_for(path, dbc_files));
-  const std::vector<RoleMap> shipped = shipped_maps(data);
-  if (is_can) return map_for_can(path, shipped);
+  if (!is_can_recording(path)) return map_for_table(read_measured_table(path), data).first;
+  if (!dbc_files.empty()) return proposed_map(path, map_proposal_for(path, dbc_files));
+  return map_for_can(path, shipped_maps(data));
+}
+
+RoleMap role_map_for_drive(const std::string& path, const DataFolder& data) {
+  if (is_can_recording(path)) return map_for_can(path, shipped_maps(data));
   const MeasuredTable table = read_measured_table(path);
-  for (const RoleMap& map : shipped) {
-    if (has_columns(map, table)) return map;
-  }
-  return role_map_for(table, data);
+  auto [map, shipped] = map_for_table(table, data);
+  if (!shipped) add_other_roles(signals_of(table), map);
+  return map;
 }
 
 }  // namespace voltlap::plant

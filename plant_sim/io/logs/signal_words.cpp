@@ -150,6 +150,19 @@ void take_number(std::string_view name, SpokenName& out) {
   out.pattern = std::string(name.substr(0, begin)) + "<n>" + std::string(name.substr(end));
 }
 
+/// Several words that are one: each of them alone means something else. "SoC" parts at its capitals.
+void join_phrases(std::vector<std::string>& words) {
+  using Words = std::vector<std::string>;
+  static const std::vector<Words> kStateOfCharge{{"so", "c"},           {"state", "of", "charge"}, {"etat", "de", "charge"},
+                                                 {"état", "de", "charge"}, {"estado", "de", "carga"}, {"stato", "di", "carica"}};
+  for (const Words& phrase : kStateOfCharge) {
+    const auto at = std::search(words.begin(), words.end(), phrase.begin(), phrase.end());
+    if (at == words.end()) continue;
+    *at = "soc";
+    words.erase(at + 1, at + static_cast<std::ptrdiff_t>(phrase.size()));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> words_of(std::string_view name) {
@@ -171,6 +184,7 @@ std::vector<std::string> words_of(std::string_view name) {
     if (kind != Kind::kOther) out.back() += static_cast<char>(std::tolower(byte));
     last = kind;
   }
+  join_phrases(out);
   return out;
 }
 

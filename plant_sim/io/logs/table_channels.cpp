@@ -11,6 +11,7 @@
 #include "core/errors.hpp"
 #include "io/logs/channel_builder.hpp"
 #include "io/logs/plain_columns.hpp"
+#include "io/logs/row_clock.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -28,17 +29,21 @@ class TableChannels {
 
  private:
   [[nodiscard]] const std::vector<double>& column_of(const std::string& column, const std::string& role) const;
-  [[nodiscard]] std::vector<double> clock_of(const RoleSource& source) const;
+  [[nodiscard]] const RowClock& clock_of(const RoleSource& source);
+  [[nodiscard]] RowClock read_clock(const std::string& column, const RoleSource& source) const;
+  void note_clock(const RowClock& clock);
+  void fill(ChannelBuilder& builder, const RowClock& clock, const std::vector<double>& values) const;
   [[nodiscard]] std::map<long, std::string> numbered_columns(const RoleSource& source) const;
   void add_column(const std::string& role, const std::string& column, const RoleSource& source,
-                  const std::vector<double>& clock);
-  void add_indexed(const std::string& role, const RoleSource& source, const std::vector<double>& clock);
+                  const RowClock& clock);
+  void add_indexed(const std::string& role, const RoleSource& source, const RowClock& clock);
 
   DriveLog& log_;
   const RoleMap& map_;
   const MeasuredTable& table_;
   bool main_;
   std::optional<RoleSource> time_;  ///< in the unit that the file gives
+  std::map<std::pair<std::string, double>, RowClock> clocks_;  ///< by column and shift
 };
 
 /// Kelvin taken for degC, and percent taken for shares of 1, are brought to what the role is in, and said.
@@ -70,21 +75,41 @@ const std::vector<double>& TableChannels::column_of(const std::string& column, c
   return table_.values[table_.index_for(column, role, map_.source)];
 }
 
-/// Seconds of the log's clock, row by row.
-std::vector<double> TableChannels::clock_of(const RoleSource& source) const {
+/// Seconds of the log's clock, of the rows in their order.
+const RowClock& TableChannels::clock_of(const RoleSource& source) {
   const std::string column = !source.time.empty() ? source.time : time_ ? time_->column : std::string();
   if (column.empty()) {
     throw InputError(map_.source, "no time column for " + table_.path,
                      "the role time, or time = \"...\" beside file", "Add it to the map");
   }
+  const auto key = std::pair(column, source.shift_s);
+  if (const auto known = clocks_.find(key); known != clocks_.end()) return known->second;
+  const RowClock& clock = clocks_[key] = read_clock(column, source);
+  note_clock(clock);
+  return clock;
+}
+
+RowClock TableChannels::read_clock(const std::string& column, const RoleSource& source) const {
   const bool own = time_.has_value() && source.time.empty();
-  std::vector<double> out = column_of(column, "time");
-  for (double& t : out) t = t * (own ? time_->scale : 1.0) + (own ? time_->offset : 0.0) + source.shift_s;
-  if (!main_ && is_absolute(log_.origin_s) && !out.empty() && is_absolute(out.front())) {
-    for (double& t : out) t -= log_.origin_s;
+  std::vector<double> stamps = column_of(column, "time");
+  for (double& t : stamps) t = t * (own ? time_->scale : 1.0) + (own ? time_->offset : 0.0) + source.shift_s;
+  if (!main_ && is_absolute(log_.origin_s) && !stamps.empty() && is_absolute(stamps.front())) {
+    for (double& t : stamps) t -= log_.origin_s;
   }
-  VOLTLAP_DEMAND(out.size() == table_.rows());
-  return out;
+  VOLTLAP_DEMAND(stamps.size() == table_.rows());
+  return row_clock(stamps);
+}
+
+void TableChannels::note_clock(const RowClock& clock) {
+  for (const CanDefect& defect : clock.defects) {
+    log_.defects.push_back({defect.kind, "", defect.count, defect.first_s,
+                            fmt::format("{}: {} rows: {}, first in row {}", table_.path, defect.count, defect.kind,
+                                        defect.first_line)});
+  }
+  for (const std::string& note : clock_notes(clock.parts, "row")) log_.notes.push_back(table_.path + ": " + note);
+  for (const ClockPart& part : clock.parts) {
+    if (part.begin == ClockPart::Begin::kAnew) log_.restarts_s.push_back(part.recorded_begin_s + part.shift_s);
+  }
 }
 
 /// Columns c1_v, c2_v, ... for c<n>_v.
@@ -98,7 +123,7 @@ std::map<long, std::string> TableChannels::numbered_columns(const RoleSource& so
 
 void TableChannels::add(const std::string& role, const RoleSource& source) {
   if (source.optional && table_.find(source.column) < 0) return;
-  const std::vector<double> clock = clock_of(source);
+  const RowClock& clock = clock_of(source);
   if (!source.index.empty()) return add_indexed(role, source, clock);
   if (!is_numbered(role)) return add_column(role, source.column, source, clock);
   const auto columns = numbered_columns(source);
@@ -107,9 +132,8 @@ void TableChannels::add(const std::string& role, const RoleSource& source) {
 }
 
 void TableChannels::add_column(const std::string& role, const std::string& column, const RoleSource& given,
-                               const std::vector<double>& clock) {
+                               const RowClock& clock) {
   std::vector<double> values = column_of(column, role);
-  VOLTLAP_DEMAND(values.size() == clock.size());
   RoleSource source = given;
   source.column = column;
   source = with_plausible_unit(with_file_unit(source, role, table_, map_.source, log_.notes), role, values, log_);
@@ -117,20 +141,30 @@ void TableChannels::add_column(const std::string& role, const std::string& colum
     if (const auto signed_by = sign_by_state(table_, values)) log_.notes.push_back(*signed_by);
   }
   ChannelBuilder builder(log_, role, source, "column " + column);
-  // An empty field of a table with several rates is no sample at all.
-  for (std::size_t row = 0; row < clock.size(); ++row) {
-    if (std::isfinite(values[row])) builder.add(clock[row], values[row]);
-  }
+  fill(builder, clock, values);
   builder.finish();
 }
 
+/// An empty field of a table with several rates is no sample at all.
+void TableChannels::fill(ChannelBuilder& builder, const RowClock& clock, const std::vector<double>& values) const {
+  std::size_t left = 0;
+  for (const double value : values) left += std::isfinite(value) ? 1 : 0;
+  for (std::size_t k = 0; k < clock.row.size(); ++k) {
+    const double value = values[clock.row[k]];
+    if (!std::isfinite(value)) continue;
+    builder.add(clock.time_s[k], value);
+    --left;
+  }
+  for (; left > 0; --left) builder.leave_out();
+}
+
 /// Rows of one column that belong to several numbers, told by another column.
-void TableChannels::add_indexed(const std::string& role, const RoleSource& source, const std::vector<double>& clock) {
+void TableChannels::add_indexed(const std::string& role, const RoleSource& source, const RowClock& clock) {
   const std::vector<double>& values = column_of(source.column, role);
   const std::vector<double>& index = column_of(source.index, role);
-  VOLTLAP_DEMAND(values.size() == clock.size() && index.size() == clock.size());
   std::map<long, ChannelBuilder> builders;
-  for (std::size_t row = 0; row < clock.size(); ++row) {
+  for (std::size_t k = 0; k < clock.row.size(); ++k) {
+    const std::size_t row = clock.row[k];
     if (!std::isfinite(index[row])) continue;
     const long n = std::lround(index[row]) - source.first.value_or(1) + 1;
     if (n < 1) continue;
@@ -138,7 +172,7 @@ void TableChannels::add_indexed(const std::string& role, const RoleSource& sourc
     if (at == builders.end()) {
       at = builders.try_emplace(n, log_, with_number(role, n), source, "column " + source.column).first;
     }
-    at->second.add(clock[row], values[row]);
+    at->second.add(clock.time_s[k], values[row]);
   }
   for (auto& [n, builder] : builders) builder.finish();
 }

@@ -23,17 +23,6 @@ def test_every_sample_has_a_verdict(tmp_path):
     assert {"impossible value"} == {defect["kind"] for defect in out["defects"]}
 
 
-def test_rows_whose_time_goes_back_are_counted(tmp_path):
-    table = list(rows(20))
-    table += [dict(row, time_s=row["time_s"]) for row in table[:300]]  # the logger started anew
-    _, out = replayed(tmp_path, table)
-    verdicts = out["frames_by_verdict"]
-    assert out["frames"] == sum(verdicts.values()) == len(table) * (CELLS + 4)
-    assert verdicts["stale"] == 300 * (CELLS + 4)
-    backs = [defect for defect in out["defects"] if defect["kind"] == "time goes back"]
-    assert backs and all(f"300 of {len(table)} samples" in defect["text"] for defect in backs)
-
-
 def test_a_weak_cell_is_limited_and_its_stretch_is_named(tmp_path):
     """Cell 5 has 8 points less than the others: its limit is (3.32 V - 3.1 V) / R."""
     def weak(row):

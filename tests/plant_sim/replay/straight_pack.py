@@ -62,13 +62,13 @@ temperature_1 = {column = "temperature_1_c", unit = "degC"}
 """
 
 
-def replayed(folder, table, *arguments, pack=PACK):
+def replayed(folder, table, *arguments, pack=PACK, map_text=MAP, map_text_more=""):
     table = list(table)
     log, cut, out = folder / "log.csv", folder / "map.toml", folder / "replay.json"
     names = list(table[0])
     lines = [",".join("" if row[name] is None else f"{row[name]:.5f}" for name in names) for row in table]
     log.write_text("\n".join([",".join(names)] + lines) + "\n")
-    cut.write_text(MAP)
+    cut.write_text(map_text + map_text_more)
     if pack:
         (folder / "pack.toml").write_text(pack)
         arguments += ("--pack", folder / "pack.toml")

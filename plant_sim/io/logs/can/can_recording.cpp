@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/logs/can/can_recording.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +21,6 @@ constexpr std::array kFormats{CanFormat::kCandump, CanFormat::kScreen, CanFormat
                               CanFormat::kRawHex,  CanFormat::kSlcan,  CanFormat::kTable};
 constexpr std::size_t kFirstLines = 1000;
 constexpr double kSlcanTurn = 60.0;  // s; the stamp starts again each minute, of some adapters after 65.536 s
-constexpr double kAbsolute = 1e8;    // s; a stamp beyond counts from 1970
 
 /// What the first lines say of a file.
 struct FirstLook {
@@ -123,25 +121,6 @@ const char* kind_of(CanLine line) {
     default:
       return "line that is no frame";
   }
-}
-
-std::string clock_text(double stamp_s) {
-  if (stamp_s < kAbsolute) return fmt::format("{:.3f} s", stamp_s);
-  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(stamp_s)));
-}
-
-/// In words, where there is more than one part.
-void note_parts(const std::vector<ClockPart>& parts, std::vector<std::string>& notes) {
-  if (parts.size() < 2) return;
-  constexpr std::size_t kShown = 8;
-  for (std::size_t k = 1; k < std::min(parts.size(), kShown); ++k) {
-    const bool anew = parts[k].begin == ClockPart::Begin::kAnew;
-    notes.push_back(fmt::format("line {}: the clock {} from {} to {}: joined, {}", parts[k].first_line,
-                                anew ? "starts anew," : "was set,", clock_text(parts[k - 1].recorded_end_s),
-                                clock_text(parts[k].recorded_begin_s),
-                                anew ? "what lies between is not known" : "one usual interval between the frames"));
-  }
-  notes.push_back(fmt::format("{} parts of the clock in all", parts.size()));
 }
 
 /// A recording is looked at before it is read.
@@ -271,7 +250,7 @@ void CanRecording::end() {
   summary_.buses = state_.buses;
   summary_.parts = clock_->parts();
   summary_.defects = defects_.all();
-  note_parts(summary_.parts, summary_.notes);
+  for (std::string& note : clock_notes(summary_.parts, "line")) summary_.notes.push_back(std::move(note));
 }
 
 bool CanRecording::next(RecordedFrame& out) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/logs/can/frame_clock.hpp"
 
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,7 +27,27 @@ constexpr double kSixteenBits = 65.536;
 constexpr std::array kWidths{kSixteenBits, 2147.483648, 4294.967296, 16777.216,  42949.67296,
                              86400.0,      429496.7296, 2147483.648, 4294967.296};
 
+std::string clock_text(double stamp_s) {
+  if (stamp_s < kAbsolute) return fmt::format("{:.3f} s", stamp_s);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(static_cast<std::time_t>(stamp_s)));
+}
+
 }  // namespace
+
+std::vector<std::string> clock_notes(const std::vector<ClockPart>& parts, const char* line) {
+  constexpr std::size_t kShown = 8;
+  std::vector<std::string> out;
+  if (parts.size() < 2) return out;
+  for (std::size_t k = 1; k < std::min(parts.size(), kShown); ++k) {
+    const bool anew = parts[k].begin == ClockPart::Begin::kAnew;
+    out.push_back(fmt::format("{} {}: the clock {} from {} to {}: joined, {}", line, parts[k].first_line,
+                              anew ? "starts anew," : "was set,", clock_text(parts[k - 1].recorded_end_s),
+                              clock_text(parts[k].recorded_begin_s),
+                              anew ? "what lies between is not known" : "one usual interval between"));
+  }
+  out.push_back(fmt::format("{} parts of the clock in all", parts.size()));
+  return out;
+}
 
 void CanDefects::add(const char* kind, std::size_t line, double time_s, bool used) {
   auto at =
@@ -43,26 +66,36 @@ void FrameQueue::pop() {
   begin_ = 0;
 }
 
-void FrameQueue::sort_in(const RecordedFrame& frame) {
-  const auto at = std::upper_bound(frames_.begin() + static_cast<std::ptrdiff_t>(begin_), frames_.end(), frame.time_s,
-                                   [](double time_s, const RecordedFrame& other) { return time_s < other.time_s; });
-  frames_.insert(at, frame);
-}
-
 void FrameClock::push() {
   VOLTLAP_DEMAND(!finished_);
   ahead_.push() = slot_;
 }
 
+/// A late frame goes behind those of the same time that came in order.
+bool FrameClock::late_is_first() const {
+  return !late_.empty() && (ordered_.empty() || late_.begin()->first < ordered_.front().time_s);
+}
+
 bool FrameClock::pop(RecordedFrame& out) {
-  while (ordered_.empty() || ordered_.front().time_s > newest_s_ + shift_s_ - kWindow) {
+  const auto settled = [&] {
+    const bool late = late_is_first();
+    if (!late && ordered_.empty()) return false;
+    const double first_s = late ? late_.begin()->first : ordered_.front().time_s;
+    return !(first_s > newest_s_ + shift_s_ - kWindow);
+  };
+  while (!settled()) {
     if (take_next()) continue;
-    if (!finished_ || ordered_.empty()) return false;
+    if (!finished_ || (ordered_.empty() && late_.empty())) return false;
     break;
   }
-  out = ordered_.front();
+  if (late_is_first()) {
+    out = late_.begin()->second;
+    late_.erase(late_.begin());
+  } else {
+    out = ordered_.front();
+    ordered_.pop();
+  }
   out.time_s = given_s_ = std::max(out.time_s, given_s_);  // a part joined to another may begin a rounding earlier
-  ordered_.pop();
   return true;
 }
 
@@ -203,7 +236,7 @@ void FrameClock::sort_in(const RecordedFrame& frame) {
   ++parts_.back().frames;
   RecordedFrame given = frame;
   given.time_s += shift_s_;
-  ordered_.sort_in(given);
+  late_.emplace(given.time_s, given);
 }
 
 }  // namespace voltlap::plant

@@ -14,6 +14,7 @@
 #pragma once
 #include <bitset>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,7 +51,10 @@ struct ClockPart {
   double shift_s = 0.0;  ///< time given = stamp + shift
 };
 
-/// First in, first out, and a place in between; one piece of memory that is kept.
+/// In words, where there is more than one part; a part begins in a `line` or a row.
+[[nodiscard]] std::vector<std::string> clock_notes(const std::vector<ClockPart>& parts, const char* line);
+
+/// First in, first out; one piece of memory that is kept.
 class FrameQueue {
  public:
   [[nodiscard]] bool empty() const { return begin_ == frames_.size(); }
@@ -59,8 +63,6 @@ class FrameQueue {
   [[nodiscard]] const RecordedFrame& operator[](std::size_t k) const { return frames_[begin_ + k]; }
   RecordedFrame& push() { return frames_.emplace_back(); }
   void pop();
-  /// Behind all that are not later.
-  void sort_in(const RecordedFrame& frame);
 
  private:
   std::vector<RecordedFrame> frames_;
@@ -90,6 +92,7 @@ class FrameClock {
 
  private:
   bool take_next();
+  [[nodiscard]] bool late_is_first() const;
   void take_back(const RecordedFrame& frame);
   void take_ahead(const RecordedFrame& frame);
   void begin_part(const RecordedFrame& frame, ClockPart::Begin begin);
@@ -105,6 +108,7 @@ class FrameClock {
   RecordedFrame slot_;
   FrameQueue ahead_;    ///< pushed, not yet judged
   FrameQueue ordered_;  ///< judged, in order, not yet given
+  std::multimap<double, RecordedFrame> late_;  ///< likewise, those that came out of order, by the time that is given
   std::vector<ClockPart> parts_;
   std::bitset<256> heard_;  ///< buses
   std::optional<RecordedFrame> bus_behind_;

@@ -105,7 +105,7 @@ CanLine parse_frame_table(std::string_view line, CanLineState& state, RecordedFr
   }
   const std::vector<std::string_view> fields = fields_of(line, header.separator);
   if (fields.size() == 1 && fields[0].empty()) return CanLine::kHeader;
-  const int last = std::max({header.time, header.id, header.data, header.length});
+  const int last = std::max({header.time, header.id, header.data, header.length, header.extended});
   if (std::ssize(fields) <= last) return CanLine::kUnreadable;
   const auto field = [&](int column) { return fields[static_cast<std::size_t>(column)]; };
   double time = 0.0;
