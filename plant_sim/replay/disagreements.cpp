@@ -42,9 +42,9 @@ TripClass class_of(const ReplayResult& r, const ReplayFault& trip) {
                                    "car",
                                    hole.end_s - hole.begin_s)};
   }
-  for (const double closed_s : r.closed_under_load_s) {
+  for (const double closed_s : r.closed_again_s) {
     if (trip.time_s < closed_s || trip.time_s > closed_s + kSettles_s) continue;
-    return {kOfReplay, fmt::format("{:.1f} s after the replay closed them under load, which no car does",
+    return {kOfReplay, fmt::format("{:.1f} s after the replay closed them again in the running log, which no car does",
                                    trip.time_s - closed_s)};
   }
   if (drives_on(r, trip.time_s)) return {kTrip, "current flowed on"};

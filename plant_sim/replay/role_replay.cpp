@@ -107,12 +107,10 @@ class RoleReplay {
     watch_.tick(time_s_, said_, moment_);
   }
 
-  [[nodiscard]] bool at_rest() const { return std::abs(inputs_.current_a()) <= kRest_a; }
-
   /// At rest where one comes soon: a restart under load leaves the firmware a step of current without its sag.
   [[nodiscard]] bool restart_due() const {
     if (active() || time_s_ < next_try_s_) return false;
-    return !tried_ || at_rest() || time_s_ >= next_try_s_ + kWithoutRest_s;
+    return !tried_ || std::abs(inputs_.current_a()) <= kRest_a || time_s_ >= next_try_s_ + kWithoutRest_s;
   }
 
   /// The recording stands still until the units are ready to drive, or for as long as a driver would try.
@@ -131,7 +129,7 @@ class RoleReplay {
       active_s = active() ? active_s + kTick_s : 0.0;
     }
     inputs_.show_alike(kUnknown);
-    if (tried_ && active() && !at_rest()) result_.closed_under_load_s.push_back(time_s_);
+    if (tried_ && active()) result_.closed_again_s.push_back(time_s_);
     tried_ = true;
     next_try_s_ = time_s_ + kRetry_s;
     if (active()) {
