@@ -55,8 +55,8 @@ std::vector<CellEstimate> estimates_of(const app::BmsNode& node) {
   for (std::size_t i = 0; i < config.cells_in_series; ++i) {
     const bms::CellFilter& filter = soc.filter.cell[i].filter;
     const double capacity_ah = 1e-3 * config.capacity_mah / (1.0 + unit(filter.fade));
-    out.push_back({static_cast<int>(i) + 1, 1e-6 * bms::cell_soc(soc, i).raw(), unit(filter.rho), deviation(filter.p.rr),
-                   capacity_ah, capacity_ah * deviation(filter.p.ff)});
+    out.push_back({static_cast<int>(i) + 1, 1e-6 * bms::cell_soc(soc, i).raw(), unit(filter.rho),
+                   deviation(filter.p.rr), capacity_ah, capacity_ah * deviation(filter.p.ff)});
   }
   return out;
 }

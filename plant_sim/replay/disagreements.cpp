@@ -38,8 +38,8 @@ TripClass class_of(const ReplayResult& r, const ReplayFault& trip) {
   constexpr double kLater_s = 0.6, kSettles_s = 5.0;  // a time-out and its debounce; a step of current without its sag
   for (const RecordingHole& hole : r.holes) {
     if (trip.time_s < hole.begin_s || trip.time_s > hole.end_s + kLater_s) continue;
-    return {kOfReplay, fmt::format("the recording has a hole there, {:.1f} s without any reading: it says nothing of the "
-                                   "car",
+    return {kOfReplay, fmt::format("the recording has a hole there, {:.1f} s without any reading: it says nothing of "
+                                   "the car",
                                    hole.end_s - hole.begin_s)};
   }
   for (const double closed_s : r.closed_again_s) {
@@ -170,8 +170,8 @@ void add_logged_faults(const ReplayResult& r, std::vector<Disagreement>& out) {
   for (const auto& [role, found] : alone) {
     const auto& [first, count] = found;
     out.push_back({sized(kSoc, static_cast<double>(count)), first->time_s - 2.0, first->time_s,
-                   fmt::format("the log's own unit says {} = {:.0f} ({}) at {:.1f} s{}, the firmware has no fault within "
-                               "{:.0f} s",
+                   fmt::format("the log's own unit says {} = {:.0f} ({}) at {:.1f} s{}, the firmware has no fault "
+                               "within {:.0f} s",
                                role, first->value, first->source, first->time_s,
                                count > 1 ? fmt::format(", {} times in all", count) : "", kSame_s),
                    "what that fault of the unit means, in its manual"});
@@ -195,8 +195,8 @@ void add_wrong_pack(const ReplayResult& r, std::vector<Disagreement>& out) {
   if (std::abs(volts_apart) < kFar_v || std::abs(apart) < kFar) return;
   out.push_back({sized(kTrip, kMost), r.quiet_cells[count - kFewest].time_s, r.quiet_cells.back().time_s,
                  fmt::format("at little current the cells stand {:+.0f} mV from the open-circuit voltage of {} at the "
-                             "charge that is counted ({:+.0f} points of SOC): the log is of another cell or capacity, has "
-                             "other cells in series, or its current is off",
+                             "charge that is counted ({:+.0f} points of SOC): the log is of another cell or capacity, "
+                             "has other cells in series, or its current is off",
                              1e3 * volts_apart, r.pack, 100.0 * apart),
                  "the pack file: its curve, its capacity, its cells"});
 }

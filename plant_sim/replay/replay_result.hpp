@@ -136,7 +136,7 @@ struct ReplayResult {
   std::string never_ready;               ///< why the firmware never became active; empty: it did
   std::vector<LoggedFault> logged_faults{};
   std::vector<RecordingHole> holes{};
-  std::vector<double> closed_again_s{};  ///< after a trip, in a log that goes on: what follows at once is the replay's own
+  std::vector<double> closed_again_s{};  ///< after a trip, in a log that goes on; what follows at once is of the replay
   std::vector<QuietCell> quiet_cells{};
   std::vector<CellEstimate> estimates{};      ///< empty: no filter of every cell
   std::size_t cells_recorded = 0;             ///< cells that have readings of their own

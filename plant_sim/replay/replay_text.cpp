@@ -140,8 +140,8 @@ std::string estimates_text(const ReplayResult& r) {
                                      [](const auto& a, const auto& b) { return a.resistance < b.resistance; });
   const auto least = std::min_element(all.begin(), all.end(),
                                       [](const auto& a, const auto& b) { return a.capacity_ah < b.capacity_ah; });
-  return fmt::format("  resistance        highest: cell {}, {} of the pack file's; capacity, lowest: cell {}, {} Ah (by "
-                     "the filter; of each cell: --json)\n",
+  return fmt::format("  resistance        highest: cell {}, {} of the pack file's; capacity, lowest: cell {}, {} Ah "
+                     "(by the filter; of each cell: --json)\n",
                      most->cell, deviation(most->resistance, most->resistance_sd, 2), least->cell,
                      deviation(least->capacity_ah, least->capacity_sd_ah, 2));
 }

@@ -271,7 +271,8 @@ void name_lost_channels(const DriveLog& log, ReplayResult& result) {
       silent.resize(silent.size() - more);
       fault.about = silent.size() + more == channels.size() && channels.size() > 1
                         ? fmt::format("all {} {}<n>", channels.size(), stem)
-                        : fmt::format("{}{}", fmt::join(silent, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+                        : fmt::format("{}{}", fmt::join(silent, ", "),
+                                      more > 0 ? fmt::format(" and {} more", more) : "");
     }
   }
 }

@@ -16,6 +16,7 @@
 #include "core/signal.hpp"
 #include "io/logs/battery_pair.hpp"
 #include "io/logs/signal_candidate.hpp"
+#include "io/logs/untold_units.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -359,7 +360,11 @@ std::string others_text(const std::vector<ProposedRole>& roles) {
 
 void add_other_roles(const RecordedSignals& table, RoleMap& map) {
   VOLTLAP_DEMAND(!table.is_can && map.find("current") != nullptr);
+  settle_untold_units(table, map);
   call_the_packs(table, map);
+  // "Temp 1" was one thermistor by its name; with others beside it they are a family.
+  auto first = map.find("temperature_2") == nullptr ? map.roles.extract("temperature_1")
+                                                    : std::map<std::string, RoleSource>::node_type();
   std::set<std::string> has;
   for (const auto& [role, source] : map.roles) has.insert(stem_of(role));
   std::vector<ProposedRole> added;
@@ -368,6 +373,7 @@ void add_other_roles(const RecordedSignals& table, RoleMap& map) {
     map.roles[other.role] = other.source;
     added.push_back(std::move(other));
   }
+  if (!first.empty() && map.find("temperature_1") == nullptr) map.roles.insert(std::move(first));
   if (!added.empty()) map.notes.push_back("columns recognised by their names and ranges: " + others_text(added));
   note_unused(table, map);
 }

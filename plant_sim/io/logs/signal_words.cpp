@@ -153,8 +153,12 @@ void take_number(std::string_view name, SpokenName& out) {
 /// Several words that are one: each of them alone means something else. "SoC" parts at its capitals.
 void join_phrases(std::vector<std::string>& words) {
   using Words = std::vector<std::string>;
-  static const std::vector<Words> kStateOfCharge{{"so", "c"},           {"state", "of", "charge"}, {"etat", "de", "charge"},
-                                                 {"état", "de", "charge"}, {"estado", "de", "carga"}, {"stato", "di", "carica"}};
+  static const std::vector<Words> kStateOfCharge{{"so", "c"},
+                                                 {"state", "of", "charge"},
+                                                 {"etat", "de", "charge"},
+                                                 {"état", "de", "charge"},
+                                                 {"estado", "de", "carga"},
+                                                 {"stato", "di", "carica"}};
   for (const Words& phrase : kStateOfCharge) {
     const auto at = std::search(words.begin(), words.end(), phrase.begin(), phrase.end());
     if (at == words.end()) continue;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of teams that nobody has written a map for: what their columns say is used, in whatever words, and what no role
-takes is named. Spellings are drawn; the seed is printed."""
+"""Tables of teams that nobody has written a map for: what their columns say is used, in whatever words, and what no
+role takes is named. Spellings are drawn; the seed is printed."""
 import json
 import os
 import random
@@ -12,13 +12,15 @@ SEED = int(os.environ.get("VOLTLAP_TEST_SEED", "20261127"))
 DRAWN = int(os.environ.get("VOLTLAP_TEST_TABLES", "12"))
 
 TIME = [("time_s", 1), ("Time [s]", 1), ("t [ms]", 1000), ("Zeit [s]", 1), ("Timestamp (s)", 1), ("time_ms", 1000)]
-CURRENT = [("current_a", 1), ("Pack Current [A]", 1), ("Batteriestrom [A]", 1), ("HV_Current (A)", -1), ("i_pack [mA]", 1000)]
+CURRENT = [("current_a", 1), ("Pack Current [A]", 1), ("Batteriestrom [A]", 1), ("HV_Current (A)", -1),
+           ("i_pack [mA]", 1000)]
 PACK_VOLTAGE = [("pack_voltage_v", 1), ("Pack Voltage [V]", 1), ("voltage_v", 1), ("Batteriespannung [V]", 1),
                 ("Voltage [V]", 1), ("HV Voltage (mV)", 1000)]
-CELL = [("cell_{n}_v", 1), ("Cell {n}", 1), ("Zellspannung {n} [V]", 1), ("cell{n}_voltage [mV]", 1000), ("V_cell_{n}", 1),
+CELL = [("cell_{n}_v", 1), ("Cell {n}", 1), ("Zellspannung {n} [V]", 1), ("cell{n}_voltage [mV]", 1000),
+        ("V_cell_{n}", 1),
         ("Cell{n:02d} (V)", 1), ("cell_voltage_{n}", 1), ("Cell {n} Voltage (V)", 1), ("tension_cellule_{n} [V]", 1)]
-TEMPERATURE = [("temp_1", 1), ("Temp {n}", 1), ("Zelltemperatur {n} [°C]", 1), ("cell_temp_{n}_c", 1), ("T{n} [degC]", 1),
-               ("thermistor_{n} (°C)", 1)]
+TEMPERATURE = [("temp_1", 1), ("Temp {n}", 1), ("Zelltemperatur {n} [°C]", 1), ("cell_temp_{n}_c", 1),
+               ("T{n} [degC]", 1), ("thermistor_{n} (°C)", 1)]
 SOC = [("SOC", 1), ("soc_pct", 100), ("SoC [%]", 100), ("Ladezustand [%]", 100), ("pack_soc", 1), ("SOC (%)", 100),
        ("State of Charge (%)", 100), ("StateOfCharge", 1), ("stato_di_carica", 1)]
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Clocks of tables that start anew, are set, or write single rows wrong: the rules of docs/recordings.md hold for rows as
-for frames. The fault is drawn; the seed is printed."""
+"""Clocks of tables that start anew, are set, or write single rows wrong: the rules of docs/recordings.md hold for rows
+as for frames. The fault is drawn; the seed is printed."""
 import os
 import random
 
@@ -32,7 +32,8 @@ def swapped(rng, table, at):
 
 
 def one_far_ahead(rng, table, at):
-    return [dict(row, time_s=row["time_s"] + (rng.uniform(20.0, 1e7) if k == at else 0.0)) for k, row in enumerate(table)]
+    ahead = rng.uniform(20.0, 1e7)
+    return [dict(row, time_s=row["time_s"] + (ahead if k == at else 0.0)) for k, row in enumerate(table)]
 
 
 def one_far_behind(rng, table, at):
@@ -58,3 +59,12 @@ def test_a_clock_that_is_wrong_costs_no_row_but_its_own(tmp_path, fault):
     assert {"anew": "starts anew", "put_ahead": "was set", "put_back": "was set", "swapped": "out of order, sorted",
             "one_far_ahead": "far ahead", "one_far_behind": "far behind"}[fault.__name__] in said, f"{about}\n{said}"
     assert f"row {at + 1}" in said or fault is swapped, f"{about}\n{said}"
+
+
+@pytest.mark.parametrize("period", [0.013, 0.9, 2.6, 3.0, 4.9, 7.0, 11.0, 30.0])
+def test_rows_at_any_interval_are_all_used(tmp_path, period):
+    """Rows three seconds apart were once all called far from those around them."""
+    table = [dict(row, time_s=k * period, current_a=0.0) for k, row in enumerate(rows(0.8))]
+    _, out = replayed(tmp_path, table, pack=None)
+    assert out["frames_by_verdict"]["used"] == out["frames"] == len(table) * (CELLS + 4)
+    assert out["duration_s"] == pytest.approx(period * (len(table) - 1), abs=0.02)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A trip of a drive, of a car that stands, of the recorder and of the replay are different things, and are said and
-ranked as what they are; so are another pack's file, a fault of the car's own unit, and what was learned of each cell."""
+ranked as what they are; so are another pack's file, a fault of the car's own unit, what was learned of each cell."""
 import os
 import random
 

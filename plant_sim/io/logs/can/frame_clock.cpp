@@ -160,6 +160,7 @@ bool FrameClock::stands_alone(double time_s) const {
   std::size_t near = 0, back = 0;
   const std::size_t witnesses = std::min(kWitnesses, ahead_.size());
   const double other_s = parts_.empty() ? ahead_[0].time_s : newest_s_;
+  if (std::abs(time_s - other_s) <= kFar) return false;  // a first frame of a slow sender
   for (std::size_t k = 0; k < witnesses; ++k) {
     const double witness_s = ahead_[k].time_s;
     near += std::abs(witness_s - time_s) <= kFar ? 1U : 0U;

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/untold_units.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "io/logs/battery_pair.hpp"
+#include "io/logs/signal_candidate.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kMostPack_v = 2000.0;  // no car's pack has more
+
+bool is_untold(const RoleSource& source) {
+  return (source.unit.empty() || source.unit == "1") && source.scale == 1.0 && source.offset == 0.0;
+}
+
+const RecordedSignal* signal_of(const RecordedSignals& table, const RoleMap& map, const std::string& role) {
+  const RoleSource* source = map.find(role);
+  if (source == nullptr) return nullptr;
+  const auto at = std::find_if(table.signals.begin(), table.signals.end(),
+                               [&](const RecordedSignal& s) { return s.source.column == source->column; });
+  return at == table.signals.end() ? nullptr : &*at;
+}
+
+/// The column of a role whose unit neither file nor map tells; nullptr for none.
+const RecordedSignal* untold_signal_of(const RecordedSignals& table, const RoleMap& map, const std::string& role) {
+  const RecordedSignal* signal = signal_of(table, map, role);
+  return signal == nullptr || signal->unit || !is_untold(map.roles.at(role)) ? nullptr : signal;
+}
+
+void take_unit(RoleMap& map, const std::string& role, const std::string& name, double scale, const std::string& why) {
+  RoleSource& source = map.roles.at(role);
+  source.unit = name;
+  source.scale = scale;
+  map.notes.push_back(fmt::format("\"{}\" is in {}, which nobody says: {}", source.column, name, why));
+}
+
+/// A clock since 1970 in parts of a second; true when it is one.
+bool settle_since_1970(const RecordedSignal& clock, RoleMap& map) {
+  struct Since {
+    double least, scale;
+    const char* name;
+  };
+  // 1e11 s are the year 5138, 1e11 ms the year 1973.
+  constexpr std::array kUnits{Since{1e17, 1e-9, "ns"}, Since{1e14, 1e-6, "us"}, Since{1e11, 1e-3, "ms"}};
+  const double middle = SignalCandidate(clock).middle();
+  for (const auto& [least, scale, name] : kUnits) {
+    if (!(middle > least)) continue;
+    take_unit(map, "time", name, scale, "as seconds since 1970 it would lie beyond the year 5000");
+    return true;
+  }
+  return false;
+}
+
+void settle_time(const RecordedSignals& table, RoleMap& map) {
+  const RecordedSignal* clock = untold_signal_of(table, map, "time");
+  if (clock == nullptr || settle_since_1970(*clock, map)) return;
+  BatteryPair pair;
+  pair.current = signal_of(table, map, "current");
+  for (const char* role : {"voltage", "pack_voltage", "cell_voltage_1"}) {
+    if (pair.voltage == nullptr) pair.voltage = signal_of(table, map, role);
+  }
+  pair.is_clear = true;
+  const TimeUnits units = time_units(table, *clock, pair);
+  if (units.possible.size() != 1 || units.possible.front() == "s") return;
+  const std::string& unit = units.possible.front();
+  take_unit(map, "time", unit, unit == "ms" ? 1e-3 : unit == "min" ? 60.0 : 3600.0, units.why);
+}
+
+}  // namespace
+
+void settle_untold_units(const RecordedSignals& table, RoleMap& map) {
+  settle_time(table, map);
+  if (const RecordedSignal* current = untold_signal_of(table, map, "current")) {
+    const SignalCandidate candidate(*current);
+    const double most = std::max(std::abs(candidate.low()), std::abs(candidate.high()));
+    if (most > role_range("current").max) take_unit(map, "current", "mA", 1e-3, "no car carries as many amperes");
+  }
+  for (const char* role : {"voltage", "pack_voltage", "bus_voltage"}) {
+    const RecordedSignal* voltage = untold_signal_of(table, map, role);
+    if (voltage == nullptr) continue;
+    if (SignalCandidate(*voltage).middle() > kMostPack_v) {
+      take_unit(map, role, "mV", 1e-3, "no car has as many volts");
+    }
+  }
+}
+
+}  // namespace voltlap::plant
