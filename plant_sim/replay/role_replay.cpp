@@ -262,7 +262,7 @@ void name_lost_channels(const DriveLog& log, ReplayResult& result) {
       std::vector<std::string> silent;
       const auto channels = log.numbered(stem);
       for (const auto& [n, channel] : channels) {
-        HeldChannel held(channel, usual_interval_s({channel}) * 2.0);
+        HeldChannel held(channel, std::max(0.1, 2.0 * usual_interval_s({channel})));
         held.advance(fault.time_s);
         if (!held.known()) silent.push_back(channel->role);
       }

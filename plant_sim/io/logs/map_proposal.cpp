@@ -16,6 +16,7 @@
 #include "core/signal.hpp"
 #include "io/logs/battery_pair.hpp"
 #include "io/logs/signal_candidate.hpp"
+#include "io/logs/signal_family.hpp"
 #include "io/logs/untold_units.hpp"
 
 namespace voltlap::plant {
@@ -109,7 +110,7 @@ class Proposer {
   void propose_time();
   void propose_time_unit(const SignalCandidate& clock);
   void propose_families();
-  void add_family(const std::string& stem, const SignalCandidates& members);
+  void add_family(const std::string& stem, const SignalFamily& family);
   void propose_single();
   void propose_temperature();
   [[nodiscard]] SignalCandidates named(Meaning meaning, bool of_others) const;
@@ -177,31 +178,15 @@ void Proposer::propose_time_unit(const SignalCandidate& clock) {
   out_.open.push_back(choice);
 }
 
-/// Cells and thermistors: names that differ in a number alone.
+/// Cells and thermistors.
 void Proposer::propose_families() {
-  constexpr std::size_t kLeast = 2;
-  std::map<std::string, SignalCandidates> cells, temperatures;
-  for (const SignalCandidate& candidate : all_) {
-    if (is_taken(candidate) || candidate.name.pattern.empty() || !candidate.name.is_actual ||
-        candidate.name.is_others)
-      continue;
-    const std::string family = candidate.signal->source.dbc + candidate.name.pattern;
-    const bool volts = candidate.is_of(Quantity::kVoltage, Meaning::kVoltage) ||
-                       (candidate.name.owner == Owner::kCell && candidate.name.meaning == Meaning::kNothing);
-    if (volts && candidate.is_cell_voltage()) cells[family].push_back(candidate);
-    if (candidate.is_temperature() && candidate.name.owner != Owner::kWheel)
-      temperatures[family].push_back(candidate);
-  }
-  for (const auto* families : {&cells, &temperatures}) {
-    const SignalCandidates* largest = nullptr;
-    const auto plain = [](const SignalCandidates& members) { return members.front().name.is_plain ? 1 : 0; };
-    for (const auto& [pattern, members] : *families) {
-      if (members.size() < kLeast) continue;
-      if (largest == nullptr ||
-          std::pair(plain(members), members.size()) > std::pair(plain(*largest), largest->size()))
-        largest = &members;
-    }
-    if (largest != nullptr) add_family(families == &cells ? "cell_voltage_" : "temperature_", *largest);
+  for (const FamilyKind kind : {FamilyKind::kCells, FamilyKind::kThermistors}) {
+    SignalCandidates free;
+    std::copy_if(all_.begin(), all_.end(), std::back_inserter(free), [&](const SignalCandidate& candidate) {
+      return !is_taken(candidate) && candidate.name.is_actual && !candidate.name.is_others;
+    });
+    const SignalFamily family = largest_family(free, kind);
+    if (!family.members.empty()) add_family(kind == FamilyKind::kCells ? "cell_voltage_" : "temperature_", family);
   }
 }
 
@@ -218,15 +203,17 @@ std::optional<std::uint32_t> last_of_frames(const SignalCandidates& members) {
 }
 
 /// One entry for all numbers of a frame, or of frames behind each other that count from one again; else each by itself.
-void Proposer::add_family(const std::string& stem, const SignalCandidates& members) {
+void Proposer::add_family(const std::string& stem, const SignalFamily& family) {
+  const SignalCandidates& members = family.members;
   VOLTLAP_DEMAND(!members.empty());
   std::map<long, const SignalCandidate*> by_number;
   for (const SignalCandidate& member : members) by_number.try_emplace(*member.name.number, &member);
   const long first = by_number.begin()->first <= 1 ? by_number.begin()->first : 1;
-  const std::string evidence = fmt::format("{} alike but for their number, in range", members.size());
+  const std::string evidence = fmt::format("{} alike but for their number{}, in range", members.size(),
+                                           family.of_modules ? " and their module's, in that order" : "");
   const char* unit = stem.starts_with("cell") ? members.front().voltage_unit() : "degC";
   const std::optional<std::uint32_t> last = recording_.is_can ? last_of_frames(members) : std::nullopt;
-  const bool in_one_frame = last && *last == *members.front().signal->source.frame;
+  const bool in_one_frame = !family.of_modules && last && *last == *members.front().signal->source.frame;
   if (!in_one_frame && by_number.size() == members.size()) {
     for (const auto& [n, member] : by_number)
       add(stem + std::to_string(n - first + 1), *member, source_in(*member->signal, unit), evidence);

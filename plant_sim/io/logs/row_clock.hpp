@@ -12,6 +12,7 @@ namespace voltlap::plant {
 struct RowClock {
   std::vector<std::size_t> row;  ///< in order of time; rows whose stamp is wrong are not among them
   std::vector<double> time_s;    ///< of those, one for each
+  double rows_to_a_stamp = 0.0;  ///< of stamps coarser than the rows, which are spread evenly between them; else 0
   std::vector<CanDefect> defects;  ///< `first_line` is a row, from 1
   std::vector<ClockPart> parts;    ///< likewise
 };

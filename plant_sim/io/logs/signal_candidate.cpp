@@ -51,13 +51,17 @@ bool SignalCandidate::is_cell_voltage() const {
   return volts(low_) >= range.min && volts(high_) <= range.max;
 }
 
+bool SignalCandidate::is_called_temperature() const {
+  const bool by_unit = signal->unit && signal->unit->quantity == Quantity::kTemperature &&
+                       (name.meaning == Meaning::kTime || name.meaning == Meaning::kNothing);
+  return by_unit || (is_of(Quantity::kTemperature, Meaning::kTemperature) && name.meaning == Meaning::kTemperature);
+}
+
 bool SignalCandidate::is_temperature() const {
-  const bool is_t = signal->unit && signal->unit->quantity == Quantity::kTemperature &&
-                    (name.meaning == Meaning::kTime || name.meaning == Meaning::kNothing);
-  if (!is_t && !(is_of(Quantity::kTemperature, Meaning::kTemperature) && name.meaning == Meaning::kTemperature))
-    return false;
-  constexpr double kWarm = 60.0;  // without a unit what is warmer may be in degF
-  if (!signal->unit && middle_ > kWarm) return false;
+  constexpr double kWarm = 60.0, kKelvinLow = 233.0, kKelvinHigh = 353.0;
+  if (!is_called_temperature()) return false;
+  if (!signal->unit && low_ > kKelvinLow && high_ < kKelvinHigh) return true;  // a reader makes degC of it, and says so
+  if (!signal->unit && middle_ > kWarm) return false;  // without a unit what is warmer may be in degF
   const RoleSource source = source_in(*signal, "degC");
   const RoleRange range = role_range("temperature_1");
   return low_ * source.scale + source.offset >= range.min && high_ * source.scale + source.offset <= range.max;

@@ -28,6 +28,8 @@ struct SignalCandidate {
   /// Never beyond what a lithium cell can have.
   [[nodiscard]] bool is_cell_voltage() const;
   [[nodiscard]] bool is_temperature() const;
+  /// By name and unit, whatever its values.
+  [[nodiscard]] bool is_called_temperature() const;
   /// "V" or "mV" by the size of the numbers where the file gives none; "" for numbers that are no battery's.
   [[nodiscard]] const char* voltage_unit() const;
   /// Volts, of a signal that is a voltage.

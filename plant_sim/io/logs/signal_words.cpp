@@ -43,7 +43,8 @@ const std::array kMeanings{
                  {"speed", "geschwindigkeit", "车速", "скорость"}},
     MeaningWords{
         Meaning::kTemperature,
-        {"temp", "temperature", "temperatur", "température", "temperatura", "tcell", "therm", "thermistor", "tc"},
+        {"temp", "temperature", "temperatur", "température", "temperatura", "tcell", "therm", "thermistor", "tc",
+         "ntc", "pt100", "rtd", "thermocouple"},
         {"temperatur", "temp", "温度", "температура"}},
     MeaningWords{Meaning::kCurrent,
                  {"current", "curr",      "cur",      "i",      "amps",      "amp",       "amperes",

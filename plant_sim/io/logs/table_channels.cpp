@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 
@@ -32,6 +35,7 @@ class TableChannels {
   [[nodiscard]] const RowClock& clock_of(const RoleSource& source);
   [[nodiscard]] RowClock read_clock(const std::string& column, const RoleSource& source) const;
   void note_clock(const RowClock& clock);
+  void read_words(const std::string& role, const std::string& column, std::vector<double>& values);
   void fill(ChannelBuilder& builder, const RowClock& clock, const std::vector<double>& values) const;
   [[nodiscard]] std::map<long, std::string> numbered_columns(const RoleSource& source) const;
   void add_column(const std::string& role, const std::string& column, const RoleSource& source,
@@ -106,6 +110,10 @@ void TableChannels::note_clock(const RowClock& clock) {
                             fmt::format("{}: {} rows: {}, first in row {}", table_.path, defect.count, defect.kind,
                                         defect.first_line)});
   }
+  if (clock.rows_to_a_stamp > 0.0) {
+    log_.notes.push_back(fmt::format("{}: some {:.0f} rows have one stamp: spread evenly between the stamps",
+                                     table_.path, clock.rows_to_a_stamp));
+  }
   for (const std::string& note : clock_notes(clock.parts, "row")) log_.notes.push_back(table_.path + ": " + note);
   for (const ClockPart& part : clock.parts) {
     if (part.begin == ClockPart::Begin::kAnew) log_.restarts_s.push_back(part.recorded_begin_s + part.shift_s);
@@ -140,6 +148,7 @@ void TableChannels::add_column(const std::string& role, const std::string& colum
   if (role == "current" && source.discharge == DischargeSign::kAuto) {
     if (const auto signed_by = sign_by_state(table_, values)) log_.notes.push_back(*signed_by);
   }
+  if (role.starts_with("fault_")) read_words(role, column, values);
   ChannelBuilder builder(log_, role, source, "column " + column);
   fill(builder, clock, values);
   builder.finish();
@@ -156,6 +165,33 @@ void TableChannels::fill(ChannelBuilder& builder, const RowClock& clock, const s
     --left;
   }
   for (; left > 0; --left) builder.leave_out();
+}
+
+/// A word as a unit writes a fault: 0x0004, TRUE, OVERTEMP; 0 for none. Words without a number count from 1 on.
+std::optional<double> fault_of(std::string word) {
+  std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const char* none : {"none", "no", "false", "off", "ok", "okay", "-", "--", "n/a", "normal", "0x"}) {
+    if (word == none) return 0.0;
+  }
+  if (!word.starts_with("0x")) return std::nullopt;
+  std::uint64_t bits = 0;
+  const auto [end, error] = std::from_chars(word.data() + 2, word.data() + word.size(), bits, 16);
+  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+  return static_cast<double>(bits);
+}
+
+/// Fields of a fault column that are no decimal numbers.
+void TableChannels::read_words(const std::string& role, const std::string& column, std::vector<double>& values) {
+  const MeasuredColumn& about = table_.about[static_cast<std::size_t>(table_.find(column))];
+  std::vector<double> value_of;
+  for (const std::string& word : about.words) {
+    const auto number = fault_of(word);
+    value_of.push_back(number.value_or(static_cast<double>(value_of.size() + 1)));
+    if (!number) log_.notes.push_back(fmt::format("{}: \"{}\" is counted as {:.0f}", role, word, value_of.back()));
+  }
+  for (std::size_t row = 0; row < std::min(values.size(), about.word_of_row.size()); ++row) {
+    if (!std::isfinite(values[row]) && about.word_of_row[row] > 0) values[row] = value_of[about.word_of_row[row] - 1U];
+  }
 }
 
 /// Rows of one column that belong to several numbers, told by another column.

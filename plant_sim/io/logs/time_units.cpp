@@ -21,24 +21,28 @@ class DropFit {
     i_ += i, q_ += q, v_ += v;
     ii_ += i * i, iq_ += i * q, qq_ += q * q, iv_ += i * v, qv_ += q * v;
   }
-  /// R / s in the clock's unit; 0 where the rows do not tell it.
-  [[nodiscard]] double turn() const {
+  /// R / s in the clock's unit, or what it is at least where the fall with the charge is not seen; 0 for neither.
+  struct Turn {
+    double value = 0.0, least = 0.0;
+  };
+  [[nodiscard]] Turn turn() const {
     constexpr double kLeastRows = 100.0, kApart = 1e-6, kSeen = 0.1;
-    if (count_ < kLeastRows) return 0.0;
+    if (count_ < kLeastRows) return {};
     const double ii = ii_ - i_ * i_ / count_, iq = iq_ - i_ * q_ / count_, qq = qq_ - q_ * q_ / count_;
     const double iv = iv_ - i_ * v_ / count_, qv = qv_ - q_ * v_ / count_, det = ii * qq - iq * iq;
-    if (!(det > kApart * ii * qq)) return 0.0;
+    if (!(det > kApart * ii * qq)) return {};
     const double by_current = (iv * qq - qv * iq) / det, by_charge = (qv * ii - iv * iq) / det;
     // The fall with the charge must be seen at all: as much as a tenth of what the current does.
     const bool seen = std::abs(by_charge) * std::sqrt(qq) > kSeen * std::abs(by_current) * std::sqrt(ii);
-    return seen ? std::max(0.0, by_current / by_charge) : 0.0;
+    if (!seen) return {0.0, std::sqrt(qq / ii) / kSeen};
+    return {std::max(0.0, by_current / by_charge), 0.0};
   }
 
  private:
   double count_ = 0, i_ = 0, q_ = 0, v_ = 0, ii_ = 0, iq_ = 0, qq_ = 0, iv_ = 0, qv_ = 0;
 };
 
-double turn_of(const RecordedSignal& clock, const RecordedSignal& current, const RecordedSignal& voltage) {
+DropFit::Turn turn_of(const RecordedSignal& clock, const RecordedSignal& current, const RecordedSignal& voltage) {
   VOLTLAP_DEMAND(clock.value.size() == current.value.size() && clock.value.size() == voltage.value.size());
   DropFit fit;
   double drawn = 0.0, last_time = std::numeric_limits<double>::quiet_NaN(), last_current = 0.0;
@@ -59,7 +63,11 @@ TimeUnits time_units(const RecordedSignals& recording, const RecordedSignal& clo
   constexpr double kLeast = 10.0, kLeastClear = 40.0, kMostClear = 1200.0, kMost = 5000.0;  // s
   TimeUnits out{{}, "nothing in the recording tells it"};
   if (pair.current == nullptr || pair.voltage == nullptr || !pair.is_clear || recording.is_can) return out;
-  const double turn = turn_of(clock, *pair.current, *pair.voltage);
+  const auto [turn, least] = turn_of(clock, *pair.current, *pair.voltage);
+  if (least > kMost) {  // no cell holds as much: not in seconds, nor in anything longer
+    out.possible = {"ms"};
+    out.why = fmt::format("the charge of the log would be none that its voltage shows: {:.2g} s at the least", least);
+  }
   if (!(turn > 0.0)) return out;
   bool clear = false;
   for (const auto& [unit, seconds] : {std::pair{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"h", 3600.0}}) {

@@ -72,20 +72,47 @@ void settle_time(const RecordedSignals& table, RoleMap& map) {
   take_unit(map, "time", unit, unit == "ms" ? 1e-3 : unit == "min" ? 60.0 : 3600.0, units.why);
 }
 
+/// Of a cell, by the steps from row to row; unknown without steps.
+double cell_resistance_ohm(const RecordedSignals& table, const RoleMap& map) {
+  constexpr double kUsualCell_v = 3.7;
+  const RecordedSignal* current = signal_of(table, map, "current");
+  double cells = 1.0, with = 0.0, squares = 0.0;
+  const RecordedSignal* voltage = nullptr;
+  for (const char* role : {"cell_voltage_1", "voltage", "pack_voltage"}) {
+    if (voltage != nullptr || signal_of(table, map, role) == nullptr) continue;
+    voltage = signal_of(table, map, role);
+    cells = std::max(1.0, map.roles.at(role).scale * SignalCandidate(*voltage).middle() / kUsualCell_v);
+  }
+  if (current == nullptr || voltage == nullptr) return std::nan("");
+  for (std::size_t row = 1; row < std::min(current->value.size(), voltage->value.size()); ++row) {
+    const double di = current->value[row] - current->value[row - 1], dv = voltage->value[row] - voltage->value[row - 1];
+    if (!std::isfinite(di) || !std::isfinite(dv)) continue;
+    with += di * dv;
+    squares += di * di;
+  }
+  return squares > 0.0 ? std::abs(with) / squares / cells : std::nan("");
+}
+
 }  // namespace
 
 void settle_untold_units(const RecordedSignals& table, RoleMap& map) {
   settle_time(table, map);
-  if (const RecordedSignal* current = untold_signal_of(table, map, "current")) {
-    const SignalCandidate candidate(*current);
-    const double most = std::max(std::abs(candidate.low()), std::abs(candidate.high()));
-    if (most > role_range("current").max) take_unit(map, "current", "mA", 1e-3, "no car carries as many amperes");
-  }
   for (const char* role : {"voltage", "pack_voltage", "bus_voltage"}) {
     const RecordedSignal* voltage = untold_signal_of(table, map, role);
     if (voltage == nullptr) continue;
     if (SignalCandidate(*voltage).middle() > kMostPack_v) {
       take_unit(map, role, "mV", 1e-3, "no car has as many volts");
+    }
+  }
+  if (const RecordedSignal* current = untold_signal_of(table, map, "current")) {
+    const SignalCandidate candidate(*current);
+    const double most = std::max(std::abs(candidate.low()), std::abs(candidate.high()));
+    constexpr double kFew_a = 500.0, kLeast_ohm = 2e-5;  // a group of cells has more, a car with so little carries more
+    const double ohm = cell_resistance_ohm(table, map);
+    if (most > role_range("current").max) {
+      take_unit(map, "current", "mA", 1e-3, "no car carries as many amperes");
+    } else if (most > kFew_a && ohm < kLeast_ohm) {
+      take_unit(map, "current", "mA", 1e-3, fmt::format("a cell would have {:.2g} mOhm", 1e3 * ohm));
     }
   }
 }
