@@ -10,6 +10,7 @@
 #include "core/errors.hpp"
 #include "core/signal.hpp"
 #include "replay/bus_as_pack.hpp"
+#include "replay/repeated_readings.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -130,6 +131,7 @@ void RoleInputs::take_cells(const DriveLog& log) {
     throw InputError(log.path, "no voltage of a cell or of the pack", "cell_voltage_<n>, pack_voltage or bus_voltage",
                      "Name them in the map");
   }
+  take_once(log, numbered);
   std::vector<const Channel*> all;
   for (const auto& [n, recorded] : numbered) all.push_back(recorded);
   const double usual_s = usual_interval_s(all), held_s = longest_s(all, can::CellVoltages::kTimeoutMs);
@@ -152,6 +154,22 @@ void RoleInputs::take_cells(const DriveLog& log) {
                               : "its last reading is held",
                      seconds(held_s)));
   if (carries_) learn_shares(numbered);
+}
+
+/// Each reading of a slow cell once, where the logger writes it again in every row.
+void RoleInputs::take_once(const DriveLog& log, std::vector<std::pair<int, const Channel*>>& numbered) {
+  const Channel& live = pack_channel_ != nullptr ? *pack_channel_ : *log.find("current");
+  once_.reserve(numbered.size());
+  for (auto& [n, recorded] : numbered) {
+    auto once = without_repeats(*recorded, live);
+    if (!once) continue;
+    once_.push_back(std::move(*once));
+    recorded = &once_.back();
+  }
+  if (once_.empty()) return;
+  assume(fmt::format("{} of {} cells change in every {} only, and stand the same in the rows between: each reading is "
+                     "taken once",
+                     once_.size(), numbered.size(), seconds(usual_interval_s({&once_.front()}))));
 }
 
 void RoleInputs::learn_shares(const std::vector<std::pair<int, const Channel*>>& numbered) {

@@ -68,6 +68,7 @@ class RoleInputs {
   void find_rest();
   [[nodiscard]] bool is_settled(double time_s) const;
   [[nodiscard]] HeldChannel channel(const DriveLog& log, const std::string& role, std::int32_t timeout_ms) const;
+  void take_once(const DriveLog& log, std::vector<std::pair<int, const Channel*>>& numbered);
   void learn_shares(const std::vector<std::pair<int, const Channel*>>& numbered);
   void level_cells();
   [[nodiscard]] double longest_s(const std::vector<const Channel*>& channels, std::int32_t timeout_ms) const;
@@ -79,6 +80,7 @@ class RoleInputs {
   ReplayCar car_;
   double now_s_ = 0.0, begin_s_ = 0.0, end_s_ = 0.0, levelling_v_ = 0.0, next_levelling_s_ = -1e300;
   double alike_v_ = kUnknown;
+  std::vector<Channel> once_{};  ///< cells without the readings that the logger repeats
   Channel bus_{};  ///< stands for the pack's voltage where that is not recorded
   const Channel* pack_channel_ = nullptr;
   bool carries_ = false, shared_pack_ = false, begins_under_load_ = false;

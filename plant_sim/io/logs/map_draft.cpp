@@ -110,6 +110,7 @@ RoleMap MapProposal::map() const {
     const std::string others = alike > 1 ? fmt::format(", and {} more like it", alike - 1) : "";
     out.notes.push_back(fmt::format("no map: {} is {}{} ({})", role.role, role.described, others, role.evidence));
   }
+  out.notes.insert(out.notes.end(), notes.begin(), notes.end());
   return out;
 }
 

@@ -76,6 +76,7 @@ class Proposer {
     propose_families();
     propose_single();
     propose_temperature();
+    if (recording_.is_can) note_unused_cells();
     std::stable_sort(out_.roles.begin(), out_.roles.end(),
                      [](const ProposedRole& a, const ProposedRole& b) { return rank(a.role) < rank(b.role); });
     return std::move(out_);
@@ -113,6 +114,7 @@ class Proposer {
   void add_family(const std::string& stem, const SignalFamily& family);
   void propose_single();
   void propose_temperature();
+  void note_unused_cells();
   [[nodiscard]] SignalCandidates named(Meaning meaning, bool of_others) const;
 
   const RecordedSignals& recording_;
@@ -281,6 +283,23 @@ void Proposer::propose_temperature() {
     add("ambient", ambients[0], source_in(*ambients[0].signal, "degC"), "by its name, in range");
   if (temperatures.size() == 1 && out_.find("temperature_1") == nullptr && out_.find("temperature_<n>") == nullptr)
     add("temperature_1", temperatures[0], source_in(*temperatures[0].signal, "degC"), "by its name, in range");
+}
+
+/// Signals of cells and thermistors that stand alone or under an index: a map can name them.
+void Proposer::note_unused_cells() {
+  constexpr std::size_t kShown = 6;
+  std::vector<std::string> unused;
+  for (const SignalCandidate& candidate : all_) {
+    const bool cell = candidate.name.owner == Owner::kCell && candidate.is_of(Quantity::kVoltage, Meaning::kVoltage);
+    if (is_taken(candidate) || !candidate.name.is_actual || !(cell || candidate.is_called_temperature())) continue;
+    unused.push_back(candidate.signal->described());
+  }
+  if (unused.empty()) return;
+  const std::size_t more = unused.size() - std::min(kShown, unused.size());
+  unused.resize(unused.size() - more);
+  out_.notes.push_back(fmt::format("signals that no role takes: {}{}; a map (--map) can name them, with index where "
+                                   "another signal says which cell it is",
+                                   fmt::join(unused, ", "), more > 0 ? fmt::format(" and {} more", more) : ""));
 }
 
 /// A column that is called a voltage and lies beyond any cell's.

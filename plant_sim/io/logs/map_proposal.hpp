@@ -27,6 +27,7 @@ struct OpenChoice {
 struct MapProposal {
   std::vector<ProposedRole> roles;
   std::vector<OpenChoice> open;
+  std::vector<std::string> notes{};
 
   /// Time (of a table), current and voltage are there, each with clear evidence.
   [[nodiscard]] bool is_complete() const { return open.empty(); }

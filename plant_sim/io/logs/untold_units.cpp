@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/errors.hpp"
 #include "io/logs/battery_pair.hpp"
 #include "io/logs/signal_candidate.hpp"
 
@@ -40,6 +41,25 @@ void take_unit(RoleMap& map, const std::string& role, const std::string& name, d
   map.notes.push_back(fmt::format("\"{}\" is in {}, which nobody says: {}", source.column, name, why));
 }
 
+/// 20260614115940 is a date, and no number of anything.
+void refuse_compact_date(const RecordedSignals& table, const RecordedSignal& clock) {
+  constexpr double kFirst = 19700101000000.0, kLast = 21000101000000.0;
+  const double middle = SignalCandidate(clock).middle();
+  if (!(middle > kFirst && middle < kLast)) return;
+  throw InputError(fmt::format("{}, column \"{}\"", table.path, clock.label),
+                   fmt::format("{:.0f}, a date and time written as one number", middle),
+                   "seconds, or a stamp such as 2026-06-14 11:59:40", "Write the column in one of these forms");
+}
+
+/// Days of a spreadsheet, which count from 1900.
+bool settle_days(const RecordedSignal& clock, RoleMap& map) {
+  constexpr double kFirst = 25569.0, kLast = 73050.0, kDay_s = 86400.0;  // 1970 to 2099
+  const auto [first, last] = std::minmax_element(clock.value.begin(), clock.value.end());
+  if (clock.value.empty() || !(*first > kFirst && *last < kLast && *last - *first < 1.0)) return false;
+  take_unit(map, "time", "days", kDay_s, "the log would be shorter than a second, far from its zero");
+  return true;
+}
+
 /// A clock since 1970 in parts of a second; true when it is one.
 bool settle_since_1970(const RecordedSignal& clock, RoleMap& map) {
   struct Since {
@@ -59,7 +79,9 @@ bool settle_since_1970(const RecordedSignal& clock, RoleMap& map) {
 
 void settle_time(const RecordedSignals& table, RoleMap& map) {
   const RecordedSignal* clock = untold_signal_of(table, map, "time");
-  if (clock == nullptr || settle_since_1970(*clock, map)) return;
+  if (clock == nullptr) return;
+  refuse_compact_date(table, *clock);
+  if (settle_since_1970(*clock, map) || settle_days(*clock, map)) return;
   BatteryPair pair;
   pair.current = signal_of(table, map, "current");
   for (const char* role : {"voltage", "pack_voltage", "cell_voltage_1"}) {
