@@ -201,6 +201,32 @@ void add_wrong_pack(const ReplayResult& r, std::vector<Disagreement>& out) {
                  "the pack file: its curve, its capacity, its cells"});
 }
 
+/// A filter that is led by cells which its model does not describe leaves the charge that is counted.
+void add_soc_against_charge(const ReplayResult& r, std::vector<Disagreement>& out) {
+  constexpr double kSettled_s = 5.0, kLongest_s = 1.0, kLeast = 0.005, kApart = 0.02;  // s, s; of the capacity
+  if (!(r.capacity_ah > 0.0) || r.open_s > 0.0) return;
+  const ReplayRow *first = nullptr, *last = nullptr;
+  double drawn_ah = 0.0;
+  for (const ReplayRow& row : r.rows) {
+    if (!std::isfinite(row.soc) || !std::isfinite(row.current_a) || row.time_s < r.begin_s + kSettled_s) continue;
+    if (last != nullptr && row.time_s - last->time_s > kLongest_s) return;
+    if (last != nullptr) drawn_ah += row.current_a * (row.time_s - last->time_s) / 3600.0;
+    if (first == nullptr) first = &row;
+    last = &row;
+  }
+  if (first == nullptr) return;
+  const double drawn = drawn_ah / r.capacity_ah, moved = last->soc - first->soc;
+  const bool against = drawn * moved > 0.0 && std::abs(drawn) > kLeast && std::abs(moved) > kLeast;
+  if (!against || std::abs(moved + drawn) < kApart) return;
+  out.push_back({sized(kTrip, kMost - 1.0), first->time_s, last->time_s,
+                 fmt::format("the firmware's SOC {} by {:.1f} points while {:.2f} Ah ({:.1f} points) are {}: its "
+                             "filter is led by cells that the pack file does not describe, and neither it nor what was "
+                             "learned of them is to be believed",
+                             moved > 0.0 ? "rises" : "falls", 100.0 * std::abs(moved), std::abs(drawn_ah),
+                             100.0 * std::abs(drawn), drawn > 0.0 ? "drawn" : "charged"),
+                 "the pack file's curve and resistance, or soc_method = \"coulomb\" in it"});
+}
+
 void add_said_limit(const ReplayResult& r, bool charging, std::vector<Disagreement>& out) {
   const auto own = charging ? &ReplayRow::charge_limit_a : &ReplayRow::discharge_limit_a;
   const auto said = charging ? &ReplayRow::logged_charge_limit_a : &ReplayRow::logged_discharge_limit_a;
@@ -230,6 +256,7 @@ std::vector<Disagreement> find_disagreements(const ReplayResult& r) {
   std::vector<Disagreement> out;
   add_trips(r, out);
   add_wrong_pack(r, out);
+  add_soc_against_charge(r, out);
   add_logged_faults(r, out);
   add_cells(r, true, out);
   add_cells(r, false, out);

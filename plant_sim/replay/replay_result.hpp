@@ -123,6 +123,7 @@ struct ReplayResult {
   FrameAccount frames{};
   double begin_s = 0.0, duration_s = 0.0;  ///< of the recording that was replayed
   std::size_t cells = 0, thermistors = 0;
+  double capacity_ah = 0.0;              ///< as the firmware is told; 0: not known
   double computed_s = 0.0;               ///< firmware and frames; reading apart
   double firmware_s = 0.0;               ///< simulated time that it ran, bringing it up included
   std::vector<ReplayRow> rows;

@@ -319,6 +319,7 @@ void find_soc_jump(const DriveLog& log, double capacity_ah, ReplayResult& result
 void replay_roles(const DriveLog& log, const ReplayCar& car, const PedalSensors& pedals, bool with_model, Ecus& ecus,
                   ReplayResult& result) {
   result.cells = car.cells;
+  result.capacity_ah = car.capacity_ah;
   result.thermistors = car.thermistors;
   find_soc_jump(log, car.capacity_ah, result);
   RoleReplay(log, car, pedals, with_model, ecus, result).run();

@@ -77,6 +77,20 @@ def test_a_pack_of_another_capacity_is_doubted(tmp_path, factor, found):
     assert any("another cell or capacity" in what for what in whats(out)) == found, whats(out)
 
 
+@pytest.mark.parametrize("climbs_v, found", [(0.0, False), (0.25, True)])
+def test_a_soc_that_rises_while_charge_is_drawn_is_not_believed(tmp_path, climbs_v, found):
+    """Cells that climb under discharge, as those of another chemistry seem to beside the wrong curve."""
+    pack = PACK.replace("[bms]", '[bms]\nsoc_method = "ekf"')
+
+    def climbing(row):
+        added = climbs_v * row["time_s"] / 120.0
+        weight = {name: 1.0 for name in row if name.startswith("cell_")} | {"pack_voltage_v": CELLS}
+        return {name: value + added * weight.get(name, 0.0) for name, value in row.items()}
+
+    _, out = replayed(tmp_path, map(climbing, rows(120, soc=0.5)), pack=pack)
+    assert any("the firmware's SOC rises by" in what for what in whats(out)) == found, whats(out)
+
+
 def test_a_fault_of_the_cars_own_unit_stands_beside_those_of_the_firmware(tmp_path):
     table = [dict(row, dtc=4.0 if 12.0 <= row["time_s"] < 15.0 else 0.0) for row in rows(30)]
     run, out = replayed(tmp_path, table, map_text_more='fault_1 = {column = "dtc"}\n')
