@@ -205,7 +205,7 @@ def test_clock_that_steps_back_is_repaired_by_the_readers_rule(tmp_path):
     with Listener() as listener:
         done = play(candump(tmp_path / "log.log", frames), "--bus", BUS)
         assert done.returncode == 0 and contents(listener.heard()) == contents(frames)
-    assert "the clock was set" in done.stdout and "one usual interval between the frames" in done.stdout
+    assert "the clock was set" in done.stdout and "one usual interval between" in done.stdout
     assert "40 frames, 0.390 s" in done.stdout
 
 
