@@ -50,7 +50,7 @@ std::vector<std::size_t> rows_of_readings(const std::vector<std::size_t>& change
 
 std::optional<Channel> without_repeats(const Channel& channel, const Channel& live) {
   constexpr std::size_t kFewest = 5, kLeastRows = 3;
-  constexpr double kLeast_s = 0.8, kShortest = 0.1, kAlike = 0.9, kLivelier = 2.0;
+  constexpr double kLeast_s = 0.8, kShortest = 0.1, kAlike = 0.9, kLivelier = 2.0, kJitter = 0.2;
   const std::vector<std::size_t> changes = changes_of(channel);
   if (changes.size() < kFewest) return std::nullopt;
   std::vector<double> rows;
@@ -59,7 +59,7 @@ std::optional<Channel> without_repeats(const Channel& channel, const Channel& li
   const double row_s = median(differences(channel.time_s));
   if (period < static_cast<double>(kLeastRows) || period * row_s < kLeast_s) return std::nullopt;
   const auto on_time = std::count_if(rows.begin(), rows.end(), [&](double n) {
-    return std::abs(n - period * std::round(n / period)) <= 1.0;
+    return std::abs(n - period * std::round(n / period)) <= std::min(1.0, kJitter * period);
   });
   if (static_cast<double>(on_time) < kAlike * static_cast<double>(rows.size())) return std::nullopt;
   if (share_of_changes(live) < kLivelier * share_of_changes(channel)) return std::nullopt;

@@ -2,7 +2,6 @@
 #include "replay/role_replay.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -10,6 +9,7 @@
 #include <optional>
 
 #include "core/demand.hpp"
+#include "core/listed.hpp"
 #include "replay/cell_limits.hpp"
 #include "replay/input_frames.hpp"
 #include "replay/soc_start.hpp"
@@ -267,12 +267,9 @@ void name_lost_channels(const DriveLog& log, ReplayResult& result) {
         if (!held.known()) silent.push_back(channel->role);
       }
       if (silent.empty()) continue;
-      const std::size_t more = silent.size() - std::min(kNamed, silent.size());
-      silent.resize(silent.size() - more);
-      fault.about = silent.size() + more == channels.size() && channels.size() > 1
+      fault.about = silent.size() == channels.size() && channels.size() > 1
                         ? fmt::format("all {} {}<n>", channels.size(), stem)
-                        : fmt::format("{}{}", fmt::join(silent, ", "),
-                                      more > 0 ? fmt::format(" and {} more", more) : "");
+                        : first_of(silent, kNamed);
     }
   }
 }

@@ -29,4 +29,9 @@ struct TimeUnits {
 [[nodiscard]] TimeUnits time_units(const RecordedSignals& recording, const RecordedSignal& clock,
                                    const BatteryPair& pair);
 
+/// Whether a clock that would count seconds cannot: in seconds the charge of the log would have moved the voltage by
+/// far, whatever the cell, and has not.
+[[nodiscard]] bool is_in_milliseconds(const RecordedSignal& clock, const RecordedSignal& current,
+                                      const RecordedSignal& voltage);
+
 }  // namespace voltlap::plant

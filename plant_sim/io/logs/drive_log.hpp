@@ -69,7 +69,7 @@ struct DriveLog {
                                              const std::vector<std::string>& dbc_files = {});
 
 /// The same for a drive without DBC files. A table that no shipped map knows gives all that its columns say, see
-/// add_other_roles; a cell's test asks for less.
+/// drive_columns.hpp; a cell's test asks for less.
 [[nodiscard]] RoleMap role_map_for_drive(const std::string& path, const DataFolder& data);
 
 /// Value of a channel at each time: of its latest usable sample, NaN before the first and when it is older than

@@ -2,7 +2,6 @@
 #include "io/logs/map_proposal.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +9,13 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <set>
 
 #include "core/demand.hpp"
+#include "core/listed.hpp"
 #include "core/signal.hpp"
 #include "io/logs/battery_pair.hpp"
 #include "io/logs/signal_candidate.hpp"
 #include "io/logs/signal_family.hpp"
-#include "io/logs/untold_units.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -287,7 +285,6 @@ void Proposer::propose_temperature() {
 
 /// Signals of cells and thermistors that stand alone or under an index: a map can name them.
 void Proposer::note_unused_cells() {
-  constexpr std::size_t kShown = 6;
   std::vector<std::string> unused;
   for (const SignalCandidate& candidate : all_) {
     const bool cell = candidate.name.owner == Owner::kCell && candidate.is_of(Quantity::kVoltage, Meaning::kVoltage);
@@ -295,93 +292,16 @@ void Proposer::note_unused_cells() {
     unused.push_back(candidate.signal->described());
   }
   if (unused.empty()) return;
-  const std::size_t more = unused.size() - std::min(kShown, unused.size());
-  unused.resize(unused.size() - more);
-  out_.notes.push_back(fmt::format("signals that no role takes: {}{}; a map (--map) can name them, with index where "
+  out_.notes.push_back(fmt::format("signals that no role takes: {}; a map (--map) can name them, with index where "
                                    "another signal says which cell it is",
-                                   fmt::join(unused, ", "), more > 0 ? fmt::format(" and {} more", more) : ""));
-}
-
-/// A column that is called a voltage and lies beyond any cell's.
-void call_the_packs(const RecordedSignals& table, RoleMap& map) {
-  const RoleSource* voltage = map.find("voltage");
-  if (voltage == nullptr || map.find("pack_voltage") != nullptr) return;
-  const double most_v = role_range("cell_voltage_1").max;
-  for (const RecordedSignal& signal : table.signals) {
-    if (signal.source.column != voltage->column) continue;
-    const double middle_v = SignalCandidate(signal).middle() * voltage->scale + voltage->offset;
-    if (!(middle_v > most_v)) return;
-    map.notes.push_back(fmt::format("\"{}\" is the pack's voltage: {:.4g} V in the middle, beyond any cell's",
-                                    voltage->column, middle_v));
-    map.roles["pack_voltage"] = *voltage;
-    map.roles.erase("voltage");
-    return;
-  }
-}
-
-void note_unused(const RecordedSignals& table, RoleMap& map) {
-  constexpr std::size_t kShown = 12;
-  std::vector<std::string> unused;
-  for (const RecordedSignal& signal : table.signals) {
-    const bool used = std::any_of(map.roles.begin(), map.roles.end(), [&](const auto& entry) {
-      return entry.second.column == signal.source.column ||
-             number_in(entry.second.column, signal.source.column).has_value();
-    });
-    if (!used) unused.push_back(fmt::format("\"{}\"", signal.label));
-  }
-  if (unused.empty()) return;
-  const std::size_t more = unused.size() - std::min(kShown, unused.size());
-  unused.resize(unused.size() - more);
-  map.notes.push_back(fmt::format("columns that no role takes: {}{}; a map (--map) can name them",
-                                  fmt::join(unused, ", "), more > 0 ? fmt::format(" and {} more", more) : ""));
-}
-
-/// Of a numbered role what stands before its number; others as they are.
-std::string stem_of(const std::string& role) { return role.substr(0, role.find_last_not_of("0123456789") + 1); }
-
-/// Families in one piece: cell_voltage_1 to 96 from "Cell 1" to "Cell 96".
-std::string others_text(const std::vector<ProposedRole>& roles) {
-  struct Family {
-    const ProposedRole *first, *last;
-  };
-  std::vector<std::pair<std::string, Family>> families;
-  for (const ProposedRole& role : roles) {
-    const std::string stem = stem_of(role.role);
-    if (families.empty() || families.back().first != stem) families.push_back({stem, {&role, &role}});
-    families.back().second.last = &role;
-  }
-  std::vector<std::string> parts;
-  for (const auto& [stem, family] : families) {
-    const auto& [first, last] = family;
-    const std::string unit = first->source.unit.empty() ? ", no unit given" : " in " + first->source.unit;
-    parts.push_back(first == last
-                        ? fmt::format("{} from \"{}\"{}", first->role, first->source.column, unit)
-                        : fmt::format("{} to {} from \"{}\" to \"{}\"{}", first->role, last->role.substr(stem.size()),
-                                      first->source.column, last->source.column, unit));
-  }
-  return fmt::format("{}", fmt::join(parts, "; "));
+                                   first_of(unused, 6)));
 }
 
 }  // namespace
 
-void add_other_roles(const RecordedSignals& table, RoleMap& map) {
+MapProposal propose_others(const RecordedSignals& table, const RoleMap& map) {
   VOLTLAP_DEMAND(!table.is_can && map.find("current") != nullptr);
-  settle_untold_units(table, map);
-  call_the_packs(table, map);
-  // "Temp 1" was one thermistor by its name; with others beside it they are a family.
-  auto first = map.find("temperature_2") == nullptr ? map.roles.extract("temperature_1")
-                                                    : std::map<std::string, RoleSource>::node_type();
-  std::set<std::string> has;
-  for (const auto& [role, source] : map.roles) has.insert(stem_of(role));
-  std::vector<ProposedRole> added;
-  for (ProposedRole& other : Proposer(table).propose_others(map).roles) {
-    if (has.contains(stem_of(other.role))) continue;
-    map.roles[other.role] = other.source;
-    added.push_back(std::move(other));
-  }
-  if (!first.empty() && map.find("temperature_1") == nullptr) map.roles.insert(std::move(first));
-  if (!added.empty()) map.notes.push_back("columns recognised by their names and ranges: " + others_text(added));
-  note_unused(table, map);
+  return Proposer(table).propose_others(map);
 }
 
 MapProposal propose_map(const RecordedSignals& recording) {

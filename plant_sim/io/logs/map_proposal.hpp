@@ -43,9 +43,8 @@ struct MapProposal {
 /// The same of a file: a table, or a CAN recording with the DBC files of its bus.
 [[nodiscard]] MapProposal map_proposal_for(const std::string& path, const std::vector<std::string>& dbc_files);
 
-/// What a table says beside the roles of a map that is enough: cells, temperatures, SOC, speeds, pedals, from columns
-/// that the map does not use. A voltage beyond a cell's is the pack's. Columns that are left are noted.
-void add_other_roles(const RecordedSignals& table, RoleMap& map);
+/// Of a table, what columns that a map does not use say beside it: cells, thermistors, SOC, speeds, pedals.
+[[nodiscard]] MapProposal propose_others(const RecordedSignals& table, const RoleMap& map);
 
 /// The map of a complete proposal; throws InputError with the draft for one that leaves a choice open.
 [[nodiscard]] RoleMap proposed_map(const std::string& path, const MapProposal& proposal);

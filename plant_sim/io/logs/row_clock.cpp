@@ -8,7 +8,6 @@
 #include "core/signal.hpp"
 
 namespace voltlap::plant {
-
 namespace {
 
 /// Stamps coarser than the rows: most rows have the stamp of the one before. They are spread evenly up to the next
@@ -49,6 +48,8 @@ double spread_runs(std::vector<double>& time_s) {
 
 }  // namespace
 
+void RowClock::spread() { rows_to_a_stamp = spread_runs(time_s); }
+
 RowClock row_clock(const std::vector<double>& stamps_s) {
   RowClock out;
   CanDefects defects;
@@ -68,7 +69,6 @@ RowClock row_clock(const std::vector<double>& stamps_s) {
   }
   clock.finish();
   take();
-  out.rows_to_a_stamp = spread_runs(out.time_s);
   out.defects = defects.all();
   out.parts = clock.parts();
   VOLTLAP_DEMAND(out.row.size() == out.time_s.size() && out.row.size() <= stamps_s.size());

@@ -12,9 +12,13 @@ namespace voltlap::plant {
 struct RowClock {
   std::vector<std::size_t> row;  ///< in order of time; rows whose stamp is wrong are not among them
   std::vector<double> time_s;    ///< of those, one for each
-  double rows_to_a_stamp = 0.0;  ///< of stamps coarser than the rows, which are spread evenly between them; else 0
+  double rows_to_a_stamp = 0.0;  ///< after spread(), where the stamps are coarser than the rows; else 0
   std::vector<CanDefect> defects;  ///< `first_line` is a row, from 1
   std::vector<ClockPart> parts;    ///< likewise
+
+  /// Where most rows have the stamp of the one before, they are samples one after the other, and the stamps are coarse:
+  /// spreads them evenly up to the next stamp.
+  void spread();
 };
 
 /// `stamps_s`: of each row [s]; NaN where it has none.

@@ -11,6 +11,7 @@
 #include "io/logs/can/can_recording.hpp"
 #include "io/logs/drive_log.hpp"
 #include "io/logs/frame_checksum.hpp"
+#include "io/logs/drive_columns.hpp"
 #include "io/logs/map_proposal.hpp"
 
 namespace voltlap::plant {

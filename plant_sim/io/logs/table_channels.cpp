@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -34,6 +35,7 @@ class TableChannels {
   [[nodiscard]] const std::vector<double>& column_of(const std::string& column, const std::string& role) const;
   [[nodiscard]] const RowClock& clock_of(const RoleSource& source);
   [[nodiscard]] RowClock read_clock(const std::string& column, const RoleSource& source) const;
+  [[nodiscard]] bool is_dense(const RoleSource& source) const;
   void note_clock(const RowClock& clock);
   void read_words(const std::string& role, const std::string& column, std::vector<double>& values);
   void fill(ChannelBuilder& builder, const RowClock& clock, const std::vector<double>& values) const;
@@ -47,7 +49,7 @@ class TableChannels {
   const MeasuredTable& table_;
   bool main_;
   std::optional<RoleSource> time_;  ///< in the unit that the file gives
-  std::map<std::pair<std::string, double>, RowClock> clocks_;  ///< by column and shift
+  std::map<std::tuple<std::string, double, bool>, RowClock> clocks_;  ///< by column, shift, and whether spread
 };
 
 /// Kelvin taken for degC, and percent taken for shares of 1, are brought to what the role is in, and said.
@@ -79,6 +81,17 @@ const std::vector<double>& TableChannels::column_of(const std::string& column, c
   return table_.values[table_.index_for(column, role, map_.source)];
 }
 
+/// Whether nearly every row has the channel; of numbered ones, the first.
+bool TableChannels::is_dense(const RoleSource& source) const {
+  constexpr double kDense = 0.9;
+  const auto numbered = numbered_columns(source);
+  const int at = table_.find(numbered.empty() ? source.column : numbered.begin()->second);
+  if (at < 0) return false;
+  const std::vector<double>& values = table_.values[static_cast<std::size_t>(at)];
+  const auto count = std::count_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  return static_cast<double>(count) > kDense * static_cast<double>(values.size());
+}
+
 /// Seconds of the log's clock, of the rows in their order.
 const RowClock& TableChannels::clock_of(const RoleSource& source) {
   const std::string column = !source.time.empty() ? source.time : time_ ? time_->column : std::string();
@@ -86,9 +99,12 @@ const RowClock& TableChannels::clock_of(const RoleSource& source) {
     throw InputError(map_.source, "no time column for " + table_.path,
                      "the role time, or time = \"...\" beside file", "Add it to the map");
   }
-  const auto key = std::pair(column, source.shift_s);
+  // Rows of one stamp are samples one after the other only where each has the channel; else they are one moment.
+  const bool dense = source.index.empty() && is_dense(source);
+  const auto key = std::tuple(column, source.shift_s, dense);
   if (const auto known = clocks_.find(key); known != clocks_.end()) return known->second;
-  const RowClock& clock = clocks_[key] = read_clock(column, source);
+  RowClock& clock = clocks_[key] = read_clock(column, source);
+  if (dense) clock.spread();
   note_clock(clock);
   return clock;
 }
@@ -170,7 +186,7 @@ void TableChannels::fill(ChannelBuilder& builder, const RowClock& clock, const s
 /// A word as a unit writes a fault: 0x0004, TRUE, OVERTEMP; 0 for none. Words without a number count from 1 on.
 std::optional<double> fault_of(std::string word) {
   std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const char* none : {"none", "no", "false", "off", "ok", "okay", "-", "--", "n/a", "normal", "0x"}) {
+  for (const char* none : {"none", "no", "false", "off", "ok", "okay", "-", "--", "n/a", "normal"}) {
     if (word == none) return 0.0;
   }
   if (!word.starts_with("0x")) return std::nullopt;
@@ -189,9 +205,16 @@ void TableChannels::read_words(const std::string& role, const std::string& colum
     value_of.push_back(number.value_or(static_cast<double>(value_of.size() + 1)));
     if (!number) log_.notes.push_back(fmt::format("{}: \"{}\" is counted as {:.0f}", role, word, value_of.back()));
   }
+  std::size_t read = 0;
   for (std::size_t row = 0; row < std::min(values.size(), about.word_of_row.size()); ++row) {
-    if (!std::isfinite(values[row]) && about.word_of_row[row] > 0) values[row] = value_of[about.word_of_row[row] - 1U];
+    if (std::isfinite(values[row]) || about.word_of_row[row] == 0) continue;
+    values[row] = value_of[about.word_of_row[row] - 1U];
+    ++read;
   }
+  if (about.holes.words <= read) return;
+  throw InputError(fmt::format("{}, column \"{}\"", table_.path, column),
+                   fmt::format("more than {} different words", MeasuredColumn::kMostWords),
+                   "a fault word: numbers, or few words", "Name another column for the role " + role);
 }
 
 /// Rows of one column that belong to several numbers, told by another column.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/demand.hpp"
+#include "core/signal.hpp"
 #include "io/logs/battery_pair.hpp"
 
 namespace voltlap::plant {
@@ -63,11 +64,7 @@ TimeUnits time_units(const RecordedSignals& recording, const RecordedSignal& clo
   constexpr double kLeast = 10.0, kLeastClear = 40.0, kMostClear = 1200.0, kMost = 5000.0;  // s
   TimeUnits out{{}, "nothing in the recording tells it"};
   if (pair.current == nullptr || pair.voltage == nullptr || !pair.is_clear || recording.is_can) return out;
-  const auto [turn, least] = turn_of(clock, *pair.current, *pair.voltage);
-  if (least > kMost) {  // no cell holds as much: not in seconds, nor in anything longer
-    out.possible = {"ms"};
-    out.why = fmt::format("the charge of the log would be none that its voltage shows: {:.2g} s at the least", least);
-  }
+  const double turn = turn_of(clock, *pair.current, *pair.voltage).value;
   if (!(turn > 0.0)) return out;
   bool clear = false;
   for (const auto& [unit, seconds] : {std::pair{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"h", 3600.0}}) {
@@ -78,6 +75,16 @@ TimeUnits time_units(const RecordedSignals& recording, const RecordedSignal& clo
   out.why = fmt::format("the voltage falls by its own drop within {:.3g} of them", turn);
   if (out.possible.size() == 1 && !clear) out.possible.clear();
   return out;
+}
+
+bool is_in_milliseconds(const RecordedSignal& clock, const RecordedSignal& current, const RecordedSignal& voltage) {
+  constexpr double kNever = 1e5, kHardly = 2e4;  // s; a cold cell with a flat curve (LFP) reaches 1e4
+  constexpr double kSlow_s = 5.0;                // few loggers of a car write as seldom
+  const auto [turn, least] = turn_of(clock, current, voltage);
+  const double evidence = std::max(turn, least);
+  const bool whole = std::all_of(clock.value.begin(), clock.value.end(),
+                                 [](double stamp) { return !std::isfinite(stamp) || stamp == std::floor(stamp); });
+  return evidence > kNever || (evidence > kHardly && whole && median(differences(clock.value)) >= kSlow_s);
 }
 
 }  // namespace voltlap::plant

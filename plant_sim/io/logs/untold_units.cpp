@@ -54,8 +54,9 @@ void refuse_compact_date(const RecordedSignals& table, const RecordedSignal& clo
 /// Days of a spreadsheet, which count from 1900.
 bool settle_days(const RecordedSignal& clock, RoleMap& map) {
   constexpr double kFirst = 25569.0, kLast = 73050.0, kDay_s = 86400.0;  // 1970 to 2099
-  const auto [first, last] = std::minmax_element(clock.value.begin(), clock.value.end());
-  if (clock.value.empty() || !(*first > kFirst && *last < kLast && *last - *first < 1.0)) return false;
+  const SignalCandidate candidate(clock);
+  const double first = candidate.low(), last = candidate.high();
+  if (!(first > kFirst && last < kLast && last - first < 1.0)) return false;
   take_unit(map, "time", "days", kDay_s, "the log would be shorter than a second, far from its zero");
   return true;
 }
@@ -82,37 +83,45 @@ void settle_time(const RecordedSignals& table, RoleMap& map) {
   if (clock == nullptr) return;
   refuse_compact_date(table, *clock);
   if (settle_since_1970(*clock, map) || settle_days(*clock, map)) return;
-  BatteryPair pair;
-  pair.current = signal_of(table, map, "current");
-  for (const char* role : {"voltage", "pack_voltage", "cell_voltage_1"}) {
-    if (pair.voltage == nullptr) pair.voltage = signal_of(table, map, role);
+  const RecordedSignal *current = signal_of(table, map, "current"), *voltage = nullptr;
+  for (const char* role : {"pack_voltage", "voltage", "cell_voltage_1"}) {
+    if (voltage == nullptr) voltage = signal_of(table, map, role);
   }
-  pair.is_clear = true;
-  const TimeUnits units = time_units(table, *clock, pair);
-  if (units.possible.size() != 1 || units.possible.front() == "s") return;
-  const std::string& unit = units.possible.front();
-  take_unit(map, "time", unit, unit == "ms" ? 1e-3 : unit == "min" ? 60.0 : 3600.0, units.why);
+  if (current == nullptr || voltage == nullptr || !is_in_milliseconds(*clock, *current, *voltage)) return;
+  take_unit(map, "time", "ms", 1e-3, "in s the charge of the log would have moved the voltage");
 }
 
-/// Of a cell, by the steps from row to row; unknown without steps.
-double cell_resistance_ohm(const RecordedSignals& table, const RoleMap& map) {
+/// Of the cell that a voltage stands for: V = a - R I by least squares, over the rows as they are and over their steps.
+double resistance_ohm(const RecordedSignal& current, const RecordedSignal& voltage) {
+  double count = 0.0, i = 0.0, v = 0.0, ii = 0.0, iv = 0.0, steps = 0.0, with = 0.0;
+  double last_i = std::nan(""), last_v = std::nan("");
+  for (std::size_t row = 0; row < std::min(current.value.size(), voltage.value.size()); ++row) {
+    const double amps = current.value[row], volts = voltage.value[row];
+    if (!std::isfinite(amps) || !std::isfinite(volts)) continue;
+    ++count, i += amps, v += volts, ii += amps * amps, iv += amps * volts;
+    if (std::isfinite(last_i)) {
+      steps += (amps - last_i) * (amps - last_i);
+      with += (amps - last_i) * (volts - last_v);
+    }
+    last_i = amps;
+    last_v = volts;
+  }
+  const double by_rows = std::abs(iv - i * v / count) / (ii - i * i / count);
+  return std::fmax(by_rows, steps > 0.0 ? std::abs(with) / steps : 0.0);
+}
+
+/// The largest that any voltage of the table shows: one that is slow or coarse shows too little.
+double cell_resistance_ohm(const RecordedSignals& table, const RoleMap& map, const RecordedSignal& current) {
   constexpr double kUsualCell_v = 3.7;
-  const RecordedSignal* current = signal_of(table, map, "current");
-  double cells = 1.0, with = 0.0, squares = 0.0;
-  const RecordedSignal* voltage = nullptr;
-  for (const char* role : {"cell_voltage_1", "voltage", "pack_voltage"}) {
-    if (voltage != nullptr || signal_of(table, map, role) == nullptr) continue;
-    voltage = signal_of(table, map, role);
-    cells = std::max(1.0, map.roles.at(role).scale * SignalCandidate(*voltage).middle() / kUsualCell_v);
+  double out = std::nan("");
+  for (const char* role : {"pack_voltage", "bus_voltage", "voltage", "cell_voltage_1"}) {
+    const RecordedSignal* voltage = signal_of(table, map, role);
+    if (voltage == nullptr) continue;
+    const double scale = map.roles.at(role).scale;
+    const double cells = std::max(1.0, scale * SignalCandidate(*voltage).middle() / kUsualCell_v);
+    out = std::fmax(out, scale * resistance_ohm(current, *voltage) / cells);
   }
-  if (current == nullptr || voltage == nullptr) return std::nan("");
-  for (std::size_t row = 1; row < std::min(current->value.size(), voltage->value.size()); ++row) {
-    const double di = current->value[row] - current->value[row - 1], dv = voltage->value[row] - voltage->value[row - 1];
-    if (!std::isfinite(di) || !std::isfinite(dv)) continue;
-    with += di * dv;
-    squares += di * di;
-  }
-  return squares > 0.0 ? std::abs(with) / squares / cells : std::nan("");
+  return out;
 }
 
 }  // namespace
@@ -129,11 +138,11 @@ void settle_untold_units(const RecordedSignals& table, RoleMap& map) {
   if (const RecordedSignal* current = untold_signal_of(table, map, "current")) {
     const SignalCandidate candidate(*current);
     const double most = std::max(std::abs(candidate.low()), std::abs(candidate.high()));
-    constexpr double kFew_a = 500.0, kLeast_ohm = 2e-5;  // a group of cells has more, a car with so little carries more
-    const double ohm = cell_resistance_ohm(table, map);
+    constexpr double kMany_a = 1000.0, kLeast_ohm = 2e-5;  // a group of cells has more, a car rarely carries as much
+    const double ohm = cell_resistance_ohm(table, map, *current);
     if (most > role_range("current").max) {
       take_unit(map, "current", "mA", 1e-3, "no car carries as many amperes");
-    } else if (most > kFew_a && ohm < kLeast_ohm) {
+    } else if (most > kMany_a && ohm < kLeast_ohm) {
       take_unit(map, "current", "mA", 1e-3, fmt::format("a cell would have {:.2g} mOhm", 1e3 * ohm));
     }
   }

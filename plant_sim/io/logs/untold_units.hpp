@@ -7,8 +7,9 @@
 
 namespace voltlap::plant {
 
-/// Time: since 1970 in ms, us or ns; s, ms, min or h by the battery (see time_units). Currents beyond the role's range
-/// are in mA, voltages beyond any car's in mV.
+/// Time: since 1970 in ms, us or ns; days of a spreadsheet; ms where the battery rules seconds out; else seconds.
+/// Currents that no car carries, and those for which a cell would have no resistance, are in mA, voltages beyond any
+/// car's in mV. A date written as one number is refused (InputError).
 void settle_untold_units(const RecordedSignals& table, RoleMap& map);
 
 }  // namespace voltlap::plant

@@ -71,6 +71,74 @@ def test_a_unit_that_nobody_names_is_found(tmp_path, habit):
     assert habit in ("as_they_are", "cells_mv") or "which nobody says" in run.stdout
 
 
+def any_drive(rng):
+    """Rows of any cell, from a cold one of 100 mV at one C to LFP whose curve hardly falls, any rate, any length."""
+    capacity, at_one_c_v = 10 ** rng.uniform(0.5, 2.3), 10 ** rng.uniform(-2.3, -1.0)
+    slope_v = 10 ** rng.uniform(-1.7, -1.0) if rng.random() < 0.5 else rng.uniform(0.5, 1.2)
+    most_a = min(1500.0, capacity * 10 ** rng.uniform(-0.5, 1.0))
+    step_s, held_s = rng.choice([0.1, 0.5, 1, 2, 5, 10]), rng.choice([0, 0, 1, 5])
+    amps, soc, seen_v, seen_s = 0.0, rng.uniform(0.5, 0.9), None, -1e9
+    for k in range(max(200, min(3000, int(10 ** rng.uniform(-1.5, 0.7) * 3600.0 / step_s)))):
+        time = k * step_s
+        if time >= 5.0 * max(1.0, step_s) and rng.random() < min(1.0, step_s):
+            amps = rng.uniform(-0.3, 1.0) * most_a
+        soc -= amps * step_s / 3600.0 / capacity
+        if soc < 0.05:
+            return
+        volts = 3.3 + slope_v * (soc - 0.5) - at_one_c_v / capacity * amps
+        if time - seen_s >= held_s - 1e-6:
+            seen_v, seen_s = round(volts, 3), time
+        yield {"Time": time, "Pack Current": amps, "Pack Voltage": round(6 * volts, 2),
+               **{f"Cell {n}": seen_v for n in range(1, 7)}}
+
+
+@pytest.mark.parametrize("case", range(16))
+def test_no_unit_is_invented_and_none_is_missed(tmp_path, rng, case):
+    """In seconds and amperes nothing is changed; nor are milliseconds and milliamperes overlooked."""
+    table = []
+    while len(table) < 200:
+        table = list(any_drive(rng))
+    scale = {"Time": rng.choice([1.0, 1.0, 1e3]), "Pack Current": rng.choice([1.0, 1.0, 1e3])}
+    text = [",".join(table[0])] + [",".join(f"{value * scale.get(name, 1.0):.3f}" for name, value in row.items())
+                                   for row in table]
+    (tmp_path / "log.csv").write_text("\n".join(text) + "\n")
+    run = voltlap("replay", tmp_path / "log.csv", "--json", tmp_path / "o.json")
+    assert run.returncode == 0, run.stderr
+    said = " ".join(json.loads((tmp_path / "o.json").read_text())["notes"])
+    for name, unit in (("Time", "ms"), ("Pack Current", "mA")):
+        assert (f'"{name}" is in {unit}' in said) == (scale[name] != 1.0), (SEED, case, scale, said)
+        assert scale[name] != 1.0 or f'"{name}" is in' not in said, (SEED, case, said)
+
+
+def test_another_family_does_not_replace_the_cells_temperature(tmp_path):
+    table = ({**{name: value for name, value in row.items() if not name.startswith("Temp")},
+              "Cell Temperature [C]": 31.0, **{f"Coolant Temp {n} [C]": 60.0 + n for n in range(1, 4)}}
+             for row in drive())
+    run, _ = replay(tmp_path, table)
+    assert 'temperature_1 from "Cell Temperature [C]"' in run.stdout and "TemperatureHigh" not in run.stdout
+    assert '"Coolant Temp 1 [C]"' in run.stdout.split("no role takes")[1]
+
+
+def test_rows_of_one_moment_are_not_spread(tmp_path):
+    """A channel in each row: the rows of one stamp are one moment."""
+    (tmp_path / "m.toml").write_text("""[roles]
+time = {column = "t", unit = "s"}
+current = {column = "i", unit = "A", discharge = "+"}
+"cell_voltage_<n>" = {column = "v", index = "n", unit = "V"}
+""")
+    lines = ["t,i,n,v"]
+    for row in rows(20, soc=0.8):
+        if round(row["time_s"] * RATE) % 5:
+            continue
+        lines.append(f"{row['time_s']:.2f},{row['current_a']:.2f},,")
+        lines += [f"{row['time_s']:.2f},,{n},{row[f'cell_voltage_{n}_v']:.4f}" for n in range(1, CELLS + 1)]
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    (tmp_path / "pack.toml").write_text(PACK)
+    run = voltlap("replay", tmp_path / "log.csv", "--map", tmp_path / "m.toml", "--pack", tmp_path / "pack.toml")
+    assert run.returncode == 0 and "spread" not in run.stdout, run.stdout + run.stderr
+    assert "faults            none" in run.stdout
+
+
 CLOCKS = {
     "epoch_ms": lambda t: 1781443507000.0 + 1e3 * t, "epoch_us": lambda t: 1781443507e6 + 1e6 * t,
     "spreadsheet_days": lambda t: f"{46187.5 + t / 86400.0:.9f}", "whole_seconds": lambda t: float(math.floor(t)),
