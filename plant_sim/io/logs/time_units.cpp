@@ -80,11 +80,14 @@ TimeUnits time_units(const RecordedSignals& recording, const RecordedSignal& clo
 bool is_in_milliseconds(const RecordedSignal& clock, const RecordedSignal& current, const RecordedSignal& voltage) {
   constexpr double kNever = 1e5, kHardly = 2e4;  // s; a cold cell with a flat curve (LFP) reaches 1e4
   constexpr double kSlow_s = 5.0;                // few loggers of a car write as seldom
+  constexpr double kDrive_s = 30.0 * 86400.0, kQuick = 5e3;  // no drive lasts a month; s
   const auto [turn, least] = turn_of(clock, current, voltage);
   const double evidence = std::max(turn, least);
   const bool whole = std::all_of(clock.value.begin(), clock.value.end(),
                                  [](double stamp) { return !std::isfinite(stamp) || stamp == std::floor(stamp); });
-  return evidence > kNever || (evidence > kHardly && whole && median(differences(clock.value)) >= kSlow_s);
+  const double length = clock.value.empty() ? 0.0 : clock.value.back() - clock.value.front();
+  return evidence > kNever || (length > kDrive_s && evidence > kQuick) ||
+         (evidence > kHardly && whole && median(differences(clock.value)) >= kSlow_s);
 }
 
 }  // namespace voltlap::plant

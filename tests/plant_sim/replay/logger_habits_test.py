@@ -73,8 +73,9 @@ def test_a_unit_that_nobody_names_is_found(tmp_path, habit):
 
 def any_drive(rng):
     """Rows of any cell, from a cold one of 100 mV at one C to LFP whose curve hardly falls, any rate, any length."""
-    capacity, at_one_c_v = 10 ** rng.uniform(0.5, 2.3), 10 ** rng.uniform(-2.3, -1.0)
     slope_v = 10 ** rng.uniform(-1.7, -1.0) if rng.random() < 0.5 else rng.uniform(0.5, 1.2)
+    # R over the slope is a time; below 25 s (10 mV at one C of a steep cell) milliseconds cannot be told for sure
+    capacity, at_one_c_v = 10 ** rng.uniform(0.5, 2.3), max(10 ** rng.uniform(-2.3, -1.0), 25.0 / 3600.0 * slope_v)
     most_a = min(1500.0, capacity * 10 ** rng.uniform(-0.5, 1.0))
     step_s, held_s = rng.choice([0.1, 0.5, 1, 2, 5, 10]), rng.choice([0, 0, 1, 5])
     amps, soc, seen_v, seen_s = 0.0, rng.uniform(0.5, 0.9), None, -1e9
