@@ -111,6 +111,18 @@ def test_no_unit_is_invented_and_none_is_missed(tmp_path, rng, case):
         assert scale[name] != 1.0 or f'"{name}" is in' not in said, (SEED, case, said)
 
 
+def test_a_pack_of_many_amperes_keeps_them(tmp_path):
+    """1400 A of a truck: more than a racing car has, and the cells' resistance says that they are true."""
+    table = []
+    for k, row in enumerate(drive()):
+        amps = 14.0 * row["Pack Current"]
+        volts = 3.8 - 0.0002 * amps
+        table.append({"Time": row["Time"], "Pack Current": amps, "Pack Voltage": round(CELLS * volts, 2),
+                      **{f"Cell {n}": round(volts, 3) for n in range(1, CELLS + 1)}})
+    run, _ = replay(tmp_path, table)
+    assert "is in mA" not in run.stdout, run.stdout
+
+
 def test_another_family_does_not_replace_the_cells_temperature(tmp_path):
     table = ({**{name: value for name, value in row.items() if not name.startswith("Temp")},
               "Cell Temperature [C]": 31.0, **{f"Coolant Temp {n} [C]": 60.0 + n for n in range(1, 4)}}
@@ -153,6 +165,8 @@ def test_a_clock_of_any_origin_and_step(tmp_path, habit):
     assert out["duration_s"] == pytest.approx(SECONDS, abs=0.1), (SEED, run.stdout)
     assert out["soc_end_pct"] == pytest.approx(truth_pct(), abs=0.2), (SEED, run.stdout)
     assert out["faults"] == []
+    spread = {"whole_seconds": RATE, "tenths": RATE // 10}.get(habit)
+    assert (f"some {spread} rows have one stamp" in run.stdout) if spread else "one stamp" not in run.stdout
 
 
 def test_a_date_written_as_one_number_is_refused(tmp_path):

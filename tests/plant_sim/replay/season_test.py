@@ -105,6 +105,22 @@ def test_new_and_gone_and_refused_logs_are_told(logs, tmp_path):
     assert "sound.csv: gone, the baseline has it" in run.stdout
     assert "autumn/hot.csv: refused: " in run.stdout and "it was replayed before" in run.stdout
     assert "5 logs: 4 replayed, 1 refused; 1 changed, 1 new, 1 gone" in run.stdout
+    earlier = tmp_path / "out/autumn/hot.csv.json"
+    earlier.parent.mkdir(parents=True)
+    earlier.write_text("{}")
+    again = replayed(mine, "--json", tmp_path / "out")
+    assert f"{earlier} is the result of an earlier run" in again.stdout, again.stdout
+
+
+def test_a_baseline_of_another_recording_is_said(logs, tmp_path):
+    mine = tmp_path / "logs"
+    shutil.copytree(logs, mine)
+    for name in ("map.toml", "pack.toml"):
+        shutil.copy(logs.parent / name, tmp_path / name)
+    lines = (mine / "sound.csv").read_text().splitlines()
+    (mine / "sound.csv").write_text("\n".join(lines[:-200]) + "\n")
+    run = replayed(mine, "--baseline", GOLDEN)
+    assert run.returncode == 1 and run.stdout.count("the baseline is of another recording") == 1, run.stdout
 
 
 def test_what_has_one_answer_a_log_is_refused_of_a_folder(logs, tmp_path):

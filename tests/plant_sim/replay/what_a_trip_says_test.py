@@ -27,6 +27,15 @@ def test_a_hole_of_the_recorder_is_no_fault_of_the_car(tmp_path, length):
     assert len(hole) == 1 and f"{length:.1f} s" in hole[0] or f"{length + 0.02:.1f} s" in hole[0], (SEED, whats(out))
 
 
+def test_a_trip_of_a_car_that_stands_ranks_behind_a_cell_beyond_its_limit(tmp_path):
+    def row_of(row):
+        lost = {"current_a": None} if 28.0 <= row["time_s"] < 29.0 else {}
+        return {**row, **lost, **({"cell_voltage_7_v": 3.05} if 13.0 < row["time_s"] < 13.5 else {})}
+
+    _, out = replayed(tmp_path, map(row_of, rows(40, current=lambda time: 60.0 if 5.0 <= time < 20.0 else 0.0)))
+    assert "cell 7 falls to" in whats(out)[0] and "no current flowed then" in " ".join(whats(out)[1:]), whats(out)
+
+
 def test_a_car_that_is_switched_off_has_no_low_cell(tmp_path):
     """The last ten seconds: no current, the bus at nothing."""
     off = {f"cell_voltage_{n}_v": None for n in range(1, CELLS + 1)}
