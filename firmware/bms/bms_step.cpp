@@ -6,7 +6,7 @@
 #include "bms/estimate/resistance.hpp"
 #include "bms/faults.hpp"
 #include "bms/ingest.hpp"
-#include "bms/limits.hpp"
+#include "bms/limits/limits.hpp"
 #include "bms/plausibility.hpp"
 #include "bms/waits_for.hpp"
 

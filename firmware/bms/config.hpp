@@ -17,12 +17,24 @@ enum class SocMethod : std::uint8_t {
   kEkf = 2,      ///< an extended Kalman filter of every cell; needs Config::branches
 };
 
+enum class LimitMethod : std::uint8_t {
+  kEquation = 0,  ///< from the voltage now and one resistance
+  kTable = 1,     ///< by temperature and state of charge
+  kAhead = 2,     ///< what each cell can do for limit_horizon, by its own filter; needs SocMethod::kEkf
+};
+
+/// Times that a limit can be asked for; 0: for ever.
+inline constexpr Duration kLimitHorizons[] = {Duration::from_ms(1'000), Duration::from_ms(10'000),
+                                              Duration::from_ms(30'000), Duration::from_ms(0)};
+inline constexpr std::size_t kLimitHorizonCount = sizeof(kLimitHorizons) / sizeof(kLimitHorizons[0]);
+
 /// Fields without a value of their own belong to the pack and must be set; all-zero memory is refused by config_check.
 struct Config {
   // pack
   std::uint16_t cells_in_series = 0;
   std::uint16_t temperature_sensors = 0;  ///< at least 20 % of the cells (EV.7.5)
   std::int32_t capacity_mah = 0;          ///< of one cell (parallel group), that is of the pack
+  std::int32_t heat_capacity_j_per_k = 0; ///< of the same; 0: a limit that looks ahead counts no heat
   OcvTable ocv{};
   ResistanceTable resistance{};
   BranchTable branches{};
@@ -32,6 +44,8 @@ struct Config {
   Current soc_start_current = Current::from_raw(1000);  ///< at most this much current when cells count as at rest
 
   // limits
+  LimitMethod limit_method = LimitMethod::kEquation;
+  Duration limit_horizon = Duration::from_ms(1'000);  ///< kAhead: one of kLimitHorizons
   CellVoltage cell_voltage_min = CellVoltage::from_raw(25'000);
   CellVoltage cell_voltage_max = CellVoltage::from_raw(42'000);
   Current discharge_current_max{};
@@ -88,7 +102,11 @@ enum class ConfigError : std::uint8_t {
   kTemperatureSensors,
   kTemperatureSensorsShare,
   kCapacity,
+  kHeatCapacity,
   kSocMethod,
+  kLimitMethod,
+  kLimitMethodFilter,
+  kLimitHorizon,
   // tables
   kOcvPoints,
   kOcvSoc,
@@ -179,6 +197,7 @@ enum class ConfigError : std::uint8_t {
 namespace check {
 
 inline constexpr std::int32_t kCapacityMaxMah = 2'000'000;                  // 2000 Ah: 1.44e13 counts of charge
+inline constexpr std::int32_t kHeatCapacityMax = 1'000'000;                        // [J/K] a tonne of cells; chosen
 inline constexpr Temperature kTemperatureTripMax = Temperature::from_raw(600);  // EV.7.5
 inline constexpr Ratio kPrechargeRatioMin = Ratio::from_raw(900'000);       // EV.5.6
 inline constexpr Ratio kWhole = Ratio::from_raw(1'000'000);
@@ -205,14 +224,27 @@ inline constexpr Duration kPrechargeCoolingMax = Duration::from_ms(600'000);
 inline constexpr std::uint8_t kPrechargeAttemptsMax = 20;
 inline constexpr Duration kOpeningTimeMax = Duration::from_ms(100);                 // inside the 250 ms of EV.7.2.2
 
+constexpr bool is_limit_horizon(Duration time) {
+  for (const Duration known : kLimitHorizons) {
+    if (time == known) return true;
+  }
+  return false;
+}
+
 constexpr ConfigError pack(const Config& c) {
   return first_broken<ConfigError>({
       {c.cells_in_series > 0 && c.cells_in_series <= kMaxCells, ConfigError::kCellsInSeries},
       {c.temperature_sensors > 0 && c.temperature_sensors <= kMaxTemperatures, ConfigError::kTemperatureSensors},
       {c.temperature_sensors * 5 >= c.cells_in_series, ConfigError::kTemperatureSensorsShare},  // EV.7.5: 20 %
       {c.capacity_mah > 0 && c.capacity_mah <= kCapacityMaxMah, ConfigError::kCapacity},
+      {c.heat_capacity_j_per_k >= 0 && c.heat_capacity_j_per_k <= kHeatCapacityMax, ConfigError::kHeatCapacity},
       {c.soc_method == SocMethod::kNone || c.soc_method == SocMethod::kCoulomb || c.soc_method == SocMethod::kEkf,
        ConfigError::kSocMethod},
+      {c.limit_method == LimitMethod::kEquation || c.limit_method == LimitMethod::kTable ||
+           c.limit_method == LimitMethod::kAhead,
+       ConfigError::kLimitMethod},
+      {c.limit_method != LimitMethod::kAhead || c.soc_method == SocMethod::kEkf, ConfigError::kLimitMethodFilter},
+      {is_limit_horizon(c.limit_horizon), ConfigError::kLimitHorizon},
   });
 }
 

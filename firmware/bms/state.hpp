@@ -11,6 +11,7 @@
 #include "bms/config.hpp"
 #include "bms/current_check.hpp"
 #include "bms/fault_timer.hpp"
+#include "bms/limits/limits_state.hpp"
 #include "bms/temperature_check.hpp"
 #include "bms/voltage_check.hpp"
 #include "bms/estimate/soc_estimator.hpp"
@@ -152,6 +153,8 @@ struct State {
   Faults faults{};                     // faults
   Contactors contactors{};             // contactors
   Limits limits{};                     // limits
+  LimitCaps caps{};                    // limits/table
+  Ahead ahead{};                       // limits/ahead
   bool balancing[kMaxCells] = {};      // balancing, 10 Hz
 };
 

@@ -161,6 +161,8 @@ void fill_branches(const VehicleParameters& car, const CellTables& tables, bms::
     out.time2[i] = filter_time(circuit.tau_s[1]);
   }
   fill_slopes(car, tables, out);
+  const double heat_capacity = car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k * car.battery.cells_in_parallel;
+  config.heat_capacity_j_per_k = static_cast<std::int32_t>(std::lround(heat_capacity));
 }
 
 void fill_tables(const VehicleParameters& car, bms::Config& config) {
@@ -241,6 +243,8 @@ std::size_t word_index(const VehicleParameters& car, const Origins& origins, con
                    "Choose one of them");
 }
 
+Duration whole_ms(double s) { return Duration::from_ms(static_cast<std::int32_t>(std::lround(1e3 * s))); }
+
 /// Values that only mean something beside another.
 void check_beliefs(const VehicleParameters& car, const Origins& origins) {
   const BmsSection& own = car.bms;
@@ -256,6 +260,16 @@ void check_beliefs(const VehicleParameters& car, const Origins& origins) {
                      "bms.resistance_ohm beside it: without it the BMS takes both from the cell file",
                      "Give bms.resistance_ohm, or leave bms.resistance_per_kelvin out");
   }
+  if (own.limit_method == "ahead" && own.soc_method != "ekf") {
+    throw InputError(place_of(car, origins, "bms.limit_method"),
+                     fmt::format("ahead, with bms.soc_method {}", own.soc_method),
+                     "bms.soc_method ekf beside it: the limit looks ahead from a filter of every cell",
+                     "Set bms.soc_method = \"ekf\" too, or choose bms.limit_method equation or table");
+  }
+  if (!bms::check::is_limit_horizon(whole_ms(own.limit_horizon_s))) {
+    throw InputError(place_of(car, origins, "bms.limit_horizon_s"), fmt::format("{:g} s", own.limit_horizon_s),
+                     "1, 10 or 30 s, or 0 for ever", "Choose one of them");
+  }
 }
 
 }  // namespace
@@ -266,6 +280,9 @@ bms::Config bms_config(const VehicleParameters& car, const Origins& origins) {
   fill_from_keys(car, config);
   config.soc_method = static_cast<bms::SocMethod>(
       word_index(car, origins, "bms.soc_method", car.bms.soc_method, {"none", "coulomb", "ekf"}));
+  config.limit_method = static_cast<bms::LimitMethod>(
+      word_index(car, origins, "bms.limit_method", car.bms.limit_method, {"equation", "table", "ahead"}));
+  config.limit_horizon = whole_ms(car.bms.limit_horizon_s);
   const double capacity_ah =
       car.bms.capacity_ah > 0.0 ? car.bms.capacity_ah : car.cell.capacity_ah * car.battery.cells_in_parallel;
   const double motor_nm_per_a = car.master.motor_constant_nm_per_a.value_or(car.motor.constant_nm_per_a);

@@ -42,6 +42,15 @@ Line whole(const char* field, std::int64_t value, const char* unit) {
   return {fmt::format("c.{} = {};", field, value), unit};
 }
 
+const char* name_of(bms::LimitMethod method) {
+  switch (method) {
+    case bms::LimitMethod::kEquation: return "kEquation";
+    case bms::LimitMethod::kTable: return "kTable";
+    case bms::LimitMethod::kAhead: break;
+  }
+  return "kAhead";
+}
+
 const char* name_of(bms::SocMethod method) {
   switch (method) {
     case bms::SocMethod::kNone: return "kNone";
@@ -77,8 +86,11 @@ std::vector<Line> lines_of(const bms::Config& c) {
       whole("cells_in_series", c.cells_in_series, ""),
       whole("temperature_sensors", c.temperature_sensors, ""),
       whole("capacity_mah", c.capacity_mah, "mAh of a parallel group"),
+      whole("heat_capacity_j_per_k", c.heat_capacity_j_per_k, "J/K of it"),
       {fmt::format("c.soc_method = SocMethod::{};", name_of(c.soc_method)), ""},
       amperes("soc_start_current", c.soc_start_current),
+      {fmt::format("c.limit_method = LimitMethod::{};", name_of(c.limit_method)), ""},
+      time("limit_horizon", c.limit_horizon),
       volts("cell_voltage_min", c.cell_voltage_min),
       volts("cell_voltage_max", c.cell_voltage_max),
       amperes("discharge_current_max", c.discharge_current_max),

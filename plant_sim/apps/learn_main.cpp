@@ -4,6 +4,7 @@
 #include "apps/bench_test_command.hpp"
 #include "apps/guarded_main.hpp"
 #include "apps/identify_command.hpp"
+#include "apps/limit_test_command.hpp"
 #include "apps/program.hpp"
 #include "apps/soc_test_command.hpp"
 #include "apps/validate_command.hpp"
@@ -13,7 +14,7 @@ namespace {
 using namespace voltlap::plant;
 
 int run(int argc, char** argv) {
-  return run_commands<BenchTestCommand, IdentifyCommand, SocTestCommand, ValidateCommand>(argc, argv);
+  return run_commands<BenchTestCommand, IdentifyCommand, LimitTestCommand, SocTestCommand, ValidateCommand>(argc, argv);
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ constexpr OtherCommand kOthers[] = {
     {"explain", "voltlap-explain", "What a simulation gets wrong about a log: the cause, its size, the gain"},
     {"log", "voltlap-logs", "Recordings of a CAN bus: record, look at, check, plot, decode, convert"},
     {"identify", "voltlap-learn", "Parameter tables of a cell from its measured tests or drives"},
+    {"limit-test", "voltlap-learn", "The BMS's current limits against the plant, and what each kind of limit costs"},
     {"soc-test", "voltlap-learn", "The BMS's state of charge against the truth, with errors of all kinds"},
     {"play", "voltlap-replay", "A recording onto a CAN interface at its own pace, for live nodes and tools"},
     {"replay", "voltlap-replay", "A recorded log through the production firmware: what it would have done"},

@@ -50,6 +50,11 @@ const ParameterRow kRows[] = {
     "open-circuit voltage of a cell at those points, increasing"},
   {"bms.soc_method", "-", 0, 0, kOptional, at<&Car::bms, &BmsSection::soc_method>,
     "coulomb: counted charge, started from the OCV at rest; ekf: a Kalman filter of every cell; none: not known"},
+  {"bms.limit_method", "-", 0, 0, kOptional, at<&Car::bms, &BmsSection::limit_method>,
+    "equation: from the voltage now and one resistance; ahead: what each cell can do for bms.limit_horizon_s, by its "
+    "own filter; table: by temperature and charge"},
+  {"bms.limit_horizon_s", "s", 0, 30, kOptional, at<&Car::bms, &BmsSection::limit_horizon_s>,
+    "how long a limit must hold, for bms.limit_method ahead: 1, 10 or 30 s, or 0 for ever"},
   {"bms.soc_start_current_a", "A", 0, 100, kOptional, at<&Car::bms, &BmsSection::soc_start_current_a>,
     "cells count as at rest, and the count may start, up to this current"},
   {"bms.cell_voltage_min_v", "V", 0, 5, kOptional, at<&Car::bms, &BmsSection::cell_voltage_min_v>,

@@ -18,6 +18,8 @@ struct BmsSection {
   std::vector<double> ocv_soc;                         ///< [1] 0..1
   std::vector<double> ocv_v;                           ///< [V] 0..5
   std::string soc_method = "coulomb";
+  std::string limit_method = "equation";
+  double limit_horizon_s = 1.0;                        ///< [s] 0..30
   double soc_start_current_a = 1.0;                    ///< [A] 0..100
   std::optional<double> cell_voltage_min_v;            ///< [V] 0..5
   std::optional<double> cell_voltage_max_v;            ///< [V] 0..5

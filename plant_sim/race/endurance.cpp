@@ -266,7 +266,7 @@ class Run {
                          .charge_drawn_ah = (car_.charge_out_c() - ready_charge_c_) / 3600.0,
                          .lateral_mps2 = speed * speed * course_curvature_per_m(),
                          .cell_voltage_v = &cell_voltage_, .cell_temperature_c = &cell_temperature_,
-                         .cell_soc = &cell_soc_});
+                         .cell_soc = &cell_soc_, .pack = &pack});
     observer_.on_progress(std::min(1.0, progress()), drive_time());
   }
 

@@ -17,6 +17,8 @@
 
 namespace voltlap::plant {
 
+class Pack;
+
 /// Who sits in the car. A harness may take over pedals and switches from each of them.
 enum class DriverKind {
   kLaps,   ///< powers up and drives the laps
@@ -58,6 +60,7 @@ struct TimeSample {
   const std::vector<double>* cell_voltage_v;
   const std::vector<double>* cell_temperature_c;
   const std::vector<double>* cell_soc;
+  const Pack* pack = nullptr;  ///< as it is now
 };
 
 class EnduranceObserver : public FrameSink {

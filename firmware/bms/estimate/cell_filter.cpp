@@ -2,6 +2,7 @@
 #include "bms/estimate/cell_filter.hpp"
 
 #include "base/require.hpp"
+#include "bms/estimate/branch_gain.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -26,10 +27,8 @@ constexpr std::int32_t kMostVariance = 429'496'730;  // 0.1: 32 points, 80 mV, 3
 constexpr std::int32_t kDropMost = 4 * kUnit;        // 1 V
 constexpr std::int32_t kInnovationMost = kUnit;      // 250 mV in one step
 
-// Shares below a half are kept in 2^-32, so that what they take of a number is the upper half of a product: one
-// instruction of the processor.
-constexpr std::int32_t kShareMost = 2'104'533'975;   // 0.49
-constexpr std::int32_t kThird = 1'431'655'765;
+constexpr std::int32_t kMissReadings = 8;            // that CellFilter::miss is the mean of; chosen
+
 constexpr int kGainBits = 30;                        // |K| is below sqrt(P / r) / 2 = 1.32
 
 std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) {
@@ -41,29 +40,6 @@ std::int32_t within64(std::int64_t x, std::int32_t low, std::int32_t high) {
 
 /// Of either sign alike.
 constexpr std::int32_t size_of(std::int32_t x) { return x < 0 ? -x : x; }
-
-/// The part that a share [2^-32] takes.
-constexpr std::int32_t part(std::int32_t share, std::int32_t of) {
-  return static_cast<std::int32_t>((std::int64_t{share} * of + (std::int64_t{1} << 31)) >> 32);
-}
-
-/// 1 - exp(-x), x = dt / tau [2^-32], to x^4; x at most 0.49.
-std::int32_t gain_of(std::int32_t rate, std::int32_t elapsed_ms) {
-  const std::int64_t all = (std::int64_t{rate} * elapsed_ms) >> (kRateBits - 32);
-  const std::int32_t x = all > kShareMost ? kShareMost : static_cast<std::int32_t>(all);
-  const std::int32_t half_square = part(x, x) >> 1;
-  return x - half_square + part(half_square, part(x, kThird - x / 12));  // the rest of x^2/2, taken x times
-}
-
-/// A rate at a time that is `factor` times as long, within 2^-12; one of less than 0.26 counts as that.
-std::int32_t slowed(std::int32_t rate, std::int32_t factor) {
-  constexpr int kBits = 14;
-  constexpr std::int32_t kLeast = 4'260;
-  static_assert((std::int64_t{1} << kRateBits) / check::kBranchTimeMin.ms() * (1 << kBits) / kLeast <
-                std::numeric_limits<std::int32_t>::max());
-  const std::int32_t coarse = factor >> (kUnitBits - kBits);
-  return scaled(rate, (1 << 30) / (coarse < kLeast ? kLeast : coarse), 30 - kBits);
-}
 
 /// Raised, never cut: a variance that is cut leaves covariances that are too large for it.
 std::int32_t raised(std::int32_t variance) { return variance < kLeastVariance ? kLeastVariance : variance; }
@@ -255,7 +231,9 @@ void update_cell(const CellModel& model, const PartFactors& warm, const FilterRe
   const std::int32_t inverse = inverse_of(innovation_variance(c, h));
   const Column k{over(c.s, inverse), over(c.v1, inverse), over(c.v2, inverse), over(c.rho, inverse),
                  over(c.fade, inverse)};
-  correct_state(k, within64(y, -kInnovationMost, kInnovationMost), f);
+  const std::int32_t innovation = within64(y, -kInnovationMost, kInnovationMost);
+  f.miss += (innovation - f.miss) / kMissReadings;
+  correct_state(k, innovation, f);
   correct_covariance(c, k, f.p);
 }
 

@@ -37,6 +37,7 @@ struct CellCovariance {
 struct CellFilter {
   std::int32_t s = 0, v1 = 0, v2 = 0, rho = kUnit, fade = 0;  ///< [2^-28]
   CellCovariance p{};
+  std::int32_t miss = 0;      ///< mean innovation of the last readings [q 2^-28]
   std::uint8_t interval = 0;  ///< of the OCV table, where the last search ended
 };
 

@@ -110,6 +110,7 @@ void start(const Config& config, const SocInput& input, SocEstimate& state) {
 
 void follow_temperature(const SocInput& input, SocFilter& f) {
   if (!input.temperature_known || (f.heat_known && f.heat_of == input.temperature)) return;
+  if (!f.heat_known) f.heat_began = input.temperature;
   f.heat_known = true;
   f.heat_of = input.temperature;
   f.warm = factors_of(f.model.by_temperature, input.temperature.raw());

@@ -23,6 +23,7 @@ struct SocFilter {
   std::int64_t sum = 0;              ///< of s over the cells [2^-28]
   PartFactors warm{};                ///< what the temperature makes of the parts
   Temperature heat_of{};             ///< that it belongs to
+  Temperature heat_began{};          ///< the first that was known
   bool heat_known = false;
   std::uint16_t next = 0;            ///< the cell whose turn it is
   std::int32_t per_charge = 0;       ///< SOC of a count [2^-28 2^-charge_bits]

@@ -90,6 +90,7 @@ void put(Duration& field, std::int32_t counts) { field = Duration::from_ms(count
 void put(std::int32_t& field, std::int32_t counts) { field = counts; }
 void put(std::uint8_t& field, std::int32_t counts) { field = static_cast<std::uint8_t>(counts); }
 void put(SocMethod& field, std::int32_t counts) { field = static_cast<SocMethod>(counts); }
+void put(LimitMethod& field, std::int32_t counts) { field = static_cast<LimitMethod>(counts); }
 template <class Tag>
 void put(Quantity<Tag>& field, std::int32_t counts) { field = Quantity<Tag>::from_raw(counts); }
 
@@ -144,6 +145,10 @@ const Bound kBounds[] = {
     bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, 10'000'001, 10'000'000),
     bound<&C::motor_constant_unm_per_a>(E::kMotorConstant, -1, 0),
     bound<&C::soc_method>(E::kSocMethod, 3, 0),
+    bound<&C::limit_method>(E::kLimitMethod, 3, 1),
+    bound<&C::limit_method>(E::kLimitMethodFilter, 2, 0),  // ahead, with a count
+    bound<&C::limit_horizon>(E::kLimitHorizon, 2'000, 10'000),
+    bound<&C::limit_horizon>(E::kLimitHorizon, 1, 0),
     reference(-401, -400),
     reference(1'001, 1'000),
     slope(200'001, 200'000),
@@ -160,6 +165,8 @@ const Bound kBounds[] = {
     bound<&C::balancing_difference>(E::kBalancingDifference, -1, 0),
     bound<&C::balancing_current_max>(E::kBalancingCurrent, -1, 0),
     bound<&C::capacity_mah>(E::kCapacity, 2'000'001, 2'000'000),
+    bound<&C::heat_capacity_j_per_k>(E::kHeatCapacity, -1, 0),
+    bound<&C::heat_capacity_j_per_k>(E::kHeatCapacity, 1'000'001, 1'000'000),
 };
 
 }  // namespace

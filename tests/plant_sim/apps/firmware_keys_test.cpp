@@ -44,7 +44,8 @@ std::vector<std::int32_t> numbers(std::span<const FirmwareKey<Config>> keys, con
 
 std::vector<std::int32_t> all_of(const bms::Config& c) {
   std::vector<std::int32_t> out = numbers(bms_keys(), c);
-  out.insert(out.end(), {static_cast<int>(c.soc_method), c.capacity_mah, c.ocv.count});
+  out.insert(out.end(), {static_cast<int>(c.soc_method), static_cast<int>(c.limit_method), c.limit_horizon.ms(),
+                        c.capacity_mah, c.heat_capacity_j_per_k, c.ocv.count});
   for (int i = 0; i < c.ocv.count; ++i) out.insert(out.end(), {c.ocv.soc[i].raw(), c.ocv.voltage[i].raw()});
   for (int i = 0; i < c.resistance.count; ++i) out.push_back(c.resistance.resistance[i].raw());
   out.push_back(c.resistance.ppm_per_kelvin);
@@ -203,7 +204,8 @@ TEST(FirmwareKeys, WithoutKeysTheBmsHasTheFirmwaresOwnDefaultsBesideThePack) {
 
 TEST(FirmwareKeys, EveryRowOfTheFirmwareReachesIt) {
   std::set<std::string_view> reached = {"bms.resistance_ohm", "bms.resistance_per_kelvin", "bms.capacity_ah",
-                                        "bms.ocv_soc", "bms.ocv_v", "bms.soc_method", "master.arbitration"};
+                                        "bms.ocv_soc", "bms.ocv_v", "bms.soc_method", "bms.limit_method",
+                                        "bms.limit_horizon_s", "master.arbitration"};
   for (const auto& key : bms_keys()) reached.insert(key.key);
   for (const auto& key : master_keys()) reached.insert(key.key);
   for (const ParameterRow& row : parameter_rows()) {
@@ -215,6 +217,8 @@ TEST(FirmwareKeys, EveryRowOfTheFirmwareReachesIt) {
 
 TEST(FirmwareKeys, WordsTablesAndBeliefsChangeTheConfigurationToo) {
   changes_the_bms([](BmsSection& own) { own.soc_method = "none"; });
+  changes_the_bms([](BmsSection& own) { own.limit_method = "table"; });
+  changes_the_bms([](BmsSection& own) { own.limit_horizon_s = 10.0; });
   changes_the_bms([](BmsSection& own) { own.capacity_ah = 40.0; });
   changes_the_bms([](BmsSection& own) { own.resistance_ohm = 0.003; });
   changes_the_bms([](BmsSection& own) { own.ocv_soc = {0.0, 1.0}, own.ocv_v = {3.0, 4.2}; });

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much current the pack may give and take, and what sets it.
-//   discharge: I_max = min over the cells of I_k + (V_k - V_min) / R
-//   charge:    I_max = min over the cells of (V_max - V_k) / R - I_k
-// I_k, V_k: current and voltage of cell k, measured together, discharge positive; R: resistance of a cell. The first is
-// Eq. 4.12 of the reference study. Both are clipped at zero, at the maximum of the configuration and by temperature.
+// How much current the pack may give and take, and what sets it. One interface, the methods are sibling files
+// (equation, table, ahead) chosen by Config::limit_method; what holds for all of them is here: no limit without
+// measurements, the maximum of the configuration, temperature, low charge, and how fast a limit rises.
 #pragma once
 #include "bms/state.hpp"
 

@@ -1,33 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bms/limits.hpp"
+#include "bms/limits/limits.hpp"
 
 #include "base/ramp.hpp"
 #include "base/require.hpp"
 #include "bms/faults.hpp"
+#include "bms/limits/ahead.hpp"
+#include "bms/limits/equation.hpp"
+#include "bms/limits/table.hpp"
 
 namespace voltlap::bms {
 namespace {
 
 using can::LimitReason;
-
-/// V / R in mA, rounded down: 0.1 mV / 1 uOhm is 100 A, that is 100'000 mA.
-Current over_resistance(CellVoltage voltage, Resistance resistance) {
-  const std::int64_t numerator = std::int64_t{voltage.raw()} * 100'000;
-  const std::int64_t denominator = resistance.raw();
-  const std::int64_t quotient = numerator / denominator;
-  return Current::saturated(numerator % denominator < 0 ? quotient - 1 : quotient);
-}
-
-/// The lower of two limits with its reason.
-void lower(Limit& limit, Current value, LimitReason reason, std::uint8_t cell = kNoCell) {
-  if (value < limit.value) limit = Limit{max(value, Current{}), reason, cell};
-}
-
-/// `full` scaled by numerator / denominator, both not negative, rounded down.
-Current share(Current full, std::int64_t numerator, std::int64_t denominator) {
-  if (numerator <= 0) return Current{};
-  return Current::saturated(std::int64_t{full.raw()} * numerator / denominator);
-}
 
 bool measurements_good(const Config& config, const State& s) {
   return s.pack.cells_good && s.pack.temperatures_good && s.measured.current.good() && soc_ready(config, s.soc) &&
@@ -47,43 +31,43 @@ Current derated_by_heat(const Config& config, const State& s, Current full) {
   const Temperature hottest = s.pack.temperature_max;
   if (hottest <= config.derating_start) return full;
   const Temperature span = config.temperature_trip - config.derating_start;
-  return share(full, (config.temperature_trip - hottest).raw(), span.raw());
+  return share_of_limit(full, (config.temperature_trip - hottest).raw(), span.raw());
 }
 
 bool within(Limit limit, Current most) { return Current{} <= limit.value && limit.value <= most; }
 
 }  // namespace
 
-// BMS-040: no cell below its minimum voltage.
+// BMS-040
 Limit discharge_ceiling(const Config& config, const State& s) {
   const LimitReason block = blocked_by(config, s);
   if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
   Limit limit{config.discharge_current_max, LimitReason::kConfigMaximum, kNoCell};
   lower(limit, derated_by_heat(config, s, config.discharge_current_max), LimitReason::kTemperature);
   if (s.soc.valid && s.soc.value < config.soc_derating_start) {
-    lower(limit, share(config.discharge_current_max, s.soc.value.raw(), config.soc_derating_start.raw()),
+    lower(limit, share_of_limit(config.discharge_current_max, s.soc.value.raw(), config.soc_derating_start.raw()),
           LimitReason::kSocLow);
   }
-  for (std::uint16_t k = 0; k < config.cells_in_series; ++k) {
-    const CellVoltage margin = s.measured.cell[k].value - config.cell_voltage_min;
-    lower(limit, s.measured.cell_current[k] + over_resistance(margin, s.cell_resistance), LimitReason::kCellVoltage,
-          static_cast<std::uint8_t>(k));
+  switch (config.limit_method) {
+    case LimitMethod::kEquation: lower_discharge_by_equation(config, s, limit); break;
+    case LimitMethod::kTable: lower_discharge_by_table(config, s, limit); break;
+    case LimitMethod::kAhead: lower_discharge_ahead(config, s, limit); break;
   }
   VOLTLAP_REQUIRE(within(limit, config.discharge_current_max));
   return limit;
 }
 
-// BMS-041: no cell above its maximum voltage, and no charging of a frozen one.
+// BMS-041: no charging of a frozen cell.
 Limit charge_ceiling(const Config& config, const State& s) {
   const LimitReason block = blocked_by(config, s);
   if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
   Limit limit{config.charge_current_max, LimitReason::kConfigMaximum, kNoCell};
   lower(limit, derated_by_heat(config, s, config.charge_current_max), LimitReason::kTemperature);
   if (s.pack.temperature_min < config.charge_temperature_min) lower(limit, Current{}, LimitReason::kTemperature);
-  for (std::uint16_t k = 0; k < config.cells_in_series; ++k) {
-    const CellVoltage margin = config.cell_voltage_max - s.measured.cell[k].value;
-    lower(limit, over_resistance(margin, s.cell_resistance) - s.measured.cell_current[k], LimitReason::kCellVoltage,
-          static_cast<std::uint8_t>(k));
+  switch (config.limit_method) {
+    case LimitMethod::kEquation: lower_charge_by_equation(config, s, limit); break;
+    case LimitMethod::kTable: lower_charge_by_table(config, s, limit); break;
+    case LimitMethod::kAhead: lower_charge_ahead(config, s, limit); break;
   }
   VOLTLAP_REQUIRE(within(limit, config.charge_current_max));
   return limit;
@@ -97,6 +81,8 @@ Limit follow(const Config& config, Limit previous, Limit ceiling, Duration elaps
 }
 
 void update_limits(const Config& config, Duration elapsed, State& state) {
+  follow_caps(config, elapsed, state);
+  look_ahead(config, state);
   state.limits.discharge = follow(config, state.limits.discharge, discharge_ceiling(config, state), elapsed);
   state.limits.charge = follow(config, state.limits.charge, charge_ceiling(config, state), elapsed);
 }

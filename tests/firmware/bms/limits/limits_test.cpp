@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bms/limits.hpp"
+#include "bms/limits/limits.hpp"
 
 #include "bench.hpp"
 

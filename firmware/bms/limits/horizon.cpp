@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/limits/horizon.hpp"
+
+#include "base/require.hpp"
+#include "bms/estimate/branch_gain.hpp"
+
+namespace voltlap::bms {
+namespace {
+
+constexpr int kShareBits = 16;                   // of Horizon::share beside the charge's own
+constexpr int kFallBits = kUnitBits + kOhmBits;  // of CellEnd::fall
+constexpr int kRiseBits = 36;                    // of HorizonHeat::rise
+constexpr int kFineBits = 5;                     // of a rise beside 0.1 K
+constexpr std::int32_t kRiseMost = 1'000 << kFineBits;  // 100 K
+constexpr std::int32_t kLeastFactor = kUnit / 10;
+constexpr int kNewtonLooks = 8, kMostLooks = 20;  // chosen; three are rare
+constexpr int kCloseBits = 8;                     // a step of less than 2^-8 of the current is the last
+constexpr std::int32_t kCloseMa = 5;
+constexpr std::int64_t kCloseMargin = 268'000;       // [q 2^-26] and 1 mV, where a curve bends
+constexpr std::int32_t kMarginMost = (1 << 28) - 1;  // [q 2^-26] 1 V: more makes no larger step
+
+std::int32_t held(std::int64_t x, std::int32_t low, std::int32_t high) {
+  return x < low ? low : (x > high ? high : static_cast<std::int32_t>(x));
+}
+
+std::int32_t both(std::int32_t by_current, std::int32_t warm) { return scaled(by_current, warm, kUnitBits); }
+
+/// What temperature and current make of a resistance, and what they make of its drop's growth with the current: R(I) I
+/// grows by R + I dR/dI.
+struct Law {
+  std::int32_t itself, growth;  ///< [2^-28]
+};
+Law law_of(std::int32_t per_count, std::int32_t ma, const PartLaw& law, std::int32_t warm) {
+  const std::int32_t size = ma < 0 ? -ma : ma;
+  const std::int32_t by = factor_of(per_count, above_reference(law, size));
+  const bool bends = law.low < size && size < law.high;
+  return {both(by, warm), both(bends ? by + scaled(per_count, size, kLawBits - kUnitBits) : by, warm)};
+}
+
+/// R I [q 2^-26], within 4 V: more than a cell has.
+std::int32_t wide_drop(std::int32_t ohm, std::int32_t ma) {
+  constexpr std::int32_t kMost = 1 << 30;
+  return held((std::int64_t{ohm} * ma) >> (kOhmBits + kUnitBits - kVoltageBits), -kMost, kMost);
+}
+
+struct BranchPart {
+  std::int32_t ohm, rate;  ///< of the table at this charge
+  Law law;
+  std::int32_t time;       ///< what temperature and current make of it
+  std::int32_t ohm_change, time_change;  ///< by a count of heat [2^-36]
+};
+
+struct BranchEnd {
+  std::int32_t kept, made;  ///< what is left of now's, and what the current has made [q 2^-26]
+  std::int32_t warms;       ///< of both: a slow branch stores most of what it takes
+  std::int32_t change;      ///< of what the current has made, by a count of heat [2^-36]
+  std::int32_t fall;        ///< [q 2^-36 / mA]
+};
+
+BranchEnd branch_end(const HorizonCell& cell, const BranchPart& b, std::int32_t v, std::int32_t ma) {
+  constexpr std::int32_t kOne = 1 << kLongGainBits;
+  const std::int32_t ms = cell.horizon.ms;
+  const std::int32_t gain = ms == 0 ? kOne : long_gain_of(slowed(b.rate, b.time), ms);
+  const std::int32_t ohm = scaled(b.ohm, cell.filter.rho, kUnitBits);
+  const std::int32_t made = scaled(wide_drop(product(ohm, b.law.itself, kUnitBits), ma), gain, kLongGainBits);
+  const std::int32_t kept = scaled(v >> (kUnitBits - kVoltageBits), kOne - gain, kLongGainBits);
+  // A branch that is far from its end gets there sooner when its time falls with its resistance: g falls with tau by
+  // x exp(-x) / (1 - exp(-x)) of the share, about (1 - g) (1 + g / 2).
+  const std::int32_t on_its_way = scaled(kOne - gain, kOne + gain / 2, kLongGainBits);
+  return {kept, made, scaled(kept + made, gain, kLongGainBits),
+          b.ohm_change - scaled(b.time_change, on_its_way, kLongGainBits),
+          scaled(product(ohm, b.law.growth, kUnitBits), gain, kLongGainBits)};
+}
+
+/// What a rise [0.1 K 2^-5] makes of a part [2^-28 of it].
+std::int32_t fine_change(std::int32_t by_count, std::int32_t rise) {
+  return scaled(by_count, rise, kLawBits - kUnitBits + kFineBits);
+}
+
+/// By how much the temperature has risen at the end, as far as the resistances follow it [0.1 K 2^-5]. What warms falls
+/// with the resistance on the way.
+std::int32_t warmed(const HorizonCell& cell, std::int64_t drops, std::int32_t ma) {
+  const HorizonHeat& heat = cell.horizon.heat;
+  if (heat.rise == 0) return 0;
+  const std::int64_t power = (drops * ma) >> kVoltageBits;  // mA q
+  const std::int32_t cold = held((power < 0 ? -power : power) * heat.rise >> (kRiseBits - kFineBits), 0, kRiseMost);
+  const std::int32_t rise = cold + scaled(fine_change(heat.change.r0, cold / 2), cold, kUnitBits);
+  constexpr std::int32_t kFine = 1 << kFineBits;
+  const auto inside = [&](std::int32_t x) { return held(x, heat.low * kFine, heat.high * kFine); };
+  return inside(cell.warmer * kFine + rise) - inside(cell.warmer * kFine);
+}
+
+/// A drop with what the heat has made of it: nothing at least, half as much again at most, so that it fits.
+std::int32_t heated(std::int32_t drop, std::int32_t by_count, std::int32_t rise) {
+  return drop + scaled(drop, held(fine_change(by_count, rise), -kUnit, kUnit / 2), kUnitBits);
+}
+
+/// Above the bound is positive.
+std::int64_t margin_of(const HorizonBound& bound, const CellEnd& end) {
+  const std::int64_t above = std::int64_t{end.voltage} - filter_voltage(bound.voltage);
+  return bound.direction == Direction::kDischarge ? above : -above;
+}
+
+/// By how much the current may still grow, a line through here [mA].
+std::int32_t newton_step(std::int64_t margin, std::int32_t fall) {
+  const std::int32_t top = held(margin, -kMarginMost, kMarginMost) * 8;  // 2^-29
+  const std::int32_t bottom = fall >> (kFallBits - 29);
+  return top / (bottom < 1 ? 1 : bottom);
+}
+
+/// What the charge allows: not below empty, not above full.
+std::int32_t most_by_charge(const HorizonCell& cell, const HorizonBound& bound) {
+  const std::int32_t s = cell.filter.s, share = cell.horizon.share;
+  const std::int64_t left = bound.direction == Direction::kDischarge ? s : std::int64_t{kUnit} - s;
+  if (share == 0) return bound.most_ma;
+  if (left <= 0) return 0;
+  const std::int64_t own = std::int64_t{share} + scaled(share, cell.filter.fade, kUnitBits);
+  if ((own * bound.most_ma) >> kShareBits <= left) return bound.most_ma;
+  return held((left << kShareBits) / own, 0, bound.most_ma);
+}
+
+}  // namespace
+
+Horizon make_horizon(const Config& config, const SocFilter& filter, Duration time) {
+  Horizon out;
+  out.ms = time.ms();
+  // Half milliampere milliseconds: two for each.
+  VOLTLAP_REQUIRE(filter.charge_bits > kShareBits);  // a milliampere hour has 22
+  out.share = saturated32(shifted(2LL * out.ms * filter.per_charge, filter.charge_bits - kShareBits));
+  if (config.heat_capacity_j_per_k == 0 || !filter.heat_known) return out;
+  // 10 counts a kelvin, milliamperes, milliseconds, 4 q a volt
+  const std::int64_t joules = 4'000'000LL * config.heat_capacity_j_per_k;
+  out.heat.rise = saturated32((std::int64_t{10} * out.ms << kRiseBits) / joules);
+  const PartLaw& law = filter.model.by_temperature;
+  out.heat.low = law.low - filter.heat_of.raw();
+  out.heat.high = law.high - filter.heat_of.raw();
+  const auto share = [](std::int32_t per_count, std::int32_t factor) {
+    return saturated32((std::int64_t{per_count} << kUnitBits) / (factor < kLeastFactor ? kLeastFactor : factor));
+  };
+  const PartFactors &k = law.per_count, &now = filter.warm;
+  out.heat.change = {share(k.r0, now.r0), share(k.r1, now.r1), share(k.r2, now.r2), share(k.time1, now.time1),
+                     share(k.time2, now.time2)};
+  return out;
+}
+
+CellEnd cell_end(const HorizonCell& cell, std::int32_t ma) {
+  const CellFilter& f = cell.filter;
+  const CellModel& m = cell.pack.model;
+  const std::int64_t counted = (std::int64_t{cell.horizon.share} * ma) >> kShareBits;
+  const std::int32_t drawn = held(counted, -kUnit, kUnit);
+  const std::int32_t own = drawn + scaled(drawn, f.fade, kUnitBits);
+  const std::int32_t end = held(std::int64_t{f.s} - own, kSocLow, kSocHigh);
+  const std::int32_t middle = held(std::int64_t{f.s} - own / 2, kSocLow, kSocHigh);
+  std::uint8_t interval = f.interval;
+  const OcvNow ocv = ocv_at(m, end, interval);
+  const CircuitPoint c = branches_at(m, middle);
+  const PartLaw& law = m.by_current;
+  const std::int32_t above = above_reference(law, ma < 0 ? -ma : ma);
+  const PartFactors &k = law.per_count, &warm = cell.pack.warm, &change = cell.horizon.heat.change;
+  const auto by = [&](std::int32_t per_count, std::int32_t factor) { return law_of(per_count, ma, law, factor); };
+  const auto time = [&](std::int32_t per_count, std::int32_t factor) {
+    return both(factor_of(per_count, above), factor);
+  };
+  const BranchPart one{c.r1, c.rate1, by(k.r1, warm.r1), time(k.time1, warm.time1), change.r1, change.time1};
+  const BranchPart two{c.r2, c.rate2, by(k.r2, warm.r2), time(k.time2, warm.time2), change.r2, change.time2};
+  const BranchEnd e1 = branch_end(cell, one, f.v1, ma), e2 = branch_end(cell, two, f.v2, ma);
+  const Law zero = by(k.r0, warm.r0);
+  const std::int32_t ohm0 = scaled(series_at(m, end), f.rho, kUnitBits);
+  const std::int32_t d0 = wide_drop(product(ohm0, zero.itself, kUnitBits), ma);
+  const std::int32_t rise = warmed(cell, std::int64_t{d0} + e1.warms + e2.warms, ma);
+  const std::int64_t drops = std::int64_t{heated(d0, change.r0, rise)} + heated(e1.made, e1.change, rise / 2) +
+                             heated(e2.made, e2.change, rise / 2) + e1.kept + e2.kept -
+                             (f.miss >> (kUnitBits - kVoltageBits));
+  constexpr int kByCharge = kSlopeBits + kUnitBits + kShareBits - kFallBits;
+  const std::int64_t fall = ((std::int64_t{ocv.slope} * cell.horizon.share) >> kByCharge) +
+                            product(ohm0, zero.growth, kUnitBits) + e1.fall + e2.fall;
+  return {saturated32(ocv.voltage - drops), saturated32(fall)};
+}
+
+std::int32_t current_until(const HorizonCell& cell, const HorizonBound& bound, std::int32_t last_ma) {
+  const std::int32_t sign = bound.direction == Direction::kDischarge ? 1 : -1;
+  const std::int32_t most = most_by_charge(cell, bound);
+  std::int32_t low = 0, high = most;  // low: within the bound, or nothing
+  std::int32_t x = held(last_ma, 0, most);
+  for (int look = 0; look < kMostLooks; ++look) {
+    const CellEnd end = cell_end(cell, sign * x);
+    const std::int64_t margin = margin_of(bound, end);
+    if (margin >= 0) {
+      if (x == most) return most;
+      low = x;
+    } else {
+      if (x == 0) return 0;
+      high = x;
+    }
+    const std::int32_t step = newton_step(margin, end.fall);
+    std::int64_t next = std::int64_t{x} + step;
+    const std::int32_t close = (x >> kCloseBits) + kCloseMa;
+    const bool there = -kCloseMargin <= margin && margin <= kCloseMargin;
+    if (there && -close <= step && step <= close) return held(next, low, high);
+    if (look >= kNewtonLooks) next = (std::int64_t{low} + high) / 2;
+    if (next >= high && high < most) next = (std::int64_t{low} + high) / 2;
+    if (next <= low && low > 0) next = (std::int64_t{low} + high) / 2;
+    x = held(next, 0, most);
+  }
+  return low;
+}
+
+}  // namespace voltlap::bms

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What limits/ahead keeps from step to step, and what limits/table does.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "base/time.hpp"
+#include "base/units.hpp"
+#include "bms/config.hpp"
+
+namespace voltlap::bms {
+
+/// Of one cell, for each of kLimitHorizons [mA].
+struct CellAhead {
+  std::int32_t discharge[kLimitHorizonCount] = {}, charge[kLimitHorizonCount] = {};
+};
+
+struct Ahead {
+  CellAhead cell[kMaxCells] = {};
+  std::uint8_t other = 0;  ///< the horizon beside the one that limits, whose turn it is
+  std::int32_t scale = 0;  ///< of the cells' resistances, their mean [2^-28]
+};
+
+/// Shares of the maximum that limits/table has left.
+struct LimitCaps {
+  Ratio discharge = Ratio::from_raw(1'000'000), charge = Ratio::from_raw(1'000'000);
+};
+
+}  // namespace voltlap::bms

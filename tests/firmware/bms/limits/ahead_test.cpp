@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bms/limits/ahead.hpp"
+
+#include "bms/estimate/soc_ekf.hpp"
+#include "bms/limits/limits.hpp"
+#include "bms/limits/table.hpp"
+#include "estimate/filter_bench.hpp"
+
+using namespace voltlap;
+using namespace voltlap::bms;
+using namespace voltlap::bms::test;
+using can::LimitReason;
+
+TEST_GROUP(AheadLimit) {
+  Config config = filtered_config();
+  State state{};
+  std::vector<TrueCell> cells = std::vector<TrueCell>(24);
+  std::uint32_t ms = 0;
+
+  void setup() override {
+    config.limit_method = LimitMethod::kAhead;
+    config.cell_voltage_min = CellVoltage::from_raw(34'000);
+    config.cell_voltage_trip_low = CellVoltage::from_raw(30'000);
+    state.pack.cells_good = state.pack.temperatures_good = true;
+    state.pack.temperature_min = state.pack.temperature_max = Temperature::from_raw(250);
+    state.cell_resistance = Resistance::from_raw(2'000);
+    state.contactors.state = can::BmsState::kTsActive;
+    CHECK(config_check(config) == ConfigError::kNone);
+  }
+  void step(double amperes) {
+    ms += 10;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      cells[i].advance(amperes, 0.01);
+      const auto raw = static_cast<std::int32_t>(std::lround(1e4 * cells[i].voltage(config)));
+      state.measured.cell[i] = {CellVoltage::from_raw(raw), Instant::from_ms(ms), Quality::kGood};
+      state.measured.cell_current[i] = amps(amperes);
+    }
+    state.measured.current = {amps(amperes), Instant::from_ms(ms), Quality::kGood};
+    soc_ekf(config, {state.measured.cell, true, state.measured.current, state.measured.cell_current,
+                     Instant::from_ms(ms), Temperature::from_raw(250), true}, state.soc);
+    update_limits(config, Duration::from_ms(10), state);
+  }
+  Current discharge(std::size_t horizon) const {
+    return ahead_limit(config, state, Direction::kDischarge, horizon).value;
+  }
+};
+
+// BMS-045
+TEST(AheadLimit, NothingIsAllowedUntilEveryCellHasBeenLookedAt) {
+  int ticks = 0;
+  for (; discharge_ceiling(config, state).value == Current{}; ++ticks) step(0.0);
+  CHECK(ticks > 1);
+  for (std::size_t i = 0; i < cells.size(); ++i) CHECK(state.ahead.cell[i].discharge[0] > 0);
+  expect_time("BMS-045 all cells", 10 * ticks, 10, 100);
+}
+
+// BMS-045
+TEST(AheadLimit, TheWeakestCellSetsItAndIsNamed) {
+  cells[17].soc = 0.4;
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  const Limit limit = discharge_ceiling(config, state);
+  LONGS_EQUAL(17, limit.cell);
+  CHECK(limit.reason == LimitReason::kCellVoltage);
+  cells[3].soc = 0.99;
+  setup();
+  state.soc = SocEstimate{};
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  LONGS_EQUAL(3, charge_ceiling(config, state).cell);
+}
+
+TEST(AheadLimit, ALongerHorizonIsALowerLimit) {
+  for (TrueCell& cell : cells) cell.soc = 0.5;
+  for (int tick = 0; tick < 60; ++tick) step(0.0);
+  CHECK(discharge(1) < discharge(0) && discharge(2) < discharge(1) && discharge(0) < config.discharge_current_max);
+  config.limit_horizon = Duration::from_ms(30'000);
+  LONGS_EQUAL(discharge(2).raw(), discharge_ceiling(config, state).value.raw());
+}
+
+// BMS-045
+TEST(AheadLimit, ALimitThatIsDrawnHoldsTheCellsWhereItSaid) {
+  for (TrueCell& cell : cells) cell.soc = 0.6;
+  cells[5].resistance = 1.6;  // nobody has told
+  double amperes = 0.0, lowest = 5.0;
+  for (int tick = 0; tick < 6'000; ++tick) {
+    step(amperes);
+    const bool pull = tick % 400 < 300;
+    amperes = pull ? 1e-3 * state.limits.discharge.value.raw() : 10.0;
+    if (tick > 1'000) lowest = std::min(lowest, cells[5].voltage(config));
+  }
+  CHECK(lowest > 3.37 && lowest < 3.43);
+}
+
+// BMS-045
+TEST(AheadLimit, WithoutAFilterOrAMeasurementThereIsNone) {
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  state.soc.valid = false;
+  CHECK(discharge_ceiling(config, state).reason == LimitReason::kMeasurementLost);
+  LONGS_EQUAL(0, discharge_ceiling(config, state).value.raw());
+}
+
+TEST_GROUP(TableLimit) {
+  Config config = filtered_config();
+  State state{};
+
+  void setup() override {
+    config.limit_method = LimitMethod::kTable;
+    state.measured.current.quality = Quality::kGood;
+    state.pack.cells_good = state.pack.temperatures_good = true;
+    state.pack.temperature_min = state.pack.temperature_max = Temperature::from_raw(250);
+    state.pack.cell_min = state.pack.cell_max = CellVoltage::from_raw(37'000);
+    state.pack.weakest_cell = 4;
+    state.soc.valid = true;
+    state.soc.value = Soc::from_raw(600'000);
+    state.cell_resistance = Resistance::from_raw(2'000);
+    state.contactors.state = can::BmsState::kTsActive;
+  }
+};
+
+// BMS-046
+TEST(TableLimit, TemperatureAndChargeTakeTheirShares) {
+  const Current all = config.discharge_current_max, in = config.charge_current_max;
+  LONGS_EQUAL(all.raw(), discharge_ceiling(config, state).value.raw());
+  LONGS_EQUAL(in.raw(), charge_ceiling(config, state).value.raw());
+  state.pack.temperature_min = Temperature::from_raw(0);
+  LONGS_EQUAL(all.raw() * 4 / 10, discharge_ceiling(config, state).value.raw());
+  CHECK(discharge_ceiling(config, state).reason == LimitReason::kTemperature);
+  LONGS_EQUAL(in.raw() / 10, charge_ceiling(config, state).value.raw());
+  state.pack.temperature_min = Temperature::from_raw(250);
+  state.soc.value = Soc::from_raw(100'000);
+  DOUBLES_EQUAL(0.55 * all.raw(), discharge_ceiling(config, state).value.raw(), 2.0);
+  CHECK(discharge_ceiling(config, state).reason == LimitReason::kSocLow);
+  state.soc.value = Soc::from_raw(1'000'000);
+  LONGS_EQUAL(0, charge_ceiling(config, state).value.raw());
+}
+
+// BMS-046
+TEST(TableLimit, ACellBeyondItsBoundTakesTheCapDownInASecondAndItComesBackInTen) {
+  const auto ticks = [&](int count) {
+    for (int i = 0; i < count; ++i) update_limits(config, Duration::from_ms(10), state);
+  };
+  ticks(200);
+  state.pack.cell_min = config.cell_voltage_min - CellVoltage::from_raw(1);
+  ticks(50);
+  DOUBLES_EQUAL(0.5 * config.discharge_current_max.raw(), state.limits.discharge.value.raw(), 10.0);
+  LONGS_EQUAL(4, state.limits.discharge.cell);
+  CHECK(state.limits.discharge.reason == LimitReason::kCellVoltage);
+  ticks(50);
+  LONGS_EQUAL(0, state.limits.discharge.value.raw());
+  state.pack.cell_min = config.cell_voltage_min + CellVoltage::from_raw(499);  // not yet clear
+  ticks(100);
+  LONGS_EQUAL(0, state.limits.discharge.value.raw());
+  state.pack.cell_min = config.cell_voltage_min + CellVoltage::from_raw(500);
+  ticks(500);
+  DOUBLES_EQUAL(0.5 * config.discharge_current_max.raw(), state.limits.discharge.value.raw(), 10.0);
+  state.pack.cell_max = config.cell_voltage_max + CellVoltage::from_raw(1);
+  ticks(100);
+  LONGS_EQUAL(0, state.limits.charge.value.raw());
+}
