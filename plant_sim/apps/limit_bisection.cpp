@@ -48,8 +48,13 @@ LimitBisection::LimitBisection(const bms::Config& config, const bms::SocFilter& 
       rise_(config.heat_capacity_j_per_k > 0 && filter.heat_known ? 1e-3 * ms_ / config.heat_capacity_j_per_k : 0.0),
       temperature_c_(0.1 * (filter.heat_of.raw() + warmer)) {}
 
+double LimitBisection::fade() const {
+  const double deviation = std::sqrt(std::ldexp(std::max(filter_.p.ff, 0), -bms::kVarianceBits));
+  return std::clamp(unit(filter_.fade) + deviation, -0.25, 0.5);
+}
+
 double LimitBisection::end_v(double ma) const {
-  const double s = unit(filter_.s), drawn = (1.0 + unit(filter_.fade)) * share_ * ma, rho = unit(filter_.rho);
+  const double s = unit(filter_.s), drawn = (1.0 + fade()) * share_ * ma, rho = unit(filter_.rho);
   const double end = std::clamp(s - drawn, -0.05, 1.05), middle = std::clamp(s - 0.5 * drawn, -0.05, 1.05);
   const bms::PartLaw& law = model_.by_current;
   const double above = std::clamp(std::abs(ma), 1.0 * law.low, 1.0 * law.high) - law.reference;
@@ -93,7 +98,7 @@ double LimitBisection::current_ma(const bms::HorizonBound& bound) const {
   const bool discharge = bound.direction == bms::Direction::kDischarge;
   const double bound_v = 1e-4 * bound.voltage.raw(), sign = discharge ? 1.0 : -1.0;
   const auto inside = [&](double ma) {
-    const double soc = unit(filter_.s) - sign * (1.0 + unit(filter_.fade)) * share_ * ma;
+    const double soc = unit(filter_.s) - sign * (1.0 + fade()) * share_ * ma;
     const bool charge = share_ == 0.0 || (discharge ? soc >= 0.0 : soc <= 1.0);
     return charge && sign * (end_v(sign * ma) - bound_v) >= 0.0;
   };

@@ -19,6 +19,8 @@ class LimitBisection {
   [[nodiscard]] double current_ma(const bms::HorizonBound& bound) const;
 
  private:
+  [[nodiscard]] double fade() const;
+
   const bms::CellModel& model_;
   const bms::PartFactors& warm_;
   const bms::CellFilter& filter_;

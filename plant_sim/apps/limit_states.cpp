@@ -108,7 +108,9 @@ class Moments final : public Ecus, public EnduranceObserver {
       const bms::CellAhead& last = state.ahead.cell[k];
       const std::int32_t from = place.discharge ? last.discharge[place.horizon] : last.charge[place.horizon];
       const std::int32_t warmer = bms::own_warmth(state, k);
-      const std::int32_t found = bms::current_until({filter, filter.cell[k].filter, horizon, warmer}, bound, from);
+      const bms::CellFilter& own = filter.cell[k].filter;
+      const std::int32_t found =
+          bms::current_until({filter, own, horizon, bms::prudent_fade(own), warmer}, bound, from);
       const LimitBisection bisection(config_, filter, k, time, warmer);
       least_bisected = std::min(least_bisected, bisection.current_ma(bound));
       if (found >= least) continue;

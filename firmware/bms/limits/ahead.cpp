@@ -9,6 +9,8 @@ namespace {
 
 using can::LimitReason;
 
+constexpr std::int64_t kWarmestTimes = 4;  // chosen: more than a cell that resists four times as much
+
 std::size_t horizon_of(const Config& config) {
   std::size_t i = 0;
   while (i + 1 < kLimitHorizonCount && !(kLimitHorizons[i] == config.limit_horizon)) ++i;
@@ -20,7 +22,8 @@ std::uint8_t next_of(std::size_t horizon) {
 }
 
 void look(const Config& config, std::size_t cell, std::size_t index, const Horizon& horizon, State& s) {
-  const HorizonCell here{s.soc.filter, s.soc.filter.cell[cell].filter, horizon, own_warmth(s, cell)};
+  const CellFilter& filter = s.soc.filter.cell[cell].filter;
+  const HorizonCell here{s.soc.filter, filter, horizon, prudent_fade(filter), own_warmth(s, cell)};
   CellAhead& out = s.ahead.cell[cell];
   const HorizonBound low{Direction::kDischarge, config.cell_voltage_min, config.discharge_current_max.raw()};
   const HorizonBound high{Direction::kCharge, config.cell_voltage_max, config.charge_current_max.raw()};
@@ -38,11 +41,10 @@ std::int32_t mean_scale(const Config& config, const SocFilter& filter) {
 
 std::int32_t own_warmth(const State& s, std::size_t cell) {
   const SocFilter& f = s.soc.filter;
-  const std::int32_t warmed = (f.heat_of - f.heat_began).raw();
-  if (!f.heat_known || warmed <= 0 || s.ahead.scale <= 0) return 0;
-  const std::int64_t more = std::int64_t{f.cell[cell].filter.rho} - s.ahead.scale;
-  const std::int64_t warmer = more * warmed / s.ahead.scale;
-  return static_cast<std::int32_t>(warmer < -warmed ? -warmed : (warmer > warmed ? warmed : warmer));
+  const std::int32_t others = (s.pack.temperature_min - f.heat_began).raw(), pack = (f.heat_of - f.heat_began).raw();
+  if (!f.heat_known || others <= 0 || s.ahead.scale <= 0) return 0;
+  const std::int64_t own = std::int64_t{f.cell[cell].filter.rho} * others / s.ahead.scale;
+  return static_cast<std::int32_t>((own > kWarmestTimes * others ? kWarmestTimes * others : own) - pack);
 }
 
 AheadLimit ahead_limit(const Config& config, const State& s, Direction direction, std::size_t horizon) {

@@ -14,8 +14,8 @@ void look_ahead(const Config& config, State& state);
 void lower_discharge_ahead(const Config& config, const State& state, Limit& limit);
 void lower_charge_ahead(const Config& config, const State& state, Limit& limit);
 
-/// How much warmer than the pack a cell should be that resists more than the others [0.1 K]: what the pack has warmed
-/// by since the start, times its share of the resistance more.
+/// How much warmer than what the filters take for the pack's temperature a cell should be [0.1 K]: it has warmed as the
+/// coldest thermistor has since the start, times its share of the resistance. Many cells have no thermistor.
 [[nodiscard]] std::int32_t own_warmth(const State& state, std::size_t cell);
 
 /// The least over the cells, and the cell that it is of.

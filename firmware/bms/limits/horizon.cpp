@@ -114,12 +114,28 @@ std::int32_t most_by_charge(const HorizonCell& cell, const HorizonBound& bound) 
   const std::int64_t left = bound.direction == Direction::kDischarge ? s : std::int64_t{kUnit} - s;
   if (share == 0) return bound.most_ma;
   if (left <= 0) return 0;
-  const std::int64_t own = std::int64_t{share} + scaled(share, cell.filter.fade, kUnitBits);
+  const std::int64_t own = std::int64_t{share} + scaled(share, cell.fade, kUnitBits);
   if ((own * bound.most_ma) >> kShareBits <= left) return bound.most_ma;
   return held((left << kShareBits) / own, 0, bound.most_ma);
 }
 
+/// Of 32 bits, rounded down, digit by digit.
+std::int32_t square_root(std::int32_t x) {
+  std::int32_t root = 0, rest = x;
+  for (std::int32_t bit = 1 << 30; bit > 0; bit >>= 2) {
+    const bool fits = rest >= root + bit;
+    if (fits) rest -= root + bit;
+    root = fits ? (root >> 1) + bit : root >> 1;
+  }
+  return root;
+}
+
 }  // namespace
+
+std::int32_t prudent_fade(const CellFilter& filter) {
+  const std::int32_t deviation = filter.p.ff > 0 ? square_root(filter.p.ff) : 0;
+  return held(filter.fade + std::int64_t{deviation} * (1 << (kUnitBits - kVarianceBits / 2)), kFadeLow, kFadeHigh);
+}
 
 Horizon make_horizon(const Config& config, const SocFilter& filter, Duration time) {
   Horizon out;
@@ -148,7 +164,7 @@ CellEnd cell_end(const HorizonCell& cell, std::int32_t ma) {
   const CellModel& m = cell.pack.model;
   const std::int64_t counted = (std::int64_t{cell.horizon.share} * ma) >> kShareBits;
   const std::int32_t drawn = held(counted, -kUnit, kUnit);
-  const std::int32_t own = drawn + scaled(drawn, f.fade, kUnitBits);
+  const std::int32_t own = drawn + scaled(drawn, cell.fade, kUnitBits);
   const std::int32_t end = held(std::int64_t{f.s} - own, kSocLow, kSocHigh);
   const std::int32_t middle = held(std::int64_t{f.s} - own / 2, kSocLow, kSocHigh);
   std::uint8_t interval = f.interval;

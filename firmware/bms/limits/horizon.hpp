@@ -40,8 +40,13 @@ struct HorizonCell {
   const SocFilter& pack;
   const CellFilter& filter;
   const Horizon& horizon;
+  std::int32_t fade;        ///< f, with its doubt: prudent_fade()
   std::int32_t warmer = 0;  ///< than the pack [0.1 K]: where on the temperature's law the cell is
 };
+
+/// How much sooner the cell may be empty than the count says: f and its standard deviation, which is a tenth until a
+/// good part of the charge has been drawn [2^-28].
+[[nodiscard]] std::int32_t prudent_fade(const CellFilter& filter);
 
 struct CellEnd {
   std::int32_t voltage;  ///< [q 2^-26]

@@ -69,6 +69,7 @@ struct Draw {
     f.v2 = raw(4.0 * uniform(-0.1, 0.1));
     f.rho = raw(uniform(0.3, 3.0));
     f.fade = raw(uniform(-0.2, 0.4));
+    f.p.ff = whole(4'096, 42'949'673);  // 0.1 %, 10 %
     f.miss = raw(4.0 * uniform(-0.02, 0.02));
     return f;
   }
@@ -113,7 +114,8 @@ TEST(LimitBisection, TheIntegersAreWithinHalfAPerCentOfItOrAFewMilliamperes) {
     const bms::Horizon horizon = bms::make_horizon(config, filter, time);
     const std::int32_t from = draw.whole(0, bound.most_ma);
     const std::int32_t warmer = draw.whole(-50, 50);
-    const bms::HorizonCell cell{filter, filter.cell[0].filter, horizon, warmer};
+    const bms::CellFilter& own = filter.cell[0].filter;
+    const bms::HorizonCell cell{filter, own, horizon, bms::prudent_fade(own), warmer};
     const double found = bms::current_until(cell, bound, from);
     const LimitBisection twin(config, filter, 0, time, warmer);
     const double exact = twin.current_ma(bound);

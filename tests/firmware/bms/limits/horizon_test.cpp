@@ -33,7 +33,7 @@ TEST_GROUP(Horizon) {
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
   std::int32_t limit(const CellFilter& cell, const HorizonBound& bound, std::int32_t ms, std::int32_t from = 0) const {
     const Horizon horizon = make_horizon(config, filter, Duration::from_ms(ms));
-    return current_until({filter, cell, horizon}, bound, from);
+    return current_until({filter, cell, horizon, prudent_fade(cell)}, bound, from);
   }
   static CellFilter rested(double soc) {
     CellFilter cell;
@@ -119,6 +119,8 @@ TEST(Horizon, NoMoreIsDrawnThanThereIs) {
   DOUBLES_EQUAL(24'000.0, limit(cell, deep, 30'000), 50.0);
   cell.fade = raw(0.2);
   DOUBLES_EQUAL(20'000.0, limit(cell, deep, 30'000), 50.0);
+  cell.p.ff = 42'949'673;  // and nobody knows it better than by a tenth
+  DOUBLES_EQUAL(24'000.0 / 1.3, limit(cell, deep, 30'000), 50.0);
 }
 
 TEST(Horizon, WhatTheReadingsMissOfTheModelIsCounted) {
