@@ -28,6 +28,7 @@ constexpr std::int64_t kLoadPercent = 50;        // of R |I|: 40 % more or less 
 constexpr std::int64_t kSagPercent = 50;         // more of it downwards: slow branches age more than the fast answer
 constexpr std::int64_t kSagUnseen = 200;         // and so much before any answer was seen: aged three times
 constexpr std::int64_t kSagMost = 1'500;         // never more
+constexpr std::int64_t kSeenTimes = 3;           // of the table that a resistance is believed; chosen
 
 constexpr std::int64_t scaled(CellVoltage v) { return std::int64_t{v.raw()} * 256; }
 
@@ -242,13 +243,22 @@ bool is_chopped(const PackWave& w, Resistance r) {
   return w.all - w.slow >= least_ma * least_ma;
 }
 
-void renew_load(Instant now, State& s) {
+/// What the pack's answer says of a cell, where the current explains it; the table may be wrong by two.
+Resistance seen_resistance(const Config& config, const Covariance& pack) {
+  const std::int64_t sag = -pack.xz, cells = config.cells_in_series;
+  if (!explains(pack, sag, kExcitation * cells) || pack.xx < kLeastSquare) return Resistance{};
+  return Resistance::saturated(sag * 100 / (pack.xx / 1'000 * cells));  // 0.1 mV / mA is 100'000 uOhm
+}
+
+void renew_load(const Config& config, Instant now, State& s) {
   CellCheck& c = s.cell_check;
   c.chopped = is_chopped(c.wave, s.cell_resistance);
   const std::int64_t current = s.measured.current.value.raw();
   const Duration memory = commanded(s.contactors.command) ? kLevel : kAtRest;
   c.load = followed(c.load, current < 0 ? -current : current, share_of(now - c.renewed, memory));
-  c.sag = static_cast<std::int32_t>(drop(c.load, s.cell_resistance) / 256);
+  const Resistance seen = seen_resistance(config, s.current_check.answer);
+  if (seen > Resistance{}) c.resistance = min(seen, Resistance::saturated(kSeenTimes * s.cell_resistance.raw()));
+  c.sag = static_cast<std::int32_t>(drop(c.load, max(c.resistance, s.cell_resistance)) / 256);
   c.renewed = now;
 }
 
@@ -259,7 +269,7 @@ void check_cells(const Config& config, Instant now, bool slow, State& state) {
   take_arrived(config, now, state);
   find_start(config, state);
   if (!slow) return;
-  renew_load(now, state);
+  renew_load(config, now, state);
   renew_neighbours(config, state);
 }
 

@@ -70,7 +70,8 @@ struct CellCheck {
   // renewed at 10 Hz
   Instant renewed{};
   std::int32_t load = 0;         ///< [mA] mean of |I| over 10 s
-  std::int32_t sag = 0;          ///< [0.1 mV] R load
+  Resistance resistance{};       ///< of a cell, as the pack answered last
+  std::int32_t sag = 0;          ///< [0.1 mV] R load, R the larger one of that and the table's
   std::int32_t level = 0;        ///< of the neighbours
   std::int32_t rest = kAllAnswers;   ///< [per mille] of the pack's answer, without the cell that sags most
   Soc start{};                   ///< mean at the first rest

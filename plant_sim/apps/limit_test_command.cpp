@@ -48,6 +48,9 @@ constexpr Ageing kAgeing[] = {{"every cell 15 % less capacity, 40 % more resista
                               {"one cell aged to three times its resistance", 1.0, 1.0, 3.0}};
 constexpr int kWorst = 8;  // from 1, or the last
 
+/// Races in which limits bind: the bound of the voltage is so much above the cell's own.
+constexpr double kRaised_v = 0.5;
+
 void age_cells(const Ageing& ageing, int cells, Settings& out) {
   for (int k = 1; k <= cells; ++k) {
     const double resistance = k == std::min(kWorst, cells) ? ageing.worst : ageing.resistance;
@@ -77,7 +80,8 @@ LimitTestCommand::LimitTestCommand(CLI::App& app)
       "States: drives with drawn charge, temperature and ageing, of which the BMS is told nothing, under limits that\n"
       "look ahead. From 120 s on the current that each kind of limit allows flows in a copy of the plant's pack for\n"
       "1, 10 and 30 s; the lowest cell (of charge the highest) ends at its bound, or not. Races: 22 km with aged cells,\n"
-      "cold and hot, the resistance told to the BMS half of the truth and twice of it.\n"
+      "cold and hot, the resistance told to the BMS half of the cell file's and twice of it, and cells that are held half\n"
+      "a volt above their own bound, so that the limits bind.\n"
       "Example: voltlap limit-test --states 200 --only states --json limits.json\n"
       "Exit code: 0 all was measured, marks met or not, 2 usage or input, 130 interrupted.");
 }
@@ -129,7 +133,9 @@ void LimitTestCommand::ask_states(const DataFolder& data, ProgressLine& progress
 }
 
 void LimitTestCommand::drive_races(const DataFolder& data, ProgressLine& progress, LimitTestResult& out) const {
-  const int cells = car_.load_car(data).parameters.battery.cells_in_series;
+  const VehicleParameters given = car_.load_car(data).parameters;
+  const int cells = given.battery.cells_in_series;
+  const double least_v = given.bms.cell_voltage_min_v.value_or(given.cell.voltage_min_v) + kRaised_v;
   constexpr double kTemperatures_c[] = {-10.0, 20.0, 45.0}, kTold[] = {0.5, 1.0, 2.0};
   constexpr bms::LimitMethod kMethods[] = {bms::LimitMethod::kEquation, bms::LimitMethod::kTable,
                                            bms::LimitMethod::kAhead};
@@ -138,6 +144,7 @@ void LimitTestCommand::drive_races(const DataFolder& data, ProgressLine& progres
     for (const double temperature : kTemperatures_c) {
       Settings settings = at_temperature(temperature);
       age_cells(ageing, cells, settings);
+      settings.push_back(fmt::format("bms.cell_voltage_min_v={}", least_v));
       const EnduranceOptions options = drive_of(data, kTracks[0], settings);
       for (const double told : kTold) {
         for (const bms::LimitMethod method : kMethods) {

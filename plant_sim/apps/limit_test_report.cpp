@@ -113,7 +113,7 @@ std::string race_text(std::span<const LimitRaceRow> rows, const LimitRaceRow& ro
   const LimitRaceRow* other = beside(rows, row);
   const bool compared = other != nullptr && row.race.drive.finished;
   const double more_s = compared ? row.race.drive.total_time_s - other->race.drive.total_time_s : 0.0;
-  return fmt::format("  {:>6.0f}{:>9.1f}   {:<10}{:>9.1f}{:>10}{:>8.0f}{:>10}{:>10.3f}   {}\n", row.temperature_c,
+  return fmt::format("  {:>6.0f}{:>9.1f}   {:<10}{:>9.1f}{:>11}{:>10.0f}{:>11}{:>11.3f}   {}\n", row.temperature_c,
                      row.resistance, name_of(row.method), row.race.drive.total_time_s,
                      compared ? fmt::format("{:+.1f}", more_s) : "", row.race.bound_s, row.race.reversals,
                      row.race.lowest_cell_v,
@@ -123,8 +123,8 @@ std::string race_text(std::span<const LimitRaceRow> rows, const LimitRaceRow& ro
 }
 
 std::string race_head(const std::string& car) {
-  return fmt::format("22 km, {}; the BMS is told R times the cell file's, and nothing else\n"
-                     "  {:>6}{:>9}   {:<10}{:>9}{:>10}{:>8}{:>10}{:>10}\n",
+  return fmt::format("22 km, {}\n"
+                     "  {:>6}{:>9}   {:<10}{:>9}{:>11}{:>10}{:>11}{:>11}\n",
                      car, "degC", "R told", "limit", "time, s", "to eq., s", "bound, s", "reversals", "lowest, V");
 }
 

@@ -120,3 +120,21 @@ TEST_GROUP(SoundCars){};
 TEST(SoundCars, StretchesOfDrawnCarsAccuseNoChannel) { none_is_accused(kStretches, 1, 60.0); }
 
 TEST(SoundCars, EndurancesOfDrawnCarsAccuseNoChannel) { none_is_accused(kEndurances, 22, 600.0); }
+
+// BMS-061: what the BMS is told is half of the truth, and on a hot day a third.
+TEST(SoundCars, CellAgedToThreeTimesOnAHotDayAccusesNoChannelWhereTheTableIsWrongByTwo) {
+  EnduranceOptions options = nominal(6);
+  options.vehicle = vtm16e();
+  options.vehicle.battery.cells.resize(24);
+  options.vehicle.battery.cells[7].resistance_scale = 3.0;
+  options.vehicle.battery.initial_temperature_c = options.vehicle.environment.ambient_c = 45.0;
+  options.vehicle.bms.resistance_ohm = 0.0012;
+  options.vehicle.bms.resistance_per_kelvin = -0.015;  // beyond the 40 degC of the cell's tables, too
+  options.vehicle.assertions.battery_temperature_max_c = 200.0;
+  options.representative_cell = false;
+  SilenceableLoop loop(options.vehicle);
+  Faults faults;
+  const EnduranceResult r = run_endurance(options, loop, faults);
+  CHECK_TEXT(faults.bits == 0, fmt::format("faults {:#x} at {:.2f} s", faults.bits, faults.at_s).c_str());
+  CHECK(r.total_time_s > 400.0);
+}
