@@ -3,6 +3,7 @@
 
 #include "base/ramp.hpp"
 #include "base/require.hpp"
+#include "bms/charge/on_charger.hpp"
 #include "bms/faults.hpp"
 
 namespace voltlap::bms {
@@ -39,7 +40,8 @@ bool measurements_good(const Config& config, const State& s) {
 LimitReason blocked_by(const Config& config, const State& s) {
   if (s.faults.open || is_set(s.faults, can::BmsFault::kForeignFrames)) return LimitReason::kFault;
   if (!measurements_good(config, s)) return LimitReason::kMeasurementLost;
-  return s.contactors.state == can::BmsState::kTsActive ? LimitReason::kNone : LimitReason::kContactorsOpen;
+  const bool closed = s.contactors.state == can::BmsState::kTsActive || charges(s);
+  return closed ? LimitReason::kNone : LimitReason::kContactorsOpen;
 }
 
 // BMS-042: linear from the maximum at derating_start to zero at the trip.
@@ -54,9 +56,10 @@ bool within(Limit limit, Current most) { return Current{} <= limit.value && limi
 
 }  // namespace
 
-// BMS-040: no cell below its minimum voltage.
+// BMS-040: no cell below its minimum voltage. BMS-051: nothing is drawn on a charger.
 Limit discharge_ceiling(const Config& config, const State& s) {
-  const LimitReason block = blocked_by(config, s);
+  LimitReason block = blocked_by(config, s);
+  if (block == LimitReason::kNone && charges(s)) block = LimitReason::kCharging;
   if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
   Limit limit{config.discharge_current_max, LimitReason::kConfigMaximum, kNoCell};
   lower(limit, derated_by_heat(config, s, config.discharge_current_max), LimitReason::kTemperature);
@@ -77,15 +80,16 @@ Limit discharge_ceiling(const Config& config, const State& s) {
 Limit charge_ceiling(const Config& config, const State& s) {
   const LimitReason block = blocked_by(config, s);
   if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
-  Limit limit{config.charge_current_max, LimitReason::kConfigMaximum, kNoCell};
-  lower(limit, derated_by_heat(config, s, config.charge_current_max), LimitReason::kTemperature);
+  const Current full = charges(s) ? config.charger_current_max : config.charge_current_max;
+  Limit limit{full, LimitReason::kConfigMaximum, kNoCell};
+  lower(limit, derated_by_heat(config, s, full), LimitReason::kTemperature);
   if (s.pack.temperature_min < config.charge_temperature_min) lower(limit, Current{}, LimitReason::kTemperature);
   for (std::uint16_t k = 0; k < config.cells_in_series; ++k) {
     const CellVoltage margin = config.cell_voltage_max - s.measured.cell[k].value;
     lower(limit, over_resistance(margin, s.cell_resistance) - s.measured.cell_current[k], LimitReason::kCellVoltage,
           static_cast<std::uint8_t>(k));
   }
-  VOLTLAP_REQUIRE(within(limit, config.charge_current_max));
+  VOLTLAP_REQUIRE(within(limit, full));
   return limit;
 }
 
