@@ -3,7 +3,8 @@
 //
 //   waiting   why not yet is told; then the contactors are closed through the precharge
 //   charging  I = min(limit of the pack, hold, charger); the hold keeps the highest cell at charge_voltage():
-//             d hold/dt = (V_charge - V_highest) / (R 20 s), ends below config.charge_current_end
+//             d hold/dt = (V_charge - V_highest) / (R tau), tau 20 s, 4 s when it falls; ends below
+//             config.charge_current_end
 //   resting   charger and shunts off for 20 s, then the cells are looked at
 //   bleeding  120 s of shunts; then another rest
 //   full      after a charge the cells are within config.balancing_difference: the contactors open

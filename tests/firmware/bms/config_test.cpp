@@ -159,6 +159,15 @@ const Bound kBounds[] = {
     bound<&C::balancing_voltage_min>(E::kBalancingVoltageMax, 50'001, 50'000),
     bound<&C::balancing_difference>(E::kBalancingDifference, -1, 0),
     bound<&C::balancing_current_max>(E::kBalancingCurrent, -1, 0),
+    bound<&C::balancing_time_max>(E::kBalancingTime, -1, 0),
+    bound<&C::balancing_time_max>(E::kBalancingTimeMax, 864'000'001, 864'000'000),
+    bound<&C::charge_margin>(E::kChargeMargin, -1, 0),
+    bound<&C::charge_margin>(E::kChargeMarginMax, 2'001, 2'000),
+    bound<&C::charge_current_end>(E::kChargeCurrentEnd, 99, 100),
+    bound<&C::charger_current_max>(E::kChargerCurrent, 99, 500),
+    bound<&C::charger_current_max>(E::kChargerCurrent, -1, 0),
+    bound<&C::charger_current_max>(E::kChargerCurrentTrip, 300'001, 300'000),
+    bound<&C::charger_current_max>(E::kChargeCurrentEndMax, 499, 500),
     bound<&C::capacity_mah>(E::kCapacity, 2'000'001, 2'000'000),
 };
 
