@@ -51,7 +51,8 @@ class Recording final : public ChargeObserver {
 }  // namespace
 
 ChargeCommand::ChargeCommand(CLI::App& app)
-    : command_(app.add_subcommand("charge", "Charge the car with the firmware in the loop: charger, shunts, every cell")) {
+    : command_(
+          app.add_subcommand("charge", "Charge the car with the firmware in the loop: charger, shunts, every cell")) {
   car_.add_vehicle(*command_);
   command_->add_option("--from-soc", from_pct_, "State of charge at the begin, in percent")
       ->check(number_between(0.0, 100.0))

@@ -24,7 +24,8 @@ int run(int argc, char** argv) {
   hand_over(argc, argv);
   return with_bus_errors([&] {
     return run_commands<EnduranceCommand, ChargeCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand,
-                        NewCommand, PlantCommand, EcuCommand, LogRecordCommand, TrackCommand>(argc, argv, add_other_commands);
+                        NewCommand, PlantCommand, EcuCommand, LogRecordCommand, TrackCommand>(argc, argv,
+                                                                                              add_other_commands);
   });
 }
 

@@ -45,7 +45,8 @@ void Car::step(double brake_pedal) {
   const double inverter_w = inverter.dc_power(motor_w) + stage_w;
   // The DC/DC converter starts behind the main contactors: the precharge resistor could not feed it.
   // A charger feeds the low-voltage system itself.
-  const bool low_voltage_on = !charger.plugged && contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
+  const bool dc_dc_starts = contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
+  const bool low_voltage_on = dc_dc_starts && !charger.plugged;
   const double low_voltage_w = low_voltage_on ? parameters_.low_voltage.power_w : 0.0;
   const double charger_w = charger.current_a() * dc_voltage;
   const PackThevenin source = pack_.thevenin();

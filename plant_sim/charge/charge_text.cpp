@@ -25,7 +25,7 @@ const char* words_of(can::ChargeReason reason) {
     case can::ChargeReason::kCurrentNotAsked: return "a current flows that was not asked for";
     case can::ChargeReason::kNoCurrent: return "no current flows that was asked for";
     case can::ChargeReason::kBalancingTime: return "balancing took longer than bms.balancing_time_max_s";
-    case can::ChargeReason::kNotBalanced: return "no cell that stands too high may be bled (bms.balancing_voltage_min_v)";
+    case can::ChargeReason::kNotBalanced: return "no cell that is too high may be bled (bms.balancing_voltage_min_v)";
     case can::ChargeReason::kRequestReleased: return "the tractive system is asked for";
     case can::ChargeReason::kContactorsOpened: return "the contactors opened";
   }
@@ -63,7 +63,9 @@ std::string ending_words(const ChargeResult& r) {
 
 std::string charge_text(const ChargeResult& r, const std::string& what) {
   std::string out = fmt::format("{}: {}\n", what, ending_words(r));
-  const auto line = [&](const char* name, const std::string& value) { out += fmt::format("  {:<26}{}\n", name, value); };
+  const auto line = [&](const char* name, const std::string& value) {
+    out += fmt::format("  {:<26}{}\n", name, value);
+  };
   line("time", duration_words(r.time_s));
   line("  charging", duration_words(r.charging_s));
   line("  bleeding", duration_words(r.bleeding_s));

@@ -8,7 +8,7 @@
 
 namespace voltlap::plant {
 
-void draw_cells(const CellSpread& spread, std::uint64_t seed, VehicleParameters& car) {
+void draw_cells(const DrawnSpread& spread, std::uint64_t seed, VehicleParameters& car) {
   VOLTLAP_DEMAND(spread.soc >= 0.0 && spread.capacity >= 0.0 && spread.resistance >= 0.0);
   std::mt19937_64 random(seed);
   // By hand: the standard's distributions may differ from library to library.

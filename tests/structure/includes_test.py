@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Includes go one way. Firmware: base <- codec <- {bms, master} <- app; ports stand beside the logic, which never sees
-one. Plant: core <- {car, io} <- race <- {charge, replay, learn, explain} <- apps. The two meet only in frames, and in apps/."""
+one. Plant: core <- {car, io} <- race <- {charge, replay, learn, explain} <- apps. The two meet only in
+frames, and in apps/."""
 import pathlib
 import re
 

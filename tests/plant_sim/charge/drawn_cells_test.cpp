@@ -12,7 +12,7 @@ using namespace voltlap::plant::test;
 
 TEST_GROUP(DrawnCells) {
   VehicleParameters car = vtm16e();
-  const CellSpread spread{.soc = 0.02, .capacity = 0.03, .resistance = 0.1};
+  const DrawnSpread spread{.soc = 0.02, .capacity = 0.03, .resistance = 0.1};
 };
 
 TEST(DrawnCells, EveryCellDiffersWithinTheSpreadAndTheSameSeedDrawsTheSame) {
