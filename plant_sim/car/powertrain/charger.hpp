@@ -20,21 +20,21 @@ class Charger {
 
   bool plugged = false;          ///< to the car; its side feeds the low-voltage system too
   bool failed = false;           ///< planted: a fault of its hardware, and no output
-  bool ignores_commands = false; ///< planted: goes on as it is
+  bool ignores_commands = false; ///< planted: hears them and goes on as it is
 
   void command(double voltage_max_v, double current_max_a, bool on) {
+    silence_s_ = 0.0;
     if (ignores_commands) return;
     voltage_max_v_ = voltage_max_v;
     command_a_ = current_max_a;
     on_ = on;
-    silence_s_ = 0.0;
   }
   /// Time passes, with the DC link at `link_v`; `connected`: it sees a battery there.
   void advance(double elapsed_s, double link_v, bool connected) {
     silence_s_ += elapsed_s;
     connected_ = connected;
     link_v_ = link_v;
-    const bool gives = on_ && plugged && connected && !failed && (!silent() || ignores_commands);
+    const bool gives = on_ && plugged && connected && !failed && !silent();
     follow_voltage(elapsed_s);
     const double by_power = link_v > 1.0 ? section_.power_w / link_v : 0.0;
     const double most = std::min({command_a_, section_.current_max_a, by_power, by_voltage_a_});
