@@ -61,7 +61,7 @@ def test_a_charge_that_the_bms_breaks_off_says_why_and_ends_with_3(tmp_path):
     (["--set", "bms.charge_margin_v=0.3"], ["bms.charge_margin_v", "0.2 V"]),
     (["--set", "bms.balancing_time_max_s=900000"], ["bms.balancing_time_max_s", "864000 s"]),
     (["--from-soc", "101"], ["--from-soc", "101"]),
-    (["--json", "a.json", "--csv", "a.json"], ["a.json"]),
+    (["--json", "a.json", "--csv", "a.json"], ["one file for two results"]),
 ])
 def test_what_it_refuses_is_told(flags, words):
     refused = charge(*flags)
