@@ -17,6 +17,7 @@ constexpr std::uint16_t kRelayCharge = 1U << 1;
 constexpr std::uint16_t kRelayMalfunction = 1U << 3;
 constexpr std::uint16_t kRelayAlwaysOn = 1U << 5;
 constexpr std::uint16_t kRelayReady = 1U << 6;
+constexpr std::uint16_t kRelayCharging = 1U << 7;
 
 /// A limit is rounded down to what its code can say: never more than was allowed.
 std::int32_t rounded_down(Current limit, std::int32_t step_ma) { return limit.raw() / step_ma * step_ma; }
@@ -63,6 +64,7 @@ std::uint16_t relay_state(const Output& out) {
   if (out.limits.charge.value > Current{}) bits |= kRelayCharge;
   if (out.faults != 0) bits |= kRelayMalfunction;
   if (out.state == can::BmsState::kTsActive) bits |= kRelayReady;
+  if (out.state == can::BmsState::kCharging) bits |= kRelayCharging;
   return static_cast<std::uint16_t>(bits);
 }
 

@@ -28,7 +28,8 @@ double discharge_current_trip_a(const Car& car) {
   return std::min(kCurrentRange_a, car.bms.discharge_current_max_a * kCurrentTripFactor);
 }
 double charge_current_trip_a(const Car& car) {
-  return std::min(kCurrentRange_a, std::max(1.0, car.bms.charge_current_max_a) * kCurrentTripFactor);
+  const double most = std::max({1.0, car.bms.charge_current_max_a, car.bms.charger_current_max_a});
+  return std::min(kCurrentRange_a, most * kCurrentTripFactor);
 }
 double balancing_voltage_min_v(const Car& car) {
   return std::max(0.0, cell_voltage_max_v(car) - kBalancingBelowMax_v);
@@ -91,7 +92,8 @@ const ParameterRow kRows[] = {
     {discharge_current_trip_a, "1.2 times bms.discharge_current_max_a, at most 1000 A"}},
   {"bms.charge_current_trip_a", "A", 0, 100000, kOptional, at<&Car::bms, &BmsSection::charge_current_trip_a>,
     "charge current that trips",
-    {charge_current_trip_a, "1.2 times bms.charge_current_max_a, 1.2 A to 1000 A"}},
+    {charge_current_trip_a,
+      "1.2 times the larger of bms.charge_current_max_a and bms.charger_current_max_a, 1.2 A to 1000 A"}},
   {"bms.voltage_mismatch", "1", 0, 1, kOptional, at<&Car::bms, &BmsSection::voltage_mismatch>,
     "share by which the pack voltage may differ from the sum of the cells"},
   {"bms.voltage_trip_time_s", "s", 0, 60, kOptional, at<&Car::bms, &BmsSection::voltage_trip_time_s>,

@@ -108,6 +108,10 @@ TEST(Transmit, OnAChargerEveryShuntHasItsBitAndWhatStopsIsToldAtOnce) {
     if (t == 80) CHECK(sent<can::ChargerCommand>().current_max_ma == 12'300);
     if (t == 80) CHECK(sent<can::ChargerCommand>().control == can::ChargerControl::kCharge);
   }
+  out.state = can::BmsState::kCharging;
+  tx.clear();
+  transmit(out, sealer, tx);
+  CHECK((sent<can::PackBroadcast>().relay_state & 1U << 7U) != 0);
   tx.clear();
   out.now = Instant::from_ms(30);
   transmit(out, sealer, tx);
