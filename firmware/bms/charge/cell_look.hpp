@@ -9,6 +9,10 @@ namespace voltlap::bms {
 /// After ingest: which cells are read under a bleed now.
 void mark_bled_cells(const Config& config, Instant now, State& state);
 
+/// While current flows: the highest of the cells' means, for the highest of single readings is what the noise makes of
+/// it. `begin`: they begin anew.
+void follow_highest(const Config& config, bool begin, State& state);
+
 /// Forgets the samples of a look that has not been completed.
 void begin_look(CellLook& look);
 /// Takes the samples of this step in. True when every cell has enough of them: the look is complete.

@@ -100,7 +100,7 @@ void steer(const Config& config, Instant now, State& s) {
   Charge& c = s.charge;
   const Duration elapsed = min(max(now - c.steered, Duration{}), kSteerMost);
   c.steered = now;
-  const std::int64_t room = (charge_voltage(config) - s.pack.cell_max).raw();
+  const std::int64_t room = (charge_voltage(config) - s.look.highest_now).raw();
   const std::int64_t ohm = s.cell_resistance.raw();
   if (ohm <= 0) return;
   std::int64_t hold = c.hold_ua;
@@ -126,10 +126,11 @@ void ask(const Config& config, State& s) {
 
 void charge_on(const Config& config, Instant now, bool slow, State& s) {
   Charge& c = s.charge;
+  follow_highest(config, (c.steered - c.entered).ms() == 0, s);  // anew until it is first steered by
   if (!slow) return;
   steer(config, now, s);
   ask(config, s);
-  const bool reached = charge_voltage(config) - s.pack.cell_max <= kReached;
+  const bool reached = charge_voltage(config) - s.look.highest_now <= kReached;
   const bool small = Current::from_raw(c.hold_ua / 1'000) <= config.charge_current_end;
   if (!c.held.held(reached && small, now, kHeld)) return;
   enter(ChargePhase::kResting, now, c);

@@ -41,6 +41,8 @@ struct CellLook {
   CellVoltage cell[kMaxCells] = {};  ///< mean of the last whole look
   CellVoltage lowest{}, highest{};
   bool known = false;
+  std::int32_t mean[kMaxCells] = {};  ///< [0.1 mV / 256] of the last samples, while current flows
+  CellVoltage highest_now{};         ///< of these means
   Instant bled{};                    ///< when some shunt was last on
 };
 
