@@ -28,6 +28,7 @@ class ChargeBench {
 
   struct Cell {
     double soc = 0.5, capacity = 1.0, resistance = 1.0;  ///< shares of the configured ones
+    double drift_v = 0.0;                                 ///< of its channel
   };
 
   Bench bench;
@@ -79,7 +80,7 @@ class ChargeBench {
       const double v = ocv(cells[i].soc) + 0.002 * cells[i].resistance * current_a;
       highest_v = std::max(highest_v, v);
       sum += v;
-      const double read = bench.state.balancing[i] ? v - 0.1 : v;  // what the sense wires take
+      const double read = cells[i].drift_v + (bench.state.balancing[i] ? v - 0.1 : v);  // what the sense wires take
       bench.cell_100uv[i] = static_cast<std::int32_t>(std::lround(1e4 * read));
     }
     bench.pack.pack_voltage_100uv = static_cast<std::int32_t>(std::lround(1e4 * sum));

@@ -119,3 +119,28 @@ TEST(ChargeEnd, AChargeOfWeakCellsAccusesNoChannel) {
   CHECK_EQUAL(0, charger.bench.out.faults);
   CHECK(charger.highest_v < 4.2);
 }
+
+// BMS-061
+TEST(ChargeEnd, AnAgedCellThatRisesMoreThanTheOthersAccusesNoChannel) {
+  ChargeBench charger(charge_config(), 0.3);
+  charger.cells[9].resistance = 3.5;  // 0.1 V above the others at 20 A
+  charger.charge();
+  charger.run(600'000);
+  CHECK(charger.phase() == ChargePhase::kCharging);
+  CHECK_EQUAL(0, charger.bench.out.faults);
+}
+
+// BMS-061
+TEST(ChargeEnd, AChannelThatDriftsUpwardsIsFoundInACharge) {
+  ChargeBench charger(charge_config(), 0.3);
+  charger.charge();
+  charger.run(60'000);
+  std::int32_t took = 0;
+  for (; !has(charger.bench.out, can::BmsFault::kCellImplausible) && took < 120'000; took += 10) {
+    charger.cells[9].drift_v += 1e-4;  // 10 mV/s
+    charger.tick();
+  }
+  std::printf("BMS-061 in a charge: %.2f V above the others\n", charger.cells[9].drift_v);
+  CHECK(charger.cells[9].drift_v < 0.45);
+  CHECK(charger.bench.out.suspect == 9 && charger.phase() == ChargePhase::kStopped);
+}
