@@ -104,3 +104,16 @@ TEST(Balancing, PausesToMeasure) {
   const std::int32_t took = charger.until([](const Output& o) { return o.charge.cells_bled > 0; }, 60'000);
   CHECK(took >= 20'000 && took < 25'000);
 }
+
+// BMS-050
+TEST(Balancing, LooksAtTheShutdownCircuitItselfWhateverTheChargeSays) {
+  bench.state.measured.io.value.shutdown_closed = false;
+  request_balancing(bench.config, bench.state);
+  CHECK_EQUAL(0, bench.state.cells_bled);
+  bench.state.measured.io.value.shutdown_closed = true;
+  request_balancing(bench.config, bench.state);
+  CHECK_EQUAL(1, bench.state.cells_bled);
+  bench.state.measured.io.value.charge_switch = false;
+  request_balancing(bench.config, bench.state);
+  CHECK_EQUAL(0, bench.state.cells_bled);
+}

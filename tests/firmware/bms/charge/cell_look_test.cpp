@@ -63,3 +63,15 @@ TEST(CellLook, ALookIsTheMeanOfEveryCellAndTellsTheSpread) {
   CHECK(charger.until([](const Output& o) { return o.charge.spread_known; }, 3'600'000) >= 0);
   DOUBLES_EQUAL(120.0, charger.bench.out.charge.spread.raw(), 2.0);  // a hundredth of 1.2 V
 }
+
+// BMS-055
+TEST(CellLook, ASumOfManyBledCellsAccusesNoChannel) {
+  ChargeBench charger(charge_config(), 0.975);
+  charger.cells[0].soc = 0.965;
+  charger.sense_v = 0.3;  // 23 cells of it: 7 % of the pack's voltage, more than a cell
+  charger.charge();
+  CHECK(charger.until([](const Output& o) { return o.charge.cells_bled == 23; }, 3'600'000) >= 0);
+  charger.run(300'000);
+  CHECK_EQUAL(0, charger.bench.out.faults);
+  CHECK(charger.bench.state.cells_bled > 0 || charger.phase() == can::ChargePhase::kResting);
+}

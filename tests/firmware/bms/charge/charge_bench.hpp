@@ -34,7 +34,7 @@ class ChargeBench {
   Bench bench;
   std::vector<Cell> cells;
   double gives_at_most_a = 1e9, flows_besides_a = 0.0;
-  double shunt_a = 0.2;
+  double shunt_a = 0.2, sense_v = 0.1;  ///< and what its current takes from the reading
   std::function<double(double)> ocv = [](double soc) { return 3.0 + 1.2 * soc; };
   double highest_v = 0.0;
   bool bled_with_open_shutdown = false;
@@ -80,7 +80,7 @@ class ChargeBench {
       const double v = ocv(cells[i].soc) + 0.002 * cells[i].resistance * current_a;
       highest_v = std::max(highest_v, v);
       sum += v;
-      const double read = cells[i].drift_v + (bench.state.balancing[i] ? v - 0.1 : v);  // what the sense wires take
+      const double read = cells[i].drift_v + (bench.state.balancing[i] ? v - sense_v : v);
       bench.cell_100uv[i] = static_cast<std::int32_t>(std::lround(1e4 * read));
     }
     bench.pack.pack_voltage_100uv = static_cast<std::int32_t>(std::lround(1e4 * sum));
