@@ -25,7 +25,7 @@ def check_ids(bus: model.Bus) -> list[str]:
         if m.id in seen:
             findings.append(f"id 0x{m.id:03X} is used by {seen[m.id].name} and by {m.name}")
         seen.setdefault(m.id, m)
-        if m.id > 0x7FF:
+        if m.id > 0x7FF and not (m.unsealed and m.id >= model.EXTENDED):  # a CRC covers 16 bits of it
             findings.append(f"{m.name}: the identifier 0x{m.id:X} needs more than 11 bits")
     names = Counter(m.name for m in bus.messages)
     findings += [f"message name {name} is used {n} times" for name, n in names.items() if n > 1]
@@ -77,6 +77,9 @@ def check_protection(bus: model.Bus) -> list[str]:
     """Every frame is sealed, in the place that the codec knows, and has a sender, a cycle and a timeout."""
     findings = []
     for m in bus.messages:
+        roles = {s.role for s in m.signals} & {"counter", "crc", "checksum"}
+        if m.unsealed and roles:
+            findings.append(f"{m.name} is VL_Unsealed and has a {', a '.join(sorted(roles))}")
         if m.protection == "kNone":
             findings.append(f"{m.name} has neither counter and CRC nor a checksum")
         counter, seal = m.signal_of_role("counter"), m.signal_of_role("crc") or m.signal_of_role("checksum")

@@ -235,6 +235,7 @@ enum class Protection : std::uint8_t {
   kNone = 0,
   kCounterCrc = 1,  ///< 8-bit rolling counter and CRC-8 SAE J1850
   kOrionSum = 2,    ///< Orion checksum in the last byte, no counter
+  kAge = 3,         ///< neither, by its maker's protocol: believed by its age alone
 };
 
 /// One message of the bus. Tables are sorted by identifier.

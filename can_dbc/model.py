@@ -11,6 +11,7 @@ import cantools
 
 INVALID = "invalid"          # name of the VAL_ entry that marks "no measurement"
 CELLS_PER_FRAME = 3
+EXTENDED = 0x80000000         # marks an identifier of 29 bits
 CELL_GROUP_NAME = "CellVoltages"
 UNITLESS_ROLES = ("counter", "crc", "checksum", "index", "bits")
 
@@ -71,6 +72,7 @@ class Message:
     signals: list[Signal]
     comment: str
     file: str
+    unsealed: bool = False  # by its maker's protocol: neither counter nor CRC
 
     @property
     def receivers(self) -> set[str]:
@@ -79,6 +81,8 @@ class Message:
     @property
     def protection(self) -> str:
         roles = {s.role for s in self.signals}
+        if self.unsealed:
+            return "kAge"
         if {"counter", "crc"} <= roles:
             return "kCounterCrc"
         return "kOrionSum" if "checksum" in roles else "kNone"
@@ -157,12 +161,12 @@ def load(paths) -> Bus:
         for m in database.messages:
             cycle = _attribute(m, "GenMsgCycleTime", 0)
             bus.messages.append(Message(
-                id=m.frame_id | (0x80000000 if m.is_extended_frame else 0), name=m.name, dlc=m.length,
+                id=m.frame_id | (EXTENDED if m.is_extended_frame else 0), name=m.name, dlc=m.length,
                 sender=m.senders[0] if m.senders else "", cycle_ms=cycle,
                 cycle_many_cells_ms=_attribute(m, "VL_CycleManyCellsMs", 0) or cycle,
                 delay_ms=_attribute(m, "GenMsgStartDelayTime", 0), timeout_ms=_attribute(m, "VL_TimeoutMs", 0),
                 signals=[_signal(s) for s in sorted(m.signals, key=lambda s: s.start)],
-                comment=m.comment or "", file=str(path)))
+                comment=m.comment or "", file=str(path), unsealed=bool(_attribute(m, "VL_Unsealed", 0))))
     bus.messages.sort(key=lambda m: m.id)
     return bus
 

@@ -18,8 +18,10 @@ import model
 HERE = Path(__file__).resolve().parent
 COMMAND = "build/venv/bin/python can_dbc/reference.py"
 MADE = f"Made from the DBC files by `{COMMAND}`; a test keeps it up to date. Edit the DBC, not this page.\n"
-FILES = ("car.dbc", "orion.dbc", "lockstep.dbc")
-PROTECTION = {"kCounterCrc": "counter, CRC-8", "kOrionSum": "checksum", "kNone": "none"}
+FILES = ("car.dbc", "orion.dbc", "charger.dbc", "lockstep.dbc")
+ON_THE_BUS = 3                # of them
+PROTECTION = {"kCounterCrc": "counter, CRC-8", "kOrionSum": "checksum", "kNone": "none",
+              "kAge": "none, believed by age"}
 
 
 def number(value: Fraction | None) -> str:
@@ -160,8 +162,8 @@ def page(file: Path, folder_bus: model.Bus) -> str:
     lines = [f"# {file.name}", "", bus.comment, "", MADE]
     if file.name != "lockstep.dbc":
         loads = ", ".join(f"{check.load_pct(folder_bus, n):.1f} % with {n} cells" for n in (48, 144))
-        lines += [f"{bus.bit_rate // 1000} kbit/s. Load of car.dbc and orion.dbc together with every stuff bit that "
-                  f"can occur: {loads}.", ""]
+        lines += [f"{bus.bit_rate // 1000} kbit/s. Load of car.dbc, orion.dbc and charger.dbc together with every "
+                  f"stuff bit that can occur: {loads}.", ""]
     lines += table(["id", "message", "sender", "receivers", "cycle", "lost after", "bytes", "protection"],
                    [message_row(entry, bus) for entry in entries(bus.messages)])
     lines.append('Numbers behind a name in the pictures are bits of that signal, 0 the lowest. "No value" is the raw '
@@ -185,7 +187,7 @@ def index(files: list[Path]) -> str:
 
 def pages(folder: Path) -> dict[str, str]:
     files = [folder / name for name in FILES]
-    bus = model.load(files[:2])
+    bus = model.load(files[:ON_THE_BUS])
     return {"README.md": index(files), **{f"{file.stem}.md": page(file, bus) for file in files}}
 
 

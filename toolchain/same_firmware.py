@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 DRIVER = Path(__file__).resolve().parent / "same_firmware"
 SOURCES = ("firmware", "can_dbc")
-NODES = ("base", "codec", "bms", "bms/estimate", "master", "app")  # folders of firmware/ that make the nodes
+NODES = ("base", "codec", "bms", "bms/estimate", "bms/charge", "master", "app")  # folders of firmware/ that make the nodes
 COMPARISON = ("car", "bus", "settings", "pair", "run", "shrink", "main")
 EXIT_DIFFERENT, EXIT_USAGE, EXIT_BUILD, EXIT_DEFECT, EXIT_INTERRUPTED = 1, 2, 5, 70, 130
 LINES_SHOWN = 30  # of the short input; all of it goes to the file
@@ -160,7 +160,7 @@ class Words:
         import cantools
         sys.path.insert(0, str(can_dbc))
         import model  # the names of the bits, which are an attribute of this project
-        files = [can_dbc / "car.dbc", can_dbc / "orion.dbc"]
+        files = [can_dbc / name for name in ("car.dbc", "orion.dbc", "charger.dbc")]
         self.base = cantools.database.Database()
         for file in files:
             self.base.add_dbc_file(file)

@@ -24,6 +24,14 @@ def endurance(binary, folder, browser):
     return page
 
 
+def charge(binary, folder, browser):
+    report = folder / "charge.html"
+    subprocess.run([binary, "charge", "--from-soc", "10", "--report", report], check=True, stdout=subprocess.DEVNULL)
+    page = browser.page(report.as_uri(), 1280, 1230)
+    page.wait_for("document.documentElement?.dataset.ready")
+    return page
+
+
 def compare(binary, folder, browser):
     """A car, the same car lighter, and the same car on less current."""
     runs = {"base": [], "lighter": ["vehicle.mass_kg=225"], "120_ampere": ["bms.discharge_current_max_a=120"]}
@@ -83,7 +91,7 @@ def orion(binary, folder, browser):
     return page
 
 
-PICTURES = {"report": endurance, "compare": compare, "explain": explain,
+PICTURES = {"report": endurance, "charge": charge, "compare": compare, "explain": explain,
             "replay_weak_cell": replay("A_postregen_193.candump.log.gz", "falls to"),
             "orion": orion,
             "replay_soc_jump": replay("B_pitt_autox_24.candump.log.gz", "SOC jumps"),

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/bms_step.hpp"
 
-#include "bms/balancing.hpp"
+#include "bms/charge/balancing.hpp"
+#include "bms/charge/cell_look.hpp"
+#include "bms/charge/charge.hpp"
+#include "bms/charge/charge_config.hpp"
 #include "bms/contactors.hpp"
 #include "bms/estimate/resistance.hpp"
 #include "bms/faults.hpp"
@@ -44,7 +47,7 @@ void estimate(const Config& config, Instant now, bool slow, State& state) {
   const bool temperature_known = state.pack.hottest_sensor != kNoCell;
   estimate_soc(config,
                SocInput{m.cell, state.pack.cells_good, m.current, m.cell_current, now, temperature_between(state.pack),
-                        temperature_known},
+                        temperature_known, m.some_bled ? m.bled : nullptr},
                state.soc);
   const bool known = temperature_known && soc_ready(config, state.soc);
   if (slow && known) state.cell_resistance = cell_resistance(config.resistance, state.soc, state.pack.temperature_min);
@@ -73,6 +76,24 @@ CellReport report_cell(const Config& config, const State& state) {
   return report;
 }
 
+ChargeReport report_charge(const Config& config, const State& s) {
+  ChargeReport out;
+  out.on = s.charge.phase != can::ChargePhase::kNone || s.charge.lingers;
+  if (!out.on) return out;
+  out.at_once = s.charge.at_once;
+  out.phase = s.charge.phase;
+  out.reason = s.charge.reason;
+  out.asked = s.charge.asked;
+  out.voltage_max = charger_voltage_max(config);
+  out.spread = s.look.highest - s.look.lowest;
+  out.spread_known = s.look.known;
+  out.cells_bled = s.cells_bled;
+  for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {
+    if (s.balancing[i]) out.bled[i / kCellsPerWord] |= std::uint32_t{1} << (i % kCellsPerWord);
+  }
+  return out;
+}
+
 Output report(const Config& config, Instant now, const State& state) {
   Output out;
   out.contactors = state.contactors.command;
@@ -93,6 +114,7 @@ Output report(const Config& config, Instant now, const State& state) {
   out.suspect_why = suspect.why;
   out.current_offset = state.current_check.offset;
   out.current_offset_known = state.current_check.offset_known;
+  out.charge = report_charge(config, state);
   out.now = now;
   return out;
 }
@@ -106,13 +128,15 @@ Output step(const Config& config, const Input& input, State& state) {
   const bool slow = state.steps % kSlowSteps == 0;
 
   ingest(config, input, state);
+  mark_bled_cells(config, input.now, state);
   summarise(config, state.measured, state.start, state.pack);
   estimate(config, input.now, slow, state);
   check_channels(config, input.now, elapsed, slow, state);
   judge_faults(config, input.now, state);
+  run_charge(config, input.now, elapsed, slow, state);
   sequence_contactors(config, input.now, state);
   update_limits(config, elapsed, state);
-  if (slow) request_balancing(config, state);
+  request_balancing(config, state);
 
   const Output output = report(config, input.now, state);
   state.last = input.now;

@@ -6,7 +6,7 @@
 namespace voltlap::bms {
 
 inline constexpr Duration kStep = Duration::from_ms(10);
-inline constexpr std::uint32_t kSlowSteps = 10;  ///< estimation of resistance and balancing: 10 Hz
+inline constexpr std::uint32_t kSlowSteps = 10;  ///< estimation of resistance, steering of the charge: 10 Hz
 
 [[nodiscard]] Output step(const Config& config, const Input& input, State& state);
 

@@ -160,7 +160,9 @@ bool off_level(const Config& config, const CellCheck& c, const CellTrack& t) {
   const std::int64_t base = ocv(config, c.soc.raw()).raw();
   if (apart > 0) {
     const std::int32_t above = own < 0 ? 0 : (own > kStartSpread ? kStartSpread : own);
-    return apart > ocv(config, c.soc.raw() + above + spread).raw() - base + margin;
+    // What sags more under a load rises more in a charge.
+    const std::int64_t rise = c.rise == 0 ? 0 : c.rise * (sag_percent(config, t) * 3 / 2 + kSagPercent) / 100;
+    return apart > ocv(config, c.soc.raw() + above + spread).raw() - base + margin + rise;
   }
   const std::int32_t below = own > 0 ? 0 : (own < -kStartSpread ? -kStartSpread : own);
   if (c.soc.raw() + below - spread < 0) return false;  // below the end of the table anything is possible
@@ -196,7 +198,7 @@ void take_arrived(const Config& config, Instant now, State& s) {
   if (!m.current.good() || !m.pack_voltage.good() || (now - m.current.time).ms() != 0) return;
   follow_wave(m.current.value, m.pack_voltage.value, now, s.cell_check.wave);
   for_each_arrived(config, m, [&](std::size_t i) {
-    if (m.cell[i].good()) take_and_judge(config, now, i, s);
+    if (m.cell[i].good() && !m.bled[i]) take_and_judge(config, now, i, s);  // BMS-055
   });
 }
 
@@ -255,9 +257,12 @@ void renew_load(const Config& config, Instant now, State& s) {
   c.chopped = is_chopped(c.wave, s.cell_resistance);
   const std::int64_t current = s.measured.current.value.raw();
   const Duration memory = commanded(s.contactors.command) ? kLevel : kAtRest;
-  c.load = followed(c.load, current < 0 ? -current : current, share_of(now - c.renewed, memory));
+  const std::int64_t share = share_of(now - c.renewed, memory);
+  c.load = followed(c.load, current < 0 ? -current : current, share);
+  c.net = followed(c.net, current, share);
   const Resistance seen = seen_resistance(config, s.current_check.answer);
   if (seen > Resistance{}) c.resistance = min(seen, Resistance::saturated(kSeenTimes * s.cell_resistance.raw()));
+  c.rise = c.net < 0 ? static_cast<std::int32_t>(drop(-std::int64_t{c.net}, s.cell_resistance) / 256) : 0;
   c.sag = static_cast<std::int32_t>(drop(c.load, max(c.resistance, s.cell_resistance)) / 256);
   c.renewed = now;
 }

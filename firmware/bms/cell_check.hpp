@@ -15,7 +15,8 @@
 //   level:  l_k = mean of V_k + R I over 10 s, less that of the neighbours. It may be what the cell's own start and
 //           capacity explain: OCV(s + own +- (0.03 + 0.25 drawn)) - OCV(s) +- (30 mV + 0.5 R |I|), s the SOC that
 //           the neighbours' level belongs to, drawn its change since the first rest, own the cell's difference then
-//           (0.1 at most). A cell that answers with more than its share may lie so much lower.
+//           (0.1 at most). A cell that answers with more than its share may lie so much lower,
+//           and in a charge so much higher.
 //           Not judged where the lag leaves less than a quarter of the current and the rest moves a cell by 10 mV.
 // The neighbours' mean level leaves out the lowest cell, so that a bad cell accuses no sound one. Chosen on drawn sound
 // packs (tests/closed_loop/sound_cars_test.cpp, sound_pedals_test.cpp).
@@ -72,6 +73,8 @@ struct CellCheck {
   std::int32_t load = 0;         ///< [mA] mean of |I| over 10 s
   Resistance resistance{};       ///< of a cell, as the pack answered last
   std::int32_t sag = 0;          ///< [0.1 mV] R load, R the larger one of that and the table's
+  std::int32_t net = 0;          ///< [mA] mean of I over 10 s
+  std::int32_t rise = 0;         ///< [0.1 mV] R times what is charged on the whole, 0 otherwise
   std::int32_t level = 0;        ///< of the neighbours
   std::int32_t rest = kAllAnswers;   ///< [per mille] of the pack's answer, without the cell that sags most
   Soc start{};                   ///< mean at the first rest

@@ -88,10 +88,15 @@ struct Config {
   Duration discharge_time = Duration::from_ms(5000);    ///< EV.5.4.5: DC link down after this
   Ratio dc_link_welded = Ratio::from_raw(500'000);      ///< DC link above this share of the pack: not disconnected
 
+  // charge
+  Current charger_current_max{};                                ///< 0: no charger in this pack
+  CellVoltage charge_margin = CellVoltage::from_raw(50);        ///< below the maximum: error of a cell's channel
+  Current charge_current_end = Current::from_raw(500);          ///< full when the voltage is held by no more
   // balancing
   CellVoltage balancing_voltage_min = CellVoltage::from_raw(39'000);
-  CellVoltage balancing_difference = CellVoltage::from_raw(100);
+  CellVoltage balancing_difference = CellVoltage::from_raw(30);
   Current balancing_current_max = Current::from_raw(1000);
+  Duration balancing_time_max = Duration::from_ms(86'400'000);  ///< of shunts in one charge
 };
 
 /// What config_check found wrong first: one name for each condition.
@@ -187,11 +192,20 @@ enum class ConfigError : std::uint8_t {
   kDcLinkWeldedPrecharge,
   kSocDeratingStart,
   kSocDeratingStartFull,
+  // charge
+  kChargerCurrent,
+  kChargerCurrentTrip,
+  kChargeMargin,
+  kChargeMarginMax,
+  kChargeCurrentEnd,
+  kChargeCurrentEndMax,
   // balancing
   kBalancingVoltageMin,
   kBalancingVoltageMax,
   kBalancingDifference,
   kBalancingCurrent,
+  kBalancingTime,
+  kBalancingTimeMax,
 };
 
 namespace check {
@@ -222,6 +236,9 @@ inline constexpr Duration kDischargeTimeMax = Duration::from_ms(5'000);         
 inline constexpr Duration kPrechargeTimeMax = Duration::from_ms(60'000);
 inline constexpr Duration kPrechargeCoolingMax = Duration::from_ms(600'000);
 inline constexpr std::uint8_t kPrechargeAttemptsMax = 20;
+inline constexpr Current kChargerCurrentMin = Current::from_raw(100);               // a step of ChargerCommand
+inline constexpr CellVoltage kChargeMarginMax = CellVoltage::from_raw(2'000);       // 0.2 V; chosen
+inline constexpr Duration kBalancingTimeMax = Duration::from_ms(864'000'000);       // 10 days; chosen
 inline constexpr Duration kOpeningTimeMax = Duration::from_ms(100);                 // inside the 250 ms of EV.7.2.2
 
 constexpr bool is_limit_horizon(Duration time) {
@@ -372,11 +389,20 @@ constexpr ConfigError ratios(const Config& c) {
 }
 
 constexpr ConfigError balancing(const Config& c) {
+  const bool charger = c.charger_current_max != Current{};
   return first_broken<ConfigError>({
+      {!charger || kChargerCurrentMin <= c.charger_current_max, ConfigError::kChargerCurrent},
+      {c.charger_current_max <= c.charge_current_trip, ConfigError::kChargerCurrentTrip},
+      {CellVoltage{} <= c.charge_margin, ConfigError::kChargeMargin},
+      {c.charge_margin <= kChargeMarginMax, ConfigError::kChargeMarginMax},
+      {kChargerCurrentMin <= c.charge_current_end, ConfigError::kChargeCurrentEnd},
+      {!charger || c.charge_current_end <= c.charger_current_max, ConfigError::kChargeCurrentEndMax},
       {CellVoltage{} <= c.balancing_voltage_min, ConfigError::kBalancingVoltageMin},
       {c.balancing_voltage_min <= c.cell_voltage_plausible_max, ConfigError::kBalancingVoltageMax},
       {CellVoltage{} <= c.balancing_difference, ConfigError::kBalancingDifference},
       {Current{} <= c.balancing_current_max, ConfigError::kBalancingCurrent},
+      {Duration{} <= c.balancing_time_max, ConfigError::kBalancingTime},
+      {c.balancing_time_max <= kBalancingTimeMax, ConfigError::kBalancingTimeMax},
   });
 }
 

@@ -2,6 +2,7 @@
 #include "bms/contactors.hpp"
 
 #include "base/require.hpp"
+#include "bms/charge/on_charger.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -11,6 +12,11 @@ using can::BmsState;
 constexpr std::int64_t kWhole = 1'000'000;
 
 bool requested(const Measured& m) { return m.master.good() && m.master.value.tractive_system; }
+/// For what they are closed, somebody still wants it. A car on a charger does not drive.
+bool wanted(const State& s) {
+  if (s.contactors.for_charge) return s.charge.wants_contactors;
+  return requested(s.measured) && !on_charger(s.measured);
+}
 bool released(const Measured& m) { return m.master.good() && !m.master.value.tractive_system; }
 bool shutdown_closed(const Measured& m) { return m.io.good() && m.io.value.shutdown_closed; }
 
@@ -38,7 +44,7 @@ void open_all(Instant now, Contactors& c) {
 
 /// Leaves a state in which contactors may be closed. The torque goes first, where there is time for it.
 void leave(BmsState next, bool at_once, Instant now, Contactors& c) {
-  c.opening = c.state == BmsState::kTsActive && !at_once;
+  c.opening = (c.state == BmsState::kTsActive || c.state == BmsState::kCharging) && !at_once;
   if (c.opening) c.opening_since = now;
   if (!c.opening) open_all(now, c);
   c.state = next;
@@ -51,7 +57,7 @@ void enter(BmsState next, Instant now, Contactors& c) {
   if (next == BmsState::kPrecharge) {
     c.command = ContactorCommand{false, true, true};
     c.closed_once = true;
-  } else if (next == BmsState::kTsActive) {
+  } else if (next == BmsState::kTsActive || next == BmsState::kCharging) {
     c.command = ContactorCommand{true, true, false};
   } else {
     open_all(now, c);
@@ -89,7 +95,8 @@ bool dc_link_explained(const Config& config, const State& s) {
 
 void from_idle(const Config& config, Instant now, State& s) {
   Contactors& c = s.contactors;
-  if (!requested(s.measured) || !shutdown_closed(s.measured)) return;
+  c.for_charge = s.charge.wants_contactors;
+  if (!wanted(s) || !shutdown_closed(s.measured)) return;
   if (!measurements_good(config, s) || !s.measured.dc_link_voltage.good()) return;
   if (!dc_link_explained(config, s) || c.precharges >= config.precharge_attempts) return;
   if (c.precharges == 0) c.credit_at = now;
@@ -103,7 +110,8 @@ void from_precharge(const Config& config, Instant now, State& s) {
   Contactors& c = s.contactors;
   const Duration elapsed = now - c.entered;
   if (c.command.air_plus) {
-    if (s.measured.io.value.air_plus_aux) enter(BmsState::kTsActive, now, c);
+    // BMS-051: closed for a charger is another state, for which no torque is given.
+    if (s.measured.io.value.air_plus_aux) enter(c.for_charge ? BmsState::kCharging : BmsState::kTsActive, now, c);
     return;
   }
   // BMS-032: what was not seen to rise has the time in which it rises.
@@ -122,12 +130,12 @@ void from_precharge(const Config& config, Instant now, State& s) {
 }
 
 void from_open(Instant now, State& s) {
-  if (s.contactors.opening) return;
+  if (s.contactors.opening || (s.contactors.for_charge && on_charger(s.measured))) return;
   if (released(s.measured) && all_aux_open(s.measured)) enter(BmsState::kIdle, now, s.contactors);
 }
 
 bool closed_or_closing(const Contactors& c) {
-  return c.state == BmsState::kPrecharge || c.state == BmsState::kTsActive;
+  return c.state == BmsState::kPrecharge || c.state == BmsState::kTsActive || c.state == BmsState::kCharging;
 }
 
 /// AIR+ and the precharge relay close only on top of AIR-, and nothing is closed outside of precharge and active but
@@ -142,7 +150,8 @@ void advance(const Config& config, Instant now, State& state) {
     case BmsState::kInvalid: from_invalid(config, now, state); break;
     case BmsState::kIdle: from_idle(config, now, state); break;
     case BmsState::kPrecharge: from_precharge(config, now, state); break;
-    case BmsState::kTsActive: break;
+    case BmsState::kTsActive:
+    case BmsState::kCharging: break;
     case BmsState::kOpen: from_open(now, state); break;
     case BmsState::kFault:
       if (!c.opening) enter(BmsState::kOpen, now, c);
@@ -166,7 +175,7 @@ void sequence_contactors(const Config& config, Instant now, State& state) {
     } else {
       c.state = BmsState::kFault;
     }
-  } else if (closed_or_closing(c) && (!requested(state.measured) || !shutdown_closed(state.measured))) {
+  } else if (closed_or_closing(c) && (!wanted(state) || !shutdown_closed(state.measured))) {
     leave(BmsState::kOpen, at_once, now, c);
   } else {
     advance(config, now, state);

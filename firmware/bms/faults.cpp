@@ -88,7 +88,7 @@ Finding contactor_stuck_open(const Config&, const State& s, Instant) {
 /// inverter has drawn meanwhile from the DC link would come back through no precharge resistor.
 Finding contactor_dropped(const Config&, const State& s, Instant) {
   if (!s.measured.io.good()) return Finding{};
-  const bool active = s.contactors.state == can::BmsState::kTsActive;
+  const bool active = s.contactors.state == can::BmsState::kTsActive || s.contactors.state == can::BmsState::kCharging;
   return active_if(active && !(s.measured.io.value.air_plus_aux && s.measured.io.value.air_minus_aux));
 }
 /// The DC link still stands at the pack's voltage, or above 60 V, when it should long be discharged, or came up in no

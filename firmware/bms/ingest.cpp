@@ -2,6 +2,7 @@
 #include "bms/ingest.hpp"
 
 #include "base/require.hpp"
+#include "can_dbc/charger.hpp"
 #include "codec/refresh.hpp"
 
 namespace voltlap::bms {
@@ -50,6 +51,16 @@ void take_inverter(const can::InverterStatus& m, Instant now, Measured& out) {
   refresh(out.motor_speed, m.motor_speed_ok, MotorSpeed::from_raw(m.motor_speed_rpm), now);
 }
 
+VehicleIo as_reported(const can::VehicleIo& io) {
+  return {io.air_plus_aux, io.air_minus_aux, io.precharge_aux, io.shutdown_closed, io.charge_switch};
+}
+
+void take_charger(const can::ChargerStatus& m, Instant now, Measured& out) {
+  const bool faulty = m.hardware_failure || m.over_temperature || m.input_voltage_wrong;
+  const bool not_connected = m.battery_not_connected || m.communication_timeout;
+  refresh(out.charger, true, ChargerReport{Current::from_raw(m.output_current_ma), faulty, not_connected}, now);
+}
+
 void take_frame(const Config& config, const Frame& frame, Instant now, State& state) {
   Measured& out = state.measured;
   can::CellVoltages cells;
@@ -58,6 +69,7 @@ void take_frame(const Config& config, const Frame& frame, Instant now, State& st
   can::InverterStatus inverter;
   can::VehicleIo io;
   can::MasterStatus master;
+  can::ChargerStatus charger;
   if (can::decode(frame, cells)) {
     take_cells(config, cells, now, out);
   } else if (can::decode(frame, pack)) {
@@ -65,12 +77,14 @@ void take_frame(const Config& config, const Frame& frame, Instant now, State& st
   } else if (can::decode(frame, inverter)) {
     take_inverter(inverter, now, out);
   } else if (can::decode(frame, io)) {
-    refresh(out.io, true, VehicleIo{io.air_plus_aux, io.air_minus_aux, io.precharge_aux, io.shutdown_closed}, now);
+    refresh(out.io, true, as_reported(io), now);
   } else if (can::decode(frame, master)) {
     const bool known = master.drive_state != can::DriveState::kInvalid;
     refresh(out.master, known, MasterRequest{master.ts_request, master.reset_request}, now);
   } else if (can::decode(frame, temperatures)) {
     take_temperatures(config, temperatures, now, out);
+  } else if (can::decode(frame, charger)) {
+    take_charger(charger, now, out);
   }
 }
 
@@ -86,6 +100,7 @@ void expire_all(const Config& config, Instant now, Measured& out) {
   expire(out.dc_link_voltage, can::InverterStatus::kTimeoutMs, now);
   expire(out.io, can::VehicleIo::kTimeoutMs, now);
   expire(out.master, can::MasterStatus::kTimeoutMs, now);
+  expire(out.charger, can::ChargerStatus::kTimeoutMs, now);
 }
 
 /// A cell's voltage belongs to the current that flowed when it was taken, whatever the order of the frames.

@@ -8,6 +8,7 @@
 #include "base/sample.hpp"
 #include "base/units.hpp"
 #include "bms/cell_check.hpp"
+#include "bms/charge/charge_state.hpp"
 #include "bms/config.hpp"
 #include "bms/current_check.hpp"
 #include "bms/fault_timer.hpp"
@@ -32,6 +33,7 @@ struct VehicleIo {
   bool air_minus_aux = false;
   bool precharge_aux = false;
   bool shutdown_closed = false;
+  bool charge_switch = false;
 };
 
 struct MasterRequest {
@@ -54,9 +56,14 @@ struct Measured {
   Sample<MotorSpeed> motor_speed{};
   Sample<VehicleIo> io{};
   Sample<MasterRequest> master{};
+  Sample<ChargerReport> charger{};
+  bool bled[kMaxCells] = {};            ///< by cell_look: the cell is read under a bleed, and reads too low
+  bool some_bled = false;
 };
 
 static_assert(can::CellVoltages::kGroups <= 64, "one bit each");
+inline constexpr std::size_t kCellsPerWord = 24;  ///< of BalancingCommand
+static_assert(can::BalancingCommand::kGroups * can::BalancingCommand::kPerFrame * kCellsPerWord == kMaxCells);
 
 /// Every cell of the groups that came in this step.
 template <class Visit>
@@ -114,6 +121,7 @@ struct Contactors {
   Instant opening_since{};        ///< an opening that waits for the current to go
   Instant credit_at{};            ///< of the last precharge that has been given back
   std::uint8_t precharges = 0;    ///< that the resistor has not cooled from
+  bool for_charge = false;        ///< what is closed, or about to, is closed for a charger
   bool opening = false;           ///< limits and torque are zero, the contactors follow
   bool closed_once = false;       ///< since power-on
   bool dc_link_was_low = false;   ///< at the begin of precharge
@@ -155,7 +163,10 @@ struct State {
   Limits limits{};                     // limits
   LimitCaps caps{};                    // limits/table
   Ahead ahead{};                       // limits/ahead
-  bool balancing[kMaxCells] = {};      // balancing, 10 Hz
+  Charge charge{};                     // charge
+  CellLook look{};                     // cell_look
+  bool balancing[kMaxCells] = {};      // balancing
+  std::uint8_t cells_bled = 0;         // balancing: how many
 };
 
 /// One cell as the Orion broadcasts it.
@@ -166,6 +177,20 @@ struct CellReport {
   CellVoltage open_voltage{};
   Resistance resistance{};
   bool balancing = false;
+};
+
+/// What goes to a charger and to the shunts; sent while `on`, and at once when something has been stopped.
+struct ChargeReport {
+  bool on = false;
+  bool at_once = false;
+  can::ChargePhase phase = can::ChargePhase::kNone;
+  can::ChargeReason reason = can::ChargeReason::kNone;
+  Current asked{};          ///< of the charger; zero: off
+  PackVoltage voltage_max{};
+  CellVoltage spread{};
+  bool spread_known = false;
+  std::uint8_t cells_bled = 0;
+  std::uint32_t bled[kMaxCells / kCellsPerWord] = {};  ///< a bit a cell, as BalancingCommand has them
 };
 
 struct Output {
@@ -187,6 +212,7 @@ struct Output {
   can::SuspectWhy suspect_why = can::SuspectWhy::kNone;
   Current current_offset{};
   bool current_offset_known = false;
+  ChargeReport charge{};
 };
 
 }  // namespace voltlap::bms

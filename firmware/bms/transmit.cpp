@@ -3,6 +3,7 @@
 
 #include "base/require.hpp"
 #include "can_dbc/car.hpp"
+#include "can_dbc/charger.hpp"
 #include "can_dbc/orion.hpp"
 #include "codec/message_table.hpp"
 #include "codec/send.hpp"
@@ -16,6 +17,7 @@ constexpr std::uint16_t kRelayCharge = 1U << 1;
 constexpr std::uint16_t kRelayMalfunction = 1U << 3;
 constexpr std::uint16_t kRelayAlwaysOn = 1U << 5;
 constexpr std::uint16_t kRelayReady = 1U << 6;
+constexpr std::uint16_t kRelayCharging = 1U << 7;
 
 /// A limit is rounded down to what its code can say: never more than was allowed.
 std::int32_t rounded_down(Current limit, std::int32_t step_ma) { return limit.raw() / step_ma * step_ma; }
@@ -62,6 +64,7 @@ std::uint16_t relay_state(const Output& out) {
   if (out.limits.charge.value > Current{}) bits |= kRelayCharge;
   if (out.faults != 0) bits |= kRelayMalfunction;
   if (out.state == can::BmsState::kTsActive) bits |= kRelayReady;
+  if (out.state == can::BmsState::kCharging) bits |= kRelayCharging;
   return static_cast<std::uint16_t>(bits);
 }
 
@@ -97,10 +100,58 @@ can::LimitBroadcast limit_broadcast(const Output& out) {
   return m;
 }
 
-bool limit_broadcast_due(Instant now) {
-  constexpr std::size_t kRow = codec::find_row(can::kBmsTx, codec::row_count(can::kBmsTx), can::LimitBroadcast::kId);
+template <std::uint32_t kId>
+bool is_due(Instant now) {
+  constexpr std::size_t kRow = codec::find_row(can::kBmsTx, codec::row_count(can::kBmsTx), kId);
   static_assert(kRow != codec::kNoRow);
   return can::due(now.ms(), can::kBmsTx[kRow].cycle_ms, can::kBmsTx[kRow].delay_ms);
+}
+
+can::ChargeStatus charge_status(const ChargeReport& charge) {
+  can::ChargeStatus m;
+  m.phase = charge.phase;
+  m.reason = charge.reason;
+  m.cells_bled = charge.cells_bled;
+  m.spread_100uv = charge.spread.raw();
+  m.spread_ok = charge.spread_known;
+  m.current_asked_ma = charge.asked.raw();
+  m.current_asked_ok = true;
+  return m;
+}
+
+/// Off carries no current to be misread by.
+can::ChargerCommand charger_command(const ChargeReport& charge) {
+  can::ChargerCommand m;
+  const bool charges = charge.asked > Current{};
+  m.voltage_max_100uv = charges ? charge.voltage_max.raw() : 0;
+  m.voltage_max_ok = true;
+  m.current_max_ma = charge.asked.raw();
+  m.current_max_ok = true;
+  m.control = charges ? can::ChargerControl::kCharge : can::ChargerControl::kOff;
+  return m;
+}
+
+can::BalancingCommand balancing_command(const ChargeReport& charge, std::uint8_t group) {
+  can::BalancingCommand m;
+  m.group = group;
+  for (std::size_t k = 0; k < can::BalancingCommand::kPerFrame; ++k) {
+    m.cells[k] = charge.bled[group * can::BalancingCommand::kPerFrame + k];
+  }
+  return m;
+}
+
+/// On a charger alone: the bus of a race stays as it is.
+void transmit_charge(const Output& out, codec::Sealer& sealer, TxQueue& tx) {
+  const ChargeReport& charge = out.charge;
+  if (!charge.on) return;
+  constexpr std::uint32_t kFirst = can::BalancingCommand::kBaseId;
+  const bool due[] = {is_due<kFirst>(out.now), is_due<kFirst + 1>(out.now), is_due<kFirst + 2>(out.now)};
+  static_assert(sizeof(due) == can::BalancingCommand::kGroups);
+  for (std::uint8_t group = 0; group < can::BalancingCommand::kGroups; ++group) {
+    if (due[group] || charge.at_once) codec::send(balancing_command(charge, group), sealer, tx);
+  }
+  if (is_due<can::ChargeStatus::kId>(out.now)) codec::send(charge_status(charge), sealer, tx);
+  if (is_due<can::ChargerCommand::kId>(out.now) || charge.at_once) codec::send(charger_command(charge), sealer, tx);
 }
 
 }  // namespace
@@ -112,7 +163,8 @@ void transmit(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
   codec::send(bms_status(output), sealer, tx);
   codec::send(pack_broadcast(output), sealer, tx);
   codec::send(cell_broadcast(output), sealer, tx);
-  if (limit_broadcast_due(output.now)) codec::send(limit_broadcast(output), sealer, tx);
+  if (is_due<can::LimitBroadcast::kId>(output.now)) codec::send(limit_broadcast(output), sealer, tx);
+  transmit_charge(output, sealer, tx);
 }
 
 }  // namespace voltlap::bms

@@ -60,6 +60,7 @@ void check_pack_voltage(const Config& config, Instant now, Duration elapsed, Sta
   VoltageCheck& c = s.voltage_check;
   c.steady = false;
   if (!s.pack.cells_good || !s.measured.pack_voltage.good() || !s.measured.current.good()) return;
+  if (s.measured.some_bled) return;  // BMS-055: the sum is too low
   follow_difference(config, elapsed, s);
   follow_steadiness(config, now, s);
   if (!s.contactors.closed_once) learn_gain(config, s);

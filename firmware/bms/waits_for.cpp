@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/waits_for.hpp"
 
+#include "bms/charge/on_charger.hpp"
+
 namespace voltlap::bms {
 namespace {
 
@@ -36,10 +38,12 @@ bool dc_link_charged(const Config& config, const State& s) {
 WaitsFor waits_for(const Config& config, const State& s) {
   const Contactors& c = s.contactors;
   if (!s.config_ok) return WaitsFor::kConfiguration;
-  if (c.state == BmsState::kPrecharge || c.state == BmsState::kTsActive) return WaitsFor::kNone;
+  if (c.state == BmsState::kPrecharge || c.state == BmsState::kTsActive || charges(s)) return WaitsFor::kNone;
   if (c.state != BmsState::kInvalid && s.faults.open) return WaitsFor::kFaultGone;
   const WaitsFor first = missing(config, s);
   if (first != WaitsFor::kNone) return first;
+  const bool charger_waits = s.charge.phase == can::ChargePhase::kWaiting;  // ChargeStatus says for what
+  if (on_charger(s.measured) && c.state != BmsState::kInvalid && !charger_waits) return WaitsFor::kChargeSwitchOff;
   if (c.state == BmsState::kInvalid || c.state == BmsState::kOpen) {
     if (s.measured.master.value.tractive_system) return WaitsFor::kRequestReleased;
     return aux_closed(s) ? WaitsFor::kContactorsOpen : WaitsFor::kNone;

@@ -42,7 +42,8 @@ void seal(const can::MessageRow& row, Frame& frame, std::uint8_t counter) {
       frame.data[row.crc_byte] = crc_of(row, frame);
       break;
     case can::Protection::kOrionSum: frame.data[row.crc_byte] = orion_sum_of(row, frame); break;
-    case can::Protection::kNone: break;
+    case can::Protection::kNone:
+    case can::Protection::kAge: break;
   }
 }
 
@@ -55,6 +56,7 @@ bool sealed_ok(const can::MessageRow& row, const Frame& frame) {
   switch (row.protection) {
     case can::Protection::kCounterCrc: return frame.data[row.crc_byte] == crc_of(row, frame);
     case can::Protection::kOrionSum: return frame.data[row.crc_byte] == orion_sum_of(row, frame);
+    case can::Protection::kAge: return true;
     case can::Protection::kNone: break;
   }
   return false;

@@ -15,7 +15,8 @@ void seal(const can::MessageRow& row, Frame& frame, std::uint8_t counter);
 /// The same for any frame of the bus; a frame that is not of this bus stays as it is.
 void seal(Frame& frame, std::uint8_t counter);
 
-/// True when identifier and length are right and CRC or checksum match. A row without protection is never trusted.
+/// True when identifier and length are right and CRC or checksum match. A row without protection is never
+/// trusted; one of kAge, whose maker gives it none, always: who uses it goes by its age.
 [[nodiscard]] bool sealed_ok(const can::MessageRow& row, const Frame& frame);
 [[nodiscard]] bool sealed_ok(const Frame& frame);
 

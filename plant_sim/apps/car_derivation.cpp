@@ -84,6 +84,9 @@ void derive_pack(const VehicleParameters& base, const VehicleParameters& car, De
             fmt::format("derived: {} x {:g} A, as far as the cell is known", battery.cells_in_parallel, each_a));
     const double one_c = rounded(car.cell.capacity_ah * battery.cells_in_parallel, 1.0);
     out.put("bms.charge_current_max_a", std::clamp(one_c, 1.0, kFirmwareMost_a), "derived: 1C");
+    constexpr double kHalf = 0.5;
+    out.put("bms.charger_current_max_a", std::clamp(rounded(kHalf * one_c, 1.0), 1.0, kFirmwareMost_a),
+            "derived: half of 1C");
   }
   constexpr double kFifth = 0.2;
   out.put("sensors.temperature_count", std::ceil(kFifth * battery.cells_in_series - 1e-9),

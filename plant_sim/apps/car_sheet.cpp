@@ -58,6 +58,7 @@ constexpr SheetNumber kSheet[] = {
     {"master.regen_current_max_a", "phase current of full regeneration, 0: none"},
     {"bms.discharge_current_max_a", "largest that the BMS allows"},
     {"bms.charge_current_max_a", "largest that the BMS allows"},
+    {"bms.charger_current_max_a", "largest that the BMS asks of a charger"},
     {"sensors.temperature_count", "thermistors"},
     {"contactors.dc_link_capacitance_f", "DC link"},
     {"contactors.bleed_resistance_ohm", "across the DC link"},

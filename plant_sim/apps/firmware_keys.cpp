@@ -80,9 +80,13 @@ constexpr FirmwareKey<bms::Config> kBmsKeys[] = {
     bms_row<&B::contactor_drop_time>("bms.contactor_drop_time_s", kMilli),
     bms_row<&B::discharge_time>("bms.dc_link_discharge_time_s", kMilli),
     bms_row<&B::dc_link_welded>("bms.dc_link_welded", kMicro),
+    bms_row<&B::charger_current_max>("bms.charger_current_max_a", kMilli),
+    bms_row<&B::charge_margin>("bms.charge_margin_v", k100Micro),
+    bms_row<&B::charge_current_end>("bms.charge_current_end_a", kMilli),
     bms_row<&B::balancing_voltage_min>("bms.balancing_voltage_min_v", k100Micro),
     bms_row<&B::balancing_difference>("bms.balancing_difference_v", k100Micro),
     bms_row<&B::balancing_current_max>("bms.balancing_current_max_a", kMilli),
+    bms_row<&B::balancing_time_max>("bms.balancing_time_max_s", kMilli),
 };
 
 constexpr FirmwareKey<master::Config> kMasterKeys[] = {

@@ -88,6 +88,16 @@ constexpr Row<B> kBmsRows[] = {
     {B::kDcLinkWeldedPrecharge, "bms.dc_link_welded", kBelow, "bms.precharge_ratio"},
     {B::kSocDeratingStart, "bms.soc_derating_start", kAtLeast},
     {B::kSocDeratingStartFull, "bms.soc_derating_start", kBelow, "", bms::check::kFull.raw()},
+    {B::kChargerCurrent, "bms.charger_current_max_a", kAtLeast, "", bc::kChargerCurrentMin.raw(),
+     "the step of a charger's command; 0: no charger"},
+    {B::kChargerCurrentTrip, "bms.charger_current_max_a", kAtMost, "bms.charge_current_trip_a"},
+    {B::kChargeMargin, "bms.charge_margin_v", kAtLeast},
+    {B::kChargeMarginMax, "bms.charge_margin_v", kAtMost, "", bc::kChargeMarginMax.raw()},
+    {B::kChargeCurrentEnd, "bms.charge_current_end_a", kAtLeast, "", bc::kChargerCurrentMin.raw(),
+     "the step of a charger's command"},
+    {B::kChargeCurrentEndMax, "bms.charge_current_end_a", kAtMost, "bms.charger_current_max_a"},
+    {B::kBalancingTime, "bms.balancing_time_max_s", kAtLeast},
+    {B::kBalancingTimeMax, "bms.balancing_time_max_s", kAtMost, "", bc::kBalancingTimeMax.ms()},
     {B::kBalancingVoltageMax, "bms.balancing_voltage_min_v", kAtMost, "bms.cell_voltage_plausible_max_v"},
 };
 

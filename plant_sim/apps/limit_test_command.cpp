@@ -80,8 +80,8 @@ LimitTestCommand::LimitTestCommand(CLI::App& app)
       "States: drives with drawn charge, temperature and ageing, of which the BMS is told nothing, under limits that\n"
       "look ahead. From 120 s on the current that each kind of limit allows flows in a copy of the plant's pack for\n"
       "1, 10 and 30 s; the lowest cell (of charge the highest) ends at its bound, or not.\n"
-      "Races: 22 km with aged cells, cold and hot, the resistance told to the BMS half of the cell file's and twice of\n"
-      "it, and cells that are held half a volt above their own bound, so that the limits bind.\n"
+      "Races: 22 km with aged cells, cold and hot, the resistance told to the BMS half of the cell file's and twice\n"
+      "of it, and cells that are held half a volt above their own bound, so that the limits bind.\n"
       "Example: voltlap limit-test --states 200 --only states --json limits.json\n"
       "Exit code: 0 all was measured, marks met or not, 2 usage or input, 130 interrupted.");
 }

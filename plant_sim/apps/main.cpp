@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command line `voltlap`: the car driven, on a bus in this process or on a CAN interface.
 #include "apps/bus_errors.hpp"
+#include "apps/charge_command.hpp"
 #include "apps/compare_command.hpp"
 #include "apps/ecu_command.hpp"
 #include "apps/endurance_command.hpp"
@@ -22,8 +23,9 @@ using namespace voltlap::plant;
 int run(int argc, char** argv) {
   hand_over(argc, argv);
   return with_bus_errors([&] {
-    return run_commands<EnduranceCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand, NewCommand,
-                        PlantCommand, EcuCommand, LogRecordCommand, TrackCommand>(argc, argv, add_other_commands);
+    return run_commands<EnduranceCommand, ChargeCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand,
+                        NewCommand, PlantCommand, EcuCommand, LogRecordCommand, TrackCommand>(argc, argv,
+                                                                                              add_other_commands);
   });
 }
 

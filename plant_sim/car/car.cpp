@@ -11,6 +11,7 @@ namespace voltlap::plant {
 Car::Car(const VehicleParameters& parameters, bool representative_cell, double step_s)
     : contactors(parameters.contactors),
       inverter(parameters.inverter),
+      charger(parameters.charger),
       parameters_(parameters),
       step_s_(step_s),
       pack_(parameters_, representative_cell, step_s),
@@ -43,11 +44,14 @@ void Car::step(double brake_pedal) {
   const double stage_w = electric ? inverter.stage_loss(current, dc_voltage) : 0.0;
   const double inverter_w = inverter.dc_power(motor_w) + stage_w;
   // The DC/DC converter starts behind the main contactors: the precharge resistor could not feed it.
-  const bool low_voltage_on = contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
+  // A charger feeds the low-voltage system itself.
+  const bool dc_dc_starts = contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
+  const bool low_voltage_on = dc_dc_starts && !charger.plugged;
   const double low_voltage_w = low_voltage_on ? parameters_.low_voltage.power_w : 0.0;
+  const double charger_w = charger.current_a() * dc_voltage;
   const PackThevenin source = pack_.thevenin();
   const DcLinkStep link = dc_link_.advance(source.voltage_v, source.resistance_ohm, contactors.conductance(),
-                                           inverter_w + low_voltage_w, step_s_);
+                                           inverter_w + low_voltage_w - charger_w, step_s_);
   const PackEnergy pack = pack_.advance(link.pack_current_a);
 
   const double copper_heat = motor_loss(parameters_.motor, current, omega_mean, driving, copper_c) * step_s_;
@@ -73,6 +77,7 @@ void Car::step(double brake_pedal) {
   ledger_.add(EnergyTerm::kBrakeFront, v.front_brake_j);
   ledger_.add(EnergyTerm::kBrakeRear, v.rear_brake_j);
 
+  charger_energy_j_ += charger_w * step_s_;
   pack_current_ = link.pack_current_a;
   phase_current_ = current;
   charge_out_c_ += link.pack_current_a * step_s_;
@@ -89,6 +94,7 @@ void Car::renew(double elapsed_s) {
   const double ambient = parameters_.environment.ambient_c;
   contactors.advance(elapsed_s);
   inverter.advance(elapsed_s);
+  if (charger.plugged) charger.advance(elapsed_s, dc_link_.voltage(), contactors.main_closed());
   pack_.renew(elapsed_s, ambient);
   motor_thermal_.advance(copper_heat_j_, elapsed_s, ambient, steel_heat_j_);
   rotors_.advance(front_brake_j_, rear_brake_j_, elapsed_s, ambient);

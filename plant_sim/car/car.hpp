@@ -4,6 +4,7 @@
 #pragma once
 #include "car/battery/pack.hpp"
 #include "car/energy_ledger.hpp"
+#include "car/powertrain/charger.hpp"
 #include "car/powertrain/contactors.hpp"
 #include "car/powertrain/dc_link.hpp"
 #include "car/powertrain/inverter.hpp"
@@ -28,6 +29,7 @@ class Car {
 
   ContactorBox contactors;
   Inverter inverter;
+  Charger charger;
 
   [[nodiscard]] const VehicleParameters& parameters() const { return parameters_; }
   [[nodiscard]] const Pack& pack() const { return pack_; }
@@ -43,6 +45,8 @@ class Car {
   [[nodiscard]] double motor_omega_rad_s() const { return vehicle_.rear_omega() * parameters_.powertrain.final_drive; }
   /// Energy that left the pack's terminals since the start [J].
   [[nodiscard]] double energy_out_j() const { return energy_out_j_; }
+  /// Energy that a charger gave [J]; the ledger does not know it: its residual is this much.
+  [[nodiscard]] double charger_energy_j() const { return charger_energy_j_; }
   /// Net charge that the pack gave [C].
   [[nodiscard]] double charge_out_c() const { return charge_out_c_; }
   /// True once the pack could not deliver the power that the load asked.
@@ -59,6 +63,7 @@ class Car {
   DcLink dc_link_;
   EnergyLedger ledger_;
   double pack_current_ = 0.0, phase_current_ = 0.0, energy_out_j_ = 0.0, charge_out_c_ = 0.0;
+  double charger_energy_j_ = 0.0;
   double copper_heat_j_ = 0.0, steel_heat_j_ = 0.0, front_brake_j_ = 0.0, rear_brake_j_ = 0.0;
   bool collapsed_ = false;
 };

@@ -15,6 +15,9 @@ constexpr double kTripMarginHigh_v = 0.05;
 constexpr double kCurrentTripFactor = 1.2;
 constexpr double kCurrentRange_a = 1000.0;  // of PackSensor: above it nothing is seen to trip on
 constexpr double kDeratingBand_k = 5.0;
+constexpr double kBalancingBelowMax_v = 0.3;
+constexpr double kEndShare_per_h = 0.02;  // of the capacity: a usual end of a charge
+constexpr double kChargerStep_a = 0.1;    // of ChargerCommand
 
 double cell_voltage_min_v(const Car& car) { return car.bms.cell_voltage_min_v.value_or(car.cell.voltage_min_v); }
 double cell_voltage_max_v(const Car& car) { return car.bms.cell_voltage_max_v.value_or(car.cell.voltage_max_v); }
@@ -25,7 +28,17 @@ double discharge_current_trip_a(const Car& car) {
   return std::min(kCurrentRange_a, car.bms.discharge_current_max_a * kCurrentTripFactor);
 }
 double charge_current_trip_a(const Car& car) {
-  return std::min(kCurrentRange_a, std::max(1.0, car.bms.charge_current_max_a) * kCurrentTripFactor);
+  const double most = std::max({1.0, car.bms.charge_current_max_a, car.bms.charger_current_max_a});
+  return std::min(kCurrentRange_a, most * kCurrentTripFactor);
+}
+double balancing_voltage_min_v(const Car& car) {
+  return std::max(0.0, cell_voltage_max_v(car) - kBalancingBelowMax_v);
+}
+double charge_current_end_a(const Car& car) {
+  const double capacity_ah = car.bms.capacity_ah > 0.0 ? car.bms.capacity_ah
+                                                       : car.cell.capacity_ah * car.battery.cells_in_parallel;
+  const double most = car.bms.charger_current_max_a > 0.0 ? car.bms.charger_current_max_a : kChargerStep_a;
+  return std::clamp(kEndShare_per_h * capacity_ah, kChargerStep_a, std::max(kChargerStep_a, most));
 }
 double phase_current_max_a(const Car& car) { return car.inverter.current_max_a; }
 double motor_constant_nm_per_a(const Car& car) { return car.motor.constant_nm_per_a; }
@@ -84,7 +97,8 @@ const ParameterRow kRows[] = {
     {discharge_current_trip_a, "1.2 times bms.discharge_current_max_a, at most 1000 A"}},
   {"bms.charge_current_trip_a", "A", 0, 100000, kOptional, at<&Car::bms, &BmsSection::charge_current_trip_a>,
     "charge current that trips",
-    {charge_current_trip_a, "1.2 times bms.charge_current_max_a, 1.2 A to 1000 A"}},
+    {charge_current_trip_a,
+      "1.2 times the larger of bms.charge_current_max_a and bms.charger_current_max_a, 1.2 A to 1000 A"}},
   {"bms.voltage_mismatch", "1", 0, 1, kOptional, at<&Car::bms, &BmsSection::voltage_mismatch>,
     "share by which the pack voltage may differ from the sum of the cells"},
   {"bms.voltage_trip_time_s", "s", 0, 60, kOptional, at<&Car::bms, &BmsSection::voltage_trip_time_s>,
@@ -111,12 +125,21 @@ const ParameterRow kRows[] = {
     "the DC link must be down so long after opening"},
   {"bms.dc_link_welded", "1", 0, 1, kOptional, at<&Car::bms, &BmsSection::dc_link_welded>,
     "share of the pack voltage above which the DC link counts as still connected"},
+  {"bms.charger_current_max_a", "A", 0, 1000, kOptional, at<&Car::bms, &BmsSection::charger_current_max_a>,
+    "largest current that the BMS asks of a charger; 0: this pack has none"},
+  {"bms.charge_margin_v", "V", 0, 1, kOptional, at<&Car::bms, &BmsSection::charge_margin_v>,
+    "the highest cell is charged to so much below bms.cell_voltage_max_v: error of its reading"},
+  {"bms.charge_current_end_a", "A", 0, 1000, kOptional, at<&Car::bms, &BmsSection::charge_current_end_a>,
+    "the highest cell is full when it is held by no more current",
+    {charge_current_end_a, "a fiftieth of the capacity per hour, 0.1 A to bms.charger_current_max_a"}},
   {"bms.balancing_voltage_min_v", "V", 0, 5, kOptional, at<&Car::bms, &BmsSection::balancing_voltage_min_v>,
-    "no balancing of a cell below it"},
+    "no balancing of a cell below it", {balancing_voltage_min_v, "0.3 V below bms.cell_voltage_max_v"}},
   {"bms.balancing_difference_v", "V", 0, 5, kOptional, at<&Car::bms, &BmsSection::balancing_difference_v>,
     "a cell so far above the lowest is balanced"},
   {"bms.balancing_current_max_a", "A", 0, 1000, kOptional, at<&Car::bms, &BmsSection::balancing_current_max_a>,
     "no balancing at more pack current than this"},
+  {"bms.balancing_time_max_s", "s", 0, 1e6, kOptional, at<&Car::bms, &BmsSection::balancing_time_max_s>,
+    "time of bleeding after which a charge is given up"},
   {"master.apps1_released_v", "V", 0, 5, kOptional, at<&Car::master, &MasterSection::apps1_released_v>,
     "accelerator sensor 1, pedal released; the pedal box follows it"},
   {"master.apps1_full_v", "V", 0, 5, kOptional, at<&Car::master, &MasterSection::apps1_full_v>,

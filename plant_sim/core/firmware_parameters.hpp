@@ -46,8 +46,12 @@ struct BmsSection {
   double contactor_drop_time_s = 0.02;                 ///< [s] 0..60
   double dc_link_discharge_time_s = 5.0;               ///< [s] 0..600
   double dc_link_welded = 0.5;                         ///< [1] 0..1
-  double balancing_voltage_min_v = 3.9;                ///< [V] 0..5
-  double balancing_difference_v = 0.01;                ///< [V] 0..5
+  double charger_current_max_a = 0.0;                  ///< [A] 0..1000
+  double charge_margin_v = 0.005;                      ///< [V] 0..1
+  std::optional<double> charge_current_end_a;          ///< [A] 0..1000
+  std::optional<double> balancing_voltage_min_v;       ///< [V] 0..5
+  double balancing_difference_v = 0.003;               ///< [V] 0..5
+  double balancing_time_max_s = 86400.0;               ///< [s] 0..1e6
   double balancing_current_max_a = 1.0;                ///< [A] 0..1000
 };
 

@@ -212,6 +212,8 @@ struct BatterySection {
   double lookup_current_floor_a = 0;  ///< [A] 0..100, per cell-file cell; below it the last lookup current stays
   double mass_over_cells = 1.0;       ///< [1] 1..5, mass of the pack over that of its cells
   double contact_resistance_ohm = 0;  ///< [ohm] 0..1, from cells to terminals; its heat does not reach the cells
+  double balancing_resistance_ohm = 33.0;  ///< [ohm] 1..1e5, of a shunt across a cell in series
+  double sense_resistance_ohm = 0.5;  ///< [ohm] 0..100, of the wires that carry a shunt's current and are read by
   std::vector<CellVariation> cells;   ///< battery.cells.<n>.*; empty or up to cells_in_series entries
 };
 
@@ -222,6 +224,12 @@ struct ContactorSection {
   double bleed_resistance_ohm = 0;      ///< [ohm] 10..1e7, across the DC link
   double close_time_s = 0;              ///< [s] 0..0.5
   double open_time_s = 0;               ///< [s] 0..0.25
+};
+
+struct ChargerSection {
+  double power_w = 3300.0;     ///< [W] 0..1e6, at its output
+  double current_max_a = 32.0; ///< [A] 0..1000
+  double response_s = 0.5;     ///< [s] 0..60, of its current behind a command, first order
 };
 
 struct LowVoltageSection {
@@ -278,6 +286,7 @@ struct VehicleParameters {
   BatterySection battery;
   CellParameters cell;  ///< the file that battery.cell names, overrides of [battery] applied
   ContactorSection contactors;
+  ChargerSection charger;
   LowVoltageSection low_voltage;
   SensorSection sensors;
   EnvironmentSection environment;

@@ -63,7 +63,7 @@ TEST(GeneratedCodec, GroupIsTakenFromTheIdentifierAndEndsWithTheLastOne) {
 
 TEST(GeneratedCodec, UnknownCodeOfAnEnumerationReadsAsCodeZero) {
   can::BmsLimits m;
-  m.discharge_reason = static_cast<can::LimitReason>(9);
+  m.discharge_reason = static_cast<can::LimitReason>(15);
   can::encode(m, frame);
   CHECK(can::decode(frame, m));
   CHECK(m.discharge_reason == can::LimitReason::kNone);

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Includes go one way. Firmware: base <- codec <- {bms, master} <- app; ports stand beside the logic, which never sees
-one. Plant: core <- {car, io} <- race <- {replay, learn, explain} <- apps. The two meet only in frames, and in apps/."""
+one. Plant: core <- {car, io} <- race <- {charge, replay, learn, explain} <- apps. The two meet only in
+frames, and in apps/."""
 import pathlib
 import re
 
@@ -28,16 +29,18 @@ PLANT = {
     "car": {"core"},
     "io": {"core"},
     "race": {"core", "car", "io"},
+    "charge": {"core", "car", "io", "race"},
     "replay": {"core", "car", "io", "race"},
     "learn": {"core", "car", "io", "race"},
     "explain": {"core", "car", "io", "race"},
-    "apps": {"core", "car", "io", "race", "replay", "learn", "explain"},
+    "apps": {"core", "car", "io", "race", "charge", "replay", "learn", "explain"},
 }
 # The plant talks to the firmware in frames: the wire, its seal; on Linux the port; the nodes only where processes are
 # put together.
 PLANT_FROM_FIRMWARE = {
     "io": {"base", "codec", "can_dbc", "port"},
     "race": {"base", "codec", "can_dbc"},
+    "charge": {"base", "codec", "can_dbc"},
     "replay": {"base", "codec", "can_dbc"},
     "apps": {"base", "codec", "can_dbc", "port", "app", "bms", "master", "config"},
 }

@@ -128,7 +128,8 @@ FilterInterval interval_of(const SocFilter& f, std::int64_t charge, Instant now,
 
 /// A reading that came since the cell's last turn, with the current of its time.
 bool is_new(const SocInput& input, std::size_t i, const FilteredCell& cell) {
-  return input.cells[i].good() && input.current.good() && (input.cells[i].time - cell.stepped).ms() > 0;
+  const bool bled = input.bled != nullptr && input.bled[i];  // BMS-055
+  return !bled && input.cells[i].good() && input.current.good() && (input.cells[i].time - cell.stepped).ms() > 0;
 }
 
 void step_cell(const SocInput& input, std::size_t i, SocEstimate& state) {

@@ -21,6 +21,7 @@ struct SocInput {
   Instant now{};                               ///< soc_ekf
   Temperature temperature{};                   ///< soc_ekf: of the cells
   bool temperature_known = false;
+  const bool* bled = nullptr;                  ///< soc_ekf: a cell is read under a bleed, one a cell; null: none is
 };
 
 /// What every method leaves behind; a method uses the part it needs.

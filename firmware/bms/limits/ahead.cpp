@@ -26,7 +26,8 @@ void look(const Config& config, std::size_t cell, std::size_t index, const Horiz
   const HorizonCell here{s.soc.filter, filter, horizon, prudent_fade(filter), own_warmth(s, cell)};
   CellAhead& out = s.ahead.cell[cell];
   const HorizonBound low{Direction::kDischarge, config.cell_voltage_min, config.discharge_current_max.raw()};
-  const HorizonBound high{Direction::kCharge, config.cell_voltage_max, config.charge_current_max.raw()};
+  const Current most_in = max(config.charge_current_max, config.charger_current_max);
+  const HorizonBound high{Direction::kCharge, config.cell_voltage_max, most_in.raw()};
   out.discharge[index] = current_until(here, low, out.discharge[index]);
   out.charge[index] = current_until(here, high, out.charge[index]);
 }

@@ -3,6 +3,7 @@
 
 #include "base/ramp.hpp"
 #include "base/require.hpp"
+#include "bms/charge/on_charger.hpp"
 #include "bms/faults.hpp"
 #include "bms/limits/ahead.hpp"
 #include "bms/limits/equation.hpp"
@@ -23,7 +24,8 @@ bool measurements_good(const Config& config, const State& s) {
 LimitReason blocked_by(const Config& config, const State& s) {
   if (s.faults.open || is_set(s.faults, can::BmsFault::kForeignFrames)) return LimitReason::kFault;
   if (!measurements_good(config, s)) return LimitReason::kMeasurementLost;
-  return s.contactors.state == can::BmsState::kTsActive ? LimitReason::kNone : LimitReason::kContactorsOpen;
+  const bool closed = s.contactors.state == can::BmsState::kTsActive || charges(s);
+  return closed ? LimitReason::kNone : LimitReason::kContactorsOpen;
 }
 
 // BMS-042: linear from the maximum at derating_start to zero at the trip.
@@ -38,9 +40,10 @@ bool within(Limit limit, Current most) { return Current{} <= limit.value && limi
 
 }  // namespace
 
-// BMS-040
+// BMS-040. BMS-051: nothing is drawn on a charger.
 Limit discharge_ceiling(const Config& config, const State& s) {
-  const LimitReason block = blocked_by(config, s);
+  LimitReason block = blocked_by(config, s);
+  if (block == LimitReason::kNone && charges(s)) block = LimitReason::kCharging;
   if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
   Limit limit{config.discharge_current_max, LimitReason::kConfigMaximum, kNoCell};
   lower(limit, derated_by_heat(config, s, config.discharge_current_max), LimitReason::kTemperature);
@@ -61,15 +64,16 @@ Limit discharge_ceiling(const Config& config, const State& s) {
 Limit charge_ceiling(const Config& config, const State& s) {
   const LimitReason block = blocked_by(config, s);
   if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
-  Limit limit{config.charge_current_max, LimitReason::kConfigMaximum, kNoCell};
-  lower(limit, derated_by_heat(config, s, config.charge_current_max), LimitReason::kTemperature);
+  const Current full = charges(s) ? config.charger_current_max : config.charge_current_max;
+  Limit limit{full, LimitReason::kConfigMaximum, kNoCell};
+  lower(limit, derated_by_heat(config, s, full), LimitReason::kTemperature);
   if (s.pack.temperature_min < config.charge_temperature_min) lower(limit, Current{}, LimitReason::kTemperature);
   switch (config.limit_method) {
     case LimitMethod::kEquation: lower_charge_by_equation(config, s, limit); break;
     case LimitMethod::kTable: lower_charge_by_table(config, s, limit); break;
     case LimitMethod::kAhead: lower_charge_ahead(config, s, limit); break;
   }
-  VOLTLAP_REQUIRE(within(limit, config.charge_current_max));
+  VOLTLAP_REQUIRE(within(limit, full));
   return limit;
 }
 

@@ -2,6 +2,7 @@
 #include "bms/limits/table.hpp"
 
 #include "base/interpolate.hpp"
+#include "bms/charge/on_charger.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -61,10 +62,12 @@ void lower_discharge_by_table(const Config& config, const State& s, Limit& limit
 
 // BMS-046
 void lower_charge_by_table(const Config& config, const State& s, Limit& limit) {
-  const Current most = config.charge_current_max;
+  const Current most = charges(s) ? config.charger_current_max : config.charge_current_max;
   lower(limit, share_of_limit(most, by_temperature(kChargeByTemperature, s.pack).raw(), kWhole),
         LimitReason::kTemperature);
-  const Ratio by_soc = s.soc.valid ? interpolate(kSoc, kChargeBySoc, kPoints, s.soc.value) : Ratio::from_raw(kWhole);
+  // A charger fills the pack: its voltage ends that, not a share.
+  const bool shared = s.soc.valid && !charges(s);
+  const Ratio by_soc = shared ? interpolate(kSoc, kChargeBySoc, kPoints, s.soc.value) : Ratio::from_raw(kWhole);
   lower(limit, share_of_limit(most, by_soc.raw(), kWhole), LimitReason::kCellVoltage);
   lower(limit, share_of_limit(most, s.caps.charge.raw(), kWhole), LimitReason::kCellVoltage);
 }

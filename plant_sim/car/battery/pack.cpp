@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -36,7 +37,9 @@ Pack::Pack(const VehicleParameters& car, bool representative, double step_s)
       effects_(car.cell.effects),
       thermal_(thermal_of(car.cell)),
       lookup_floor_a_(car.battery.lookup_current_floor_a),
-      contact_ohm_(car.battery.contact_resistance_ohm) {
+      contact_ohm_(car.battery.contact_resistance_ohm),
+      shunt_ohm_(car.battery.balancing_resistance_ohm),
+      sense_ohm_(car.battery.sense_resistance_ohm) {
   if (representative && !std::all_of(car.battery.cells.begin(), car.battery.cells.end(), is_nominal)) {
     throw InputError("battery.cells.<n>.*", "cells that differ", "cells that are all equal, which one can represent",
                      "Use --cells all, or leave these settings out");
@@ -213,10 +216,35 @@ void Pack::advance_effects(double current_a) {
     soc_[i] -= soc_per_amp_[i] * leak_a_[i];
     ocv_[i] -= ocv_per_amp_[i] * leak_a_[i];
   }
+  if (!bleeding_.empty()) advance_bleeding();
   if (effects_.entropy_v_per_k == 0.0) return;
   for (std::size_t i = 0; i < count_; ++i) {
     heat_j_[i] += reversible_heat(effects_, current_a, temperature_[i]) * step_s_;
   }
+}
+
+void Pack::set_bleeding(std::vector<std::size_t> cells) {
+  VOLTLAP_DEMAND(cells.empty() || !representative_);
+  VOLTLAP_DEMAND(std::all_of(cells.begin(), cells.end(), [&](std::size_t cell) { return cell < count_; }));
+  bleeding_ = std::move(cells);
+}
+
+/// A shunt's current is a leak that ends in a resistor; it is far too small to polarize the cell.
+void Pack::advance_bleeding() {
+  for (const std::size_t i : bleeding_) {
+    const double current = voltage_[i] / (shunt_ohm_ + sense_ohm_), own = current / parallel_;
+    soc_[i] -= soc_per_amp_[i] * own;
+    ocv_[i] -= ocv_per_amp_[i] * own;
+    bleed_charge_c_ += current * step_s_;
+    bleed_energy_j_ += current * voltage_[i] * step_s_;
+  }
+}
+
+double Pack::read_voltage(std::size_t cell) const {
+  const std::size_t i = index(cell);
+  if (bleeding_.empty() || std::find(bleeding_.begin(), bleeding_.end(), i) == bleeding_.end()) return voltage_[i];
+  const double current = voltage_[i] / (shunt_ohm_ + sense_ohm_);
+  return voltage_[i] - current * (sense_ohm_ + r0_[i] / parallel_);
 }
 
 double Pack::cell_voltage_after_step(std::size_t cell) const {

@@ -53,6 +53,15 @@ class Pack {
   /// all.
   void scale_resistance(std::size_t cell, double factor) { resistance_fault_[index(cell)] = factor; }
 
+  /// The shunts of these cells are on from now on, of all others off. Not with a representative cell.
+  void set_bleeding(std::vector<std::size_t> cells);
+  [[nodiscard]] const std::vector<std::size_t>& bleeding() const { return bleeding_; }
+  /// What the shunts took so far, of all cells: energy, turned to heat outside of the cells, and charge.
+  [[nodiscard]] double bleed_energy_j() const { return bleed_energy_j_; }
+  [[nodiscard]] double bleed_charge_c() const { return bleed_charge_c_; }
+  /// At the ends of the wires that a cell is read by: less than the cell's by what a shunt's current takes there.
+  [[nodiscard]] double read_voltage(std::size_t cell) const;
+
   [[nodiscard]] std::size_t cells() const { return series_; }
   /// Mean of the last step.
   [[nodiscard]] double cell_voltage(std::size_t cell) const { return voltage_[index(cell)]; }
@@ -92,6 +101,7 @@ class Pack {
   void sum_thevenin();
   /// Dynamic effects, leaks and the reversible heat of a step; `current_a` of one cell-file cell.
   void advance_effects(double current_a);
+  void advance_bleeding();
 
   CellTables tables_;
   std::size_t series_, count_;
@@ -99,7 +109,8 @@ class Pack {
   double parallel_, multiplicity_, step_s_;
   CellEffects effects_;
   CellThermal thermal_;
-  double lookup_floor_a_, contact_ohm_;
+  double lookup_floor_a_, contact_ohm_, shunt_ohm_, sense_ohm_;
+  double bleed_energy_j_ = 0.0, bleed_charge_c_ = 0.0;
   double lookup_current_ = 0.0;
   double cell_current_ = 0.0;  // of the last step
   double pack_voltage_ = 0.0, cell_voltage_min_ = 0.0, charge_out_as_ = 0.0;
@@ -108,6 +119,7 @@ class Pack {
   std::vector<double> soc_, ocv_, voltage_, temperature_, surface_, heat_j_;  // state
   std::vector<CellEffectState> effect_;                                                 // state; empty: none is on
   std::vector<double> leak_a_;                                                          // fixed; empty: none
+  std::vector<std::size_t> bleeding_;                                                   // state; empty: none
   std::vector<double> soc_per_amp_, resistance_scale_;                                  // fixed
   std::vector<double> resistance_fault_;                                                // planted, 1 none
   std::vector<double> r0_, ocv_per_amp_, r_step_;                                       // per renewal

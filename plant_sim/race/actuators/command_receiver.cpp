@@ -1,20 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "race/actuators/command_receiver.hpp"
 
+#include <algorithm>
+#include <utility>
+#include <vector>
+
 namespace voltlap::plant {
+namespace {
+
+constexpr std::size_t kCellsPerWord = 24;  // of BalancingCommand in car.dbc
+
+}  // namespace
 
 void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
   for (const Frame& frame : frames) {
     if (monitor_.receive(frame, now) != codec::RxVerdict::kAccepted) continue;
     can::ContactorCommand contactors;
     can::InverterCommand inverter;
+    can::BalancingCommand balancing;
+    can::ChargerCommand charger;
     if (decode(frame, contactors)) {
       car.contactors.air_plus.command(contactors.air_plus_close);
       car.contactors.air_minus.command(contactors.air_minus_close);
       car.contactors.precharge.command(contactors.precharge_close);
     } else if (decode(frame, inverter)) {
       car.inverter.command(inverter.phase_current_ma * 1e-3, inverter.enable && inverter.phase_current_ok);
-    } else if (!decode(frame, limits_) && !decode(frame, bms_)) {
+    } else if (decode(frame, balancing)) {
+      take_balancing(balancing, car);
+    } else if (decode(frame, charger)) {
+      car.charger.command(charger.voltage_max_100uv * 1e-4, charger.current_max_ma * 1e-3,
+                          charger.control == can::ChargerControl::kCharge);
+    } else if (!decode(frame, charge_) && !decode(frame, limits_) && !decode(frame, bms_)) {
       static_cast<void>(decode(frame, master_));
     }
   }
@@ -22,10 +38,37 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
   forget_unless_fresh(now, limits_);
   forget_unless_fresh(now, bms_);
   forget_unless_fresh(now, master_);
+  forget_unless_fresh(now, charge_);
+  end_silent_balancing(now, car);
   if (!monitor_.fresh(can::ContactorCommand::kId, now)) {
     for (Contactor* c : {&car.contactors.air_plus, &car.contactors.air_minus, &car.contactors.precharge})
       c->command(false);
   }
+}
+
+void CommandReceiver::take_balancing(const can::BalancingCommand& m, Car& car) {
+  bool changed = false;
+  for (std::size_t k = 0; k < can::BalancingCommand::kPerFrame; ++k) {
+    std::uint32_t& word = bled_[m.group * can::BalancingCommand::kPerFrame + k];
+    changed = changed || word != m.cells[k];
+    word = m.cells[k];
+  }
+  if (changed) move_shunts(car);
+}
+
+void CommandReceiver::end_silent_balancing(Instant now, Car& car) {
+  if (std::all_of(bled_.begin(), bled_.end(), [](std::uint32_t word) { return word == 0; })) return;
+  for (std::uint8_t group = 0; group < can::BalancingCommand::kGroups; ++group) {
+    if (!monitor_.fresh(can::BalancingCommand::kBaseId + group, now)) take_balancing({.group = group}, car);
+  }
+}
+
+void CommandReceiver::move_shunts(Car& car) const {
+  std::vector<std::size_t> cells;
+  for (std::size_t i = 0; i < car.pack().cells(); ++i) {
+    if ((bled_[i / kCellsPerWord] >> (i % kCellsPerWord) & 1U) != 0) cells.push_back(i);
+  }
+  car.pack().set_bleeding(std::move(cells));
 }
 
 }  // namespace voltlap::plant

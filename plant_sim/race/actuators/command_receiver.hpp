@@ -3,7 +3,10 @@
 #pragma once
 #include "base/can_frame.hpp"
 #include "base/time.hpp"
+#include <array>
+
 #include "can_dbc/car.hpp"
+#include "can_dbc/charger.hpp"
 #include "can_dbc/tables.hpp"
 #include "car/car.hpp"
 #include "codec/rx_monitor.hpp"
@@ -19,6 +22,8 @@ class CommandReceiver {
   [[nodiscard]] const can::BmsLimits& limits() const { return limits_; }
   [[nodiscard]] const can::BmsStatus& bms() const { return bms_; }
   [[nodiscard]] const can::MasterStatus& master() const { return master_; }
+  /// Of a car on a charger; all zero otherwise.
+  [[nodiscard]] const can::ChargeStatus& charge() const { return charge_; }
 
  private:
   /// A silent node has no state: what it last said must not stand for ever.
@@ -27,10 +32,19 @@ class CommandReceiver {
     if (!monitor_.fresh(Message::kId, now)) last = {};
   }
 
+  /// The shunts as they were last told; silence ends them, group by group.
+  void take_balancing(const can::BalancingCommand& m, Car& car);
+  void end_silent_balancing(Instant now, Car& car);
+  void move_shunts(Car& car) const;
+
+  static constexpr std::size_t kWords = can::BalancingCommand::kGroups * can::BalancingCommand::kPerFrame;
+
   codec::RxMonitor<can::kPlantRx> monitor_;
+  std::array<std::uint32_t, kWords> bled_{};
   can::BmsLimits limits_{};
   can::BmsStatus bms_{};
   can::MasterStatus master_{};
+  can::ChargeStatus charge_{};
 };
 
 }  // namespace voltlap::plant

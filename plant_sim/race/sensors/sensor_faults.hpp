@@ -23,6 +23,7 @@ struct SensorFaults {
   double current_offset_a = 0.0;
   std::optional<double> dc_link_v;   ///< what the sensor of the DC link reads for good
   double apps1_offset_v = 0.0;
+  bool charger_silent = false;
 
   /// The channel to plant a fault in.
   [[nodiscard]] static Channel& at(std::vector<Channel>& channels, std::size_t index) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "can_dbc/charger.hpp"
 #include "codec/message_table.hpp"
 #include "codec/send.hpp"
 #include "core/demand.hpp"
@@ -83,11 +84,12 @@ void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const
   send_cells(now, car, tx);
   send_temperatures(now, car, tx);
   send_motor_temperatures(now, car, tx);
+  if (car.charger.plugged) send_charger(now, car, tx);
 }
 
 void SensorFrames::follow_slow(const Car& car) {
   for (std::size_t i = 0; i < std::min(cells_.size(), car.pack().cells()); ++i) {
-    cells_[i].follow(car.pack().cell_voltage(i));
+    cells_[i].follow(car.pack().read_voltage(i));
   }
   for (std::size_t i = 0; i < thermistors_.size(); ++i) thermistors_[i].follow(surface_at(car, i));
   motor_temperature_.follow(car.motor_thermal().copper_c());
@@ -161,6 +163,7 @@ void SensorFrames::send_io(const Car& car, const Switches& switches, TxQueue& tx
   m.ts_on_button = switches.ts_on;
   m.rtd_button = switches.ready_to_drive;
   m.reset_button = switches.reset;
+  m.charge_switch = switches.charge;
   codec::send(m, sealer_, tx);
 }
 
@@ -178,7 +181,7 @@ void SensorFrames::send_cells(Instant now, const Car& car, TxQueue& tx) {
       m.cell_ok[i] = cell < cells && !fault.lost;
       if (cell < cells) {
         const Instrument& instrument = cells_[std::min(cell, cells_.size() - 1)];
-        const double arrived = instrument.arrived(car.pack().cell_voltage(cell));
+        const double arrived = instrument.arrived(car.pack().read_voltage(cell));
         const double read_v = instrument.clipped(sensors_.cell_voltage(instrument.scaled(arrived)));
         if (!fault.frozen) last_cell_100uv_[cell] = to_100uv(fault.gain * read_v + fault.offset);
         m.cell_100uv[i] = last_cell_100uv_[cell];
@@ -207,6 +210,19 @@ void SensorFrames::send_temperatures(Instant now, const Car& car, TxQueue& tx) {
     }
     codec::send(m, sealer_, tx);
   }
+}
+
+/// A charger is a node of its own, and says nothing where there is none.
+void SensorFrames::send_charger(Instant now, const Car& car, TxQueue& tx) {
+  if (faults.charger_silent || !row_due(can::ChargerStatus::kId, now)) return;
+  can::ChargerStatus m;
+  m.output_voltage_100uv = to_100uv(car.charger.link_v());
+  m.output_current_ma = to_ma(car.charger.current_a());
+  m.output_voltage_ok = m.output_current_ok = true;
+  m.hardware_failure = car.charger.failed;
+  m.battery_not_connected = !car.charger.connected();
+  m.communication_timeout = car.charger.silent();
+  codec::send(m, sealer_, tx);
 }
 
 void SensorFrames::send_motor_temperatures(Instant now, const Car& car, TxQueue& tx) {

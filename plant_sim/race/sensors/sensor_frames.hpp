@@ -17,7 +17,7 @@ namespace voltlap::plant {
 
 /// Buttons and circuits that the driver and the track officials operate.
 struct Switches {
-  bool shutdown_closed = false, ts_on = false, ready_to_drive = false, reset = false;
+  bool shutdown_closed = false, ts_on = false, ready_to_drive = false, reset = false, charge = false;
 };
 
 /// Sends everything that is due at `now`, each message on the cycle that the DBC gives it.
@@ -40,6 +40,7 @@ class SensorFrames {
   void send_io(const Car& car, const Switches& switches, TxQueue& tx);
   void send_cells(Instant now, const Car& car, TxQueue& tx);
   void send_temperatures(Instant now, const Car& car, TxQueue& tx);
+  void send_charger(Instant now, const Car& car, TxQueue& tx);
   void send_motor_temperatures(Instant now, const Car& car, TxQueue& tx);
 
   const VehicleParameters& parameters_;

@@ -11,6 +11,7 @@
 #include "bms/bms_step.hpp"
 #include "bms/transmit.hpp"
 #include "can_dbc/car.hpp"
+#include "can_dbc/charger.hpp"
 #include "codec/seal.hpp"
 
 #include "CppUTest/TestHarness.h"
@@ -64,6 +65,8 @@ class Bench {
   can::InverterStatus inverter;
   can::VehicleIo io;
   can::MasterStatus master;
+  can::ChargerStatus charger;
+  bool charger_talks = false;      ///< there is one, and it reports every second
   bool sum_follows_cells = true;   ///< pack voltage is the sum of the cells
   bool aux_follow_command = true;  ///< contacts do what they are told
   bool link_follows = true;        ///< DC link charges in 100 ms and discharges in 1 s
@@ -79,6 +82,7 @@ class Bench {
     send(inverter);
     send(io);
     send(master);
+    if (charger_talks && can::due(now_ms, can::ChargerStatus::kCycleMs, 90)) send(charger);
     send_groups();
     out = step(config, Input{now(), FrameView{frames_.data(), frames_.size()}}, state);
     if (aux_follow_command) follow_contactors();

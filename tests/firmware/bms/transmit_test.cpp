@@ -2,6 +2,7 @@
 #include "bms/transmit.hpp"
 
 #include "bench.hpp"
+#include "can_dbc/charger.hpp"
 #include "can_dbc/orion.hpp"
 
 using namespace voltlap;
@@ -78,4 +79,57 @@ TEST(Transmit, OneCellAStepComesRoundInOrder) {
     expected = static_cast<std::uint8_t>((expected + 1) % 24);
     LONGS_EQUAL(expected, bench.tick().cell.cell);
   }
+}
+
+TEST(Transmit, OffAChargerNothingOfAChargeIsSent) {
+  for (std::uint32_t t = 0; t < 2000; t += 10) {
+    tx.clear();
+    out.now = Instant::from_ms(t);
+    transmit(out, sealer, tx);
+    for (const Frame& f : tx) {
+      CHECK(f.id != can::ChargerCommand::kId && f.id != can::ChargeStatus::kId);
+      CHECK(f.id < can::BalancingCommand::kBaseId || f.id > can::BalancingCommand::kBaseId + 2);
+    }
+  }
+}
+
+TEST(Transmit, OnAChargerEveryShuntHasItsBitAndWhatStopsIsToldAtOnce) {
+  out.charge.on = true;
+  out.charge.bled[0] = 1U << 23U;
+  out.charge.bled[3] = 5U;
+  out.charge.asked = amps(12.3);
+  out.charge.voltage_max = PackVoltage::from_raw(1'008'000);
+  out.charge.spread = CellVoltage::from_raw(123);
+  out.charge.spread_known = true;
+  for (std::uint32_t t = 0; t < 500; t += 10) {
+    out.now = Instant::from_ms(t);
+    tx.clear();
+    transmit(out, sealer, tx);
+    if (t == 80) CHECK(sent<can::ChargerCommand>().current_max_ma == 12'300);
+    if (t == 80) CHECK(sent<can::ChargerCommand>().control == can::ChargerControl::kCharge);
+  }
+  out.state = can::BmsState::kCharging;
+  tx.clear();
+  transmit(out, sealer, tx);
+  CHECK((sent<can::PackBroadcast>().relay_state & 1U << 7U) != 0);
+  tx.clear();
+  out.now = Instant::from_ms(30);
+  transmit(out, sealer, tx);
+  const can::BalancingCommand first = sent<can::BalancingCommand>();
+  LONGS_EQUAL(0, first.group);
+  LONGS_EQUAL(1 << 23, first.cells[0]);
+  tx.clear();
+  out.now = Instant::from_ms(40);
+  transmit(out, sealer, tx);
+  const can::BalancingCommand second = sent<can::BalancingCommand>();
+  LONGS_EQUAL(1, second.group);
+  LONGS_EQUAL(5, second.cells[1]);
+  tx.clear();
+  out.now = Instant::from_ms(110);  // nothing is due
+  out.charge = ChargeReport{};
+  out.charge.on = out.charge.at_once = true;
+  transmit(out, sealer, tx);
+  LONGS_EQUAL(5 + 4, tx.size());
+  CHECK(sent<can::ChargerCommand>().control == can::ChargerControl::kOff);
+  LONGS_EQUAL(0, sent<can::ChargerCommand>().voltage_max_100uv);
 }

@@ -2,6 +2,7 @@
 #include "codec/message_table.hpp"
 
 #include "can_dbc/car.hpp"
+#include "can_dbc/charger.hpp"
 
 #include "CppUTest/TestHarness.h"
 
@@ -11,12 +12,19 @@ TEST_GROUP(MessageTable) {};
 
 TEST(MessageTable, EveryIdentifierFindsItsRowAndNoOtherDoes) {
   std::size_t found = 0;
-  for (std::uint32_t id = 0; id < 0x800; ++id) {
+  const auto look_for = [&found](std::uint32_t id) {
     const std::size_t row = codec::find_row(can::kMessages, codec::kMessageCount, id);
-    if (row == codec::kNoRow) continue;
+    if (row == codec::kNoRow) return;
     LONGS_EQUAL(id, can::kMessages[row].id);
     CHECK(can::sender_of(id) != can::Node::kNone);
     ++found;
+  };
+  for (std::uint32_t id = 0; id < 0x800; ++id) look_for(id);
+  for (const std::uint32_t id : {can::ChargerCommand::kId, can::ChargerStatus::kId}) {  // those of 29 bits
+    look_for(id - 1);
+    look_for(id);
+    look_for(id + 1);
+    look_for(id & ~Frame::kExtendedFlag);
   }
   LONGS_EQUAL(codec::kMessageCount, found);
 }

@@ -2,7 +2,9 @@
 #include "codec/seal.hpp"
 
 #include "can_dbc/car.hpp"
+#include "can_dbc/charger.hpp"
 #include "can_dbc/orion.hpp"
+#include "codec/rx_monitor.hpp"
 
 #include "CppUTest/TestHarness.h"
 
@@ -103,4 +105,29 @@ TEST(Seal, SealerCountsEveryMessageByItselfAndWraps) {
   can::encode(can::Pedals{}, first);
   sealer.seal(first);
   LONGS_EQUAL(0, codec::counter_of(first));
+}
+
+TEST(Seal, AChargersFrameHasNoSealAndIsBelievedByItsAgeAlone) {
+  const std::size_t at = codec::find_row(can::kMessages, codec::kMessageCount, can::ChargerStatus::kId);
+  CHECK(at != codec::kNoRow);
+  const can::MessageRow& row = can::kMessages[at];
+  CHECK(row.protection == can::Protection::kAge);
+  can::ChargerStatus m;
+  m.output_current_ma = 12'300;
+  Frame whole;
+  can::encode(m, whole);
+  const Frame before = whole;
+  codec::seal(whole, 77);
+  MEMCMP_EQUAL(before.data, whole.data, 8);
+  CHECK(codec::sealed_ok(whole));
+  Frame other_id = whole;
+  other_id.id &= ~Frame::kExtendedFlag;
+  CHECK_FALSE(codec::sealed_ok(row, other_id));
+  codec::RxRow state;
+  const auto at_ms = [](std::uint32_t ms) { return Instant::from_ms(ms); };
+  CHECK(codec::judge(row, row.cycle_ms, state, whole, at_ms(0)) == codec::RxVerdict::kResynchronising);
+  CHECK(codec::judge(row, row.cycle_ms, state, whole, at_ms(1'000)) == codec::RxVerdict::kAccepted);
+  CHECK(codec::fresh(row, state, at_ms(3'999)));
+  CHECK_FALSE(codec::fresh(row, state, at_ms(4'000)));
+  CHECK(codec::judge(row, row.cycle_ms, state, whole, at_ms(5'000)) == codec::RxVerdict::kResynchronising);
 }

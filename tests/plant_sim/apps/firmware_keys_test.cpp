@@ -195,7 +195,8 @@ TEST(FirmwareKeys, WithoutKeysTheMasterHasTheFirmwaresOwnDefaults) {
 TEST(FirmwareKeys, WithoutKeysTheBmsHasTheFirmwaresOwnDefaultsBesideThePack) {
   const std::set<std::string_view> of_the_pack = {
       "battery.cells_in_series", "sensors.temperature_count", "bms.discharge_current_max_a",
-      "bms.charge_current_max_a", "bms.discharge_current_trip_a", "bms.charge_current_trip_a"};
+      "bms.charge_current_max_a", "bms.discharge_current_trip_a", "bms.charge_current_trip_a",
+      "bms.charger_current_max_a", "bms.charge_current_end_a"};
   const bms::Config own;
   for (const auto& key : bms_keys()) {
     if (!of_the_pack.contains(key.key)) LONGS_EQUAL_TEXT(key.get(own), key.get(bms), key.key.data());

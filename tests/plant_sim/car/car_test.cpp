@@ -130,3 +130,26 @@ TEST(Car, APackThatCannotDeliverIsFlagged) {
   drive(10.0, 550.0);
   CHECK(car->voltage_collapsed());
 }
+
+TEST(Car, WhatAChargerGivesIsWhatTheLedgerMisses) {
+  VehicleParameters parameters = vtm16e();
+  parameters.battery.initial_soc = 0.5;
+  Car car(parameters, true, 0.01);
+  car.charger.plugged = true;
+  car.contactors.air_minus.command(true);
+  car.contactors.precharge.command(true);
+  const auto run = [&](int steps) {
+    for (int i = 0; i < steps; ++i) {
+      car.charger.command(110.0, 20.0, car.contactors.main_closed());
+      car.step(0.0);
+      car.renew(0.01);
+    }
+  };
+  run(200);
+  car.contactors.air_plus.command(true);
+  run(6'000);
+  DOUBLES_EQUAL(-20.0, car.pack_current_a(), 0.1);
+  CHECK(car.charger_energy_j() > 90'000.0);
+  DOUBLES_EQUAL(car.charger_energy_j(), -car.ledger().residual_j(), 1e-3 * car.charger_energy_j());
+  DOUBLES_EQUAL(0.0, car.ledger()[EnergyTerm::kLowVoltage], 0.0);  // the charger's side feeds it
+}

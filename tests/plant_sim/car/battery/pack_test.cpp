@@ -362,3 +362,22 @@ TEST(Pack, WithoutALagTheSurfaceIsAsWarmAsTheCell) {
   CHECK(pack.cell_temperature_c(3) > 26.9);
   DOUBLES_EQUAL(pack.cell_temperature_c(3), pack.surface_temperature_c(3), 0.0);
 }
+
+TEST(Pack, AShuntTakesTheCellsVoltageOverItsResistanceAndItsReadingSags) {
+  constant.cell.ocv_polynomial_v = {4.0};
+  constant.battery.balancing_resistance_ohm = 39.5;
+  constant.battery.sense_resistance_ohm = 0.5;
+  Pack pack(constant, false, 0.01);
+  pack.set_bleeding({3});
+  apply(pack, 0.0, 3600.0, 0.1);
+  const double capacity_ah = pack.capacity_ah(3);
+  DOUBLES_EQUAL(0.5 - 0.1 * pack.bleed_charge_c() / 360.0 / capacity_ah, pack.cell_soc(3), 1e-9);
+  DOUBLES_EQUAL(360.0, pack.bleed_charge_c() * 10.0, 1e-6);  // 0.1 A; steps of 0.01 s, a tenth of the time
+  DOUBLES_EQUAL(4.0 * pack.bleed_charge_c(), pack.bleed_energy_j(), 1e-6);
+  DOUBLES_EQUAL(0.5, pack.cell_soc(4), 0.0);
+  DOUBLES_EQUAL(4.0, pack.cell_voltage(3), 1e-9);
+  DOUBLES_EQUAL(4.0 - 0.1 * (0.5 + 0.0012), pack.read_voltage(3), 1e-4);
+  DOUBLES_EQUAL(4.0, pack.read_voltage(4), 1e-9);
+  pack.set_bleeding({});
+  DOUBLES_EQUAL(4.0, pack.read_voltage(3), 1e-9);
+}

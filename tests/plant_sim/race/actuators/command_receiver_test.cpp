@@ -96,3 +96,36 @@ TEST(CommandReceiver, ASilentNodeHasNoStateAndNoLimit) {
   CHECK(receiver.master().drive_state == can::DriveState::kInvalid);
   LONGS_EQUAL(0, receiver.limits().discharge_limit_ma);
 }
+
+TEST(CommandReceiver, ShuntsFollowTheirCommandAndEndWithItsSilence) {
+  Car whole{vtm16e(), false, 0.001};
+  const auto give = [&](std::initializer_list<Frame> frames) {
+    receiver.receive(Instant::from_ms(tick++ * 10), {frames.begin(), frames.size()}, whole);
+  };
+  for (int i = 0; i < 10; ++i) {
+    can::BalancingCommand m;
+    m.cells[0] = 1U << 5U | 1U << 23U;
+    give({sealed(m)});
+    for (int k = 0; k < 9; ++k) give({});
+  }
+  CHECK(whole.pack().bleeding() == (std::vector<std::size_t>{5, 23}));
+  int silent_ms = 90;
+  while (!whole.pack().bleeding().empty()) {
+    give({});
+    silent_ms += 10;
+    CHECK(silent_ms <= 510);
+  }
+  CHECK(silent_ms >= 400);
+}
+
+TEST(CommandReceiver, AChargerIsToldWhatTheBmsAsks) {
+  car.charger.plugged = true;
+  can::ChargerCommand m;
+  m.voltage_max_100uv = 1'000'000;
+  m.current_max_ma = 12'300;
+  m.control = can::ChargerControl::kCharge;
+  receive({sealed(m)});
+  receive({sealed(m)});
+  for (int i = 0; i < 300; ++i) car.charger.advance(0.01, 90.0, true);
+  DOUBLES_EQUAL(12.3, car.charger.current_a(), 0.1);
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "charge/charge_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "can_dbc/tables.hpp"
+#include "core/demand.hpp"
+#include "race/actuators/command_receiver.hpp"
+#include "race/sensors/sensor_frames.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kTick_s = can::kTickMs * 1e-3;
+constexpr double kSwitch_s = 1.0;         // after power-on: every ECU has heard every sensor
+constexpr double kAfter_s = 2.0;          // after the end: contactors have opened and say so
+constexpr std::uint32_t kTicksPerSample = 1'000;
+constexpr double kCoulombsPerAh = 3'600.0, kJoulesPerWh = 3'600.0;
+
+class Run {
+ public:
+  Run(const ChargeOptions& options, PlantBus& bus, ChargeObserver& observer)
+      : options_(options),
+        bus_(bus),
+        observer_(observer),
+        step_s_(kTick_s * options.ticks_per_step),
+        car_(options.vehicle, false, step_s_),
+        frames_(car_.parameters(), options.seed, options.pedal_sensors) {
+    VOLTLAP_DEMAND(options.ticks_per_step > 0);
+    bus_.attach(observer);
+    car_.charger.plugged = true;
+    result_.begin_soc = car_.pack().soc_mean();
+    open_voltages();
+    result_.begin_spread_v = result_.end_spread_v();
+  }
+
+  ChargeResult run() {
+    while (!over_) tick();
+    finish();
+    return result_;
+  }
+
+ private:
+  void tick() {
+    (void)bus_.begin_tick(tick_);
+    const double time_s = tick_ * kTick_s;
+    switches_.charge = time_s >= kSwitch_s && !result_.reached;
+    if (options_.hand) {
+      options_.hand({time_s, car_, frames_.faults, switches_.shutdown_closed, switches_.charge});
+    }
+    if (tick_ % static_cast<std::uint32_t>(options_.ticks_per_step) == 0) advance_plant();
+    tx_.clear();
+    const Instant now = Instant::from_ms(tick_ * can::kTickMs);
+    frames_.send(now, car_, Pedals{}, switches_, tx_);
+    commands_.receive(now, bus_.exchange(tx_), car_);
+    account(time_s);
+    if (tick_ % kTicksPerSample == 0) sample(time_s);
+    ++tick_;
+    end_when_over(tick_ * kTick_s);
+  }
+
+  void advance_plant() {
+    car_.step(0.0);
+    car_.renew(step_s_);
+    const Pack& pack = car_.pack();
+    for (std::size_t i = 0; i < pack.cells(); ++i) {
+      if (pack.cell_voltage(i) <= result_.highest_cell_v) continue;
+      result_.highest_cell_v = pack.cell_voltage(i);
+      result_.highest_cell = i;
+    }
+    energy_j_ -= pack.voltage() * car_.pack_current_a() * step_s_;
+    result_.temperature_max_c = std::max(result_.temperature_max_c, pack.temperature_max_c());
+  }
+
+  void account(double time_s) {
+    const can::ChargePhase phase = commands_.charge().phase;
+    if (double* spent = spent_in(phase)) *spent += kTick_s;
+    const bool held = phase == can::ChargePhase::kResting && std::isnan(result_.first_held_s);
+    if (held) result_.first_held_s = time_s;
+    const bool against = !switches_.shutdown_closed && !car_.pack().bleeding().empty();
+    against_s_ = against ? against_s_ + kTick_s : 0.0;
+    result_.bled_open_s = std::max(result_.bled_open_s, against_s_);
+  }
+
+  [[nodiscard]] double* spent_in(can::ChargePhase phase) {
+    switch (phase) {
+      case can::ChargePhase::kWaiting: return &result_.waiting_s;
+      case can::ChargePhase::kCharging: return &result_.charging_s;
+      case can::ChargePhase::kResting: return &result_.resting_s;
+      case can::ChargePhase::kBleeding: return &result_.bleeding_s;
+      default: return nullptr;
+    }
+  }
+
+  void open_voltages() {
+    const Pack& pack = car_.pack();
+    result_.lowest_open_v = result_.highest_open_v = pack.tables().ocv_v(pack.cell_soc(0), pack.cell_temperature_c(0));
+    for (std::size_t i = 1; i < pack.cells(); ++i) {
+      const double open_v = pack.tables().ocv_v(pack.cell_soc(i), pack.cell_temperature_c(i));
+      result_.lowest_open_v = std::min(result_.lowest_open_v, open_v);
+      result_.highest_open_v = std::max(result_.highest_open_v, open_v);
+    }
+  }
+
+  void sample(double time_s) {
+    const Pack& pack = car_.pack();
+    open_voltages();
+    double highest_v = 0.0;
+    for (std::size_t i = 0; i < pack.cells(); ++i) highest_v = std::max(highest_v, pack.cell_voltage(i));
+    observer_.on_sample({.time_s = time_s, .soc = pack.soc_mean(), .soc_min = pack.cell_soc(pack.emptiest_cell()),
+                         .soc_max = pack.cell_soc(pack.fullest_cell()), .cell_min_v = pack.cell_voltage_min(),
+                         .cell_max_v = highest_v, .open_spread_v = result_.end_spread_v(),
+                         .current_a = -car_.pack_current_a(), .asked_a = commands_.charge().current_asked_ma * 1e-3,
+                         .pack_v = pack.voltage(), .temperature_c = pack.temperature_max_c(),
+                         .cells_bled = pack.bleeding().size(), .phase = commands_.charge().phase,
+                         .reason = commands_.charge().reason});
+    if (options_.to_soc < 1.0 && pack.soc_mean() >= options_.to_soc) result_.reached = true;
+  }
+
+  void end_when_over(double time_s) {
+    const can::ChargePhase phase = commands_.charge().phase;
+    if (!result_.reached && phase != can::ChargePhase::kNone) {
+      result_.phase = phase;
+      result_.reason = commands_.charge().reason;
+      result_.faults = commands_.bms().faults;
+    }
+    const bool ended = phase == can::ChargePhase::kFull || phase == can::ChargePhase::kStopped || result_.reached;
+    const bool open = !car_.contactors.air_plus.closed() && !car_.contactors.air_minus.closed();
+    if (!(ended && open)) ended_s_ = time_s;
+    if (observer_.stop_requested()) result_.stopped = over_ = true;
+    if (time_s - ended_s_ >= kAfter_s || time_s >= options_.duration_max_s) over_ = true;
+  }
+
+  void finish() {
+    open_voltages();
+    result_.full = result_.phase == can::ChargePhase::kFull;
+    result_.time_s = result_.stopped ? tick_ * kTick_s : ended_s_;
+    result_.end_soc = car_.pack().soc_mean();
+    result_.end_soc_min = car_.pack().cell_soc(car_.pack().emptiest_cell());
+    result_.bms_soc = commands_.bms().soc_ppm * 1e-6;
+    result_.charge_in_ah = -car_.charge_out_c() / kCoulombsPerAh;
+    result_.energy_in_wh = energy_j_ / kJoulesPerWh;
+    result_.charger_wh = car_.charger_energy_j() / kJoulesPerWh;
+    result_.bled_ah = car_.pack().bleed_charge_c() / kCoulombsPerAh;
+    result_.bled_wh = car_.pack().bleed_energy_j() / kJoulesPerWh;
+    result_.ticks = tick_;
+    result_.frames = bus_.frames_sent();
+  }
+
+  const ChargeOptions& options_;
+  PlantBus& bus_;
+  ChargeObserver& observer_;
+  double step_s_;
+  Car car_;
+  SensorFrames frames_;
+  CommandReceiver commands_;
+  Switches switches_{.shutdown_closed = true};
+  TxQueue tx_;
+  ChargeResult result_;
+  std::uint32_t tick_ = 0;
+  double energy_j_ = 0.0, against_s_ = 0.0, ended_s_ = 0.0;
+  bool over_ = false;
+};
+
+}  // namespace
+
+ChargeResult run_charge(const ChargeOptions& options, PlantBus& bus, ChargeObserver& observer) {
+  return Run(options, bus, observer).run();
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "charge/charge_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/demand.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+const char* words_of(can::ChargeReason reason) {
+  switch (reason) {
+    case can::ChargeReason::kNone: return "nothing is told";
+    case can::ChargeReason::kNoChargerInPack: return "this pack has no charger (bms.charger_current_max_a is 0)";
+    case can::ChargeReason::kChargerSilent: return "the charger is silent";
+    case can::ChargeReason::kChargerFault: return "the charger reports a fault";
+    case can::ChargeReason::kChargerNotConnected: return "the charger sees no battery, or hears no command";
+    case can::ChargeReason::kShutdownCircuit: return "the shutdown circuit is open";
+    case can::ChargeReason::kFault: return "the BMS has a fault";
+    case can::ChargeReason::kMeasurementLost: return "a measurement is missing";
+    case can::ChargeReason::kTemperature: return "the cells are too cold or too hot";
+    case can::ChargeReason::kLimit: return "the charge limit is zero";
+    case can::ChargeReason::kCurrentNotAsked: return "a current flows that was not asked for";
+    case can::ChargeReason::kNoCurrent: return "no current flows that was asked for";
+    case can::ChargeReason::kBalancingTime: return "balancing took longer than bms.balancing_time_max_s";
+    case can::ChargeReason::kNotBalanced: return "no cell that is too high may be bled (bms.balancing_voltage_min_v)";
+    case can::ChargeReason::kRequestReleased: return "the tractive system is asked for";
+    case can::ChargeReason::kContactorsOpened: return "the contactors opened";
+  }
+  return "";
+}
+
+std::string fault_words(std::uint32_t faults) {
+  std::string out;
+  for (std::size_t bit = 0; bit < can::kBmsFaultCount; ++bit) {
+    if ((faults >> bit & 1U) != 0) out += std::string(out.empty() ? ": " : ", ") + can::kBmsFaultNames[bit];
+  }
+  return out;
+}
+
+}  // namespace
+
+const char* phase_name(can::ChargePhase phase) { return can::kChargePhaseNames[static_cast<std::size_t>(phase)]; }
+const char* reason_name(can::ChargeReason reason) { return can::kChargeReasonNames[static_cast<std::size_t>(reason)]; }
+
+std::string duration_words(double seconds) {
+  VOLTLAP_DEMAND(std::isfinite(seconds));
+  const auto whole = static_cast<long long>(std::llround(seconds));
+  if (whole >= 3600) return fmt::format("{} h {:02} min", whole / 3600, whole % 3600 / 60);
+  if (whole >= 60) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} s", whole);
+}
+
+std::string ending_words(const ChargeResult& r) {
+  if (r.full) return "every cell is full, and all are even";
+  if (r.reached) return "the charge that was asked for is reached";
+  if (r.stopped) return "interrupted";
+  const std::string why = words_of(r.reason) + (r.reason == can::ChargeReason::kFault ? fault_words(r.faults) : "");
+  return (r.phase == can::ChargePhase::kStopped ? "broken off: " : "the time is over; last: ") + why;
+}
+
+std::string charge_text(const ChargeResult& r, const std::string& what) {
+  std::string out = fmt::format("{}: {}\n", what, ending_words(r));
+  const auto line = [&](const char* name, const std::string& value) {
+    out += fmt::format("  {:<26}{}\n", name, value);
+  };
+  line("time", duration_words(r.time_s));
+  line("  charging", duration_words(r.charging_s));
+  line("  bleeding", duration_words(r.bleeding_s));
+  line("  resting and measuring", duration_words(r.resting_s));
+  if (std::isfinite(r.first_held_s)) line("first cell full after", duration_words(r.first_held_s));
+  line("state of charge", fmt::format("{:.1f} % to {:.1f} %, emptiest cell {:.1f} %, BMS {:.1f} %", 100.0 * r.begin_soc,
+                                      100.0 * r.end_soc, 100.0 * r.end_soc_min, 100.0 * r.bms_soc));
+  line("highest cell voltage", fmt::format("{:.4f} V at any time (cell {})", r.highest_cell_v, r.highest_cell + 1));
+  line("spread of open voltages", fmt::format("{:.1f} mV at the begin, {:.1f} mV at the end", 1e3 * r.begin_spread_v,
+                                              1e3 * r.end_spread_v()));
+  line("into the pack", fmt::format("{:.2f} Ah, {:.2f} kWh", r.charge_in_ah, 1e-3 * r.energy_in_wh));
+  line("bled", fmt::format("{:.2f} Ah, {:.1f} Wh in the shunts of all cells", r.bled_ah, r.bled_wh));
+  line("hottest cell", fmt::format("{:.1f} degC", r.temperature_max_c));
+  return out;
+}
+
+}  // namespace voltlap::plant

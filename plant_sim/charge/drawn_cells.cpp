@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "charge/drawn_cells.hpp"
+
+#include <algorithm>
+#include <random>
+
+#include "core/demand.hpp"
+
+namespace voltlap::plant {
+
+void draw_cells(const DrawnSpread& spread, std::uint64_t seed, VehicleParameters& car) {
+  VOLTLAP_DEMAND(spread.soc >= 0.0 && spread.capacity >= 0.0 && spread.resistance >= 0.0);
+  std::mt19937_64 random(seed);
+  // By hand: the standard's distributions may differ from library to library.
+  const auto within = [&](double size) {
+    return size * (2.0 * static_cast<double>(random() >> 11U) * 0x1.0p-53 - 1.0);
+  };
+  car.battery.cells.resize(static_cast<std::size_t>(car.battery.cells_in_series));
+  for (CellVariation& cell : car.battery.cells) {
+    const double soc = car.battery.initial_soc;
+    cell.initial_soc_offset = std::clamp(soc + within(spread.soc), 0.0, 1.0) - soc;
+    cell.capacity_scale = 1.0 + within(spread.capacity);
+    cell.resistance_scale = 1.0 + within(spread.resistance);
+  }
+}
+
+}  // namespace voltlap::plant
