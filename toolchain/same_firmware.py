@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 DRIVER = Path(__file__).resolve().parent / "same_firmware"
 SOURCES = ("firmware", "can_dbc")
-NODES = ("base", "codec", "bms", "bms/estimate", "bms/charge", "master", "app")  # folders of firmware/ that make the nodes
+NODES = ("base", "codec", "bms", "master", "app")  # folders of firmware/ that make the nodes, with those inside
 COMPARISON = ("car", "bus", "settings", "pair", "run", "shrink", "main")
 EXIT_DIFFERENT, EXIT_USAGE, EXIT_BUILD, EXIT_DEFECT, EXIT_INTERRUPTED = 1, 2, 5, 70, 130
 LINES_SHOWN = 30  # of the short input; all of it goes to the file
@@ -119,7 +119,7 @@ def generate_codecs(folder, name):
 
 def node_objects(folder):
     """Lines of the build file for one version, and its shared object."""
-    sources = [path for part in NODES for path in sorted((folder / "firmware" / part).glob("*.cpp"))]
+    sources = [path for part in NODES for path in sorted((folder / "firmware" / part).rglob("*.cpp"))]
     lines, objects = [], []
     for source in [*sources, DRIVER / "nodes.cpp"]:
         inside = source.relative_to(folder) if source.is_relative_to(folder) else source

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/bms_step.hpp"
 
+#include "base/interpolate.hpp"
 #include "bms/charge/balancing.hpp"
 #include "bms/charge/cell_look.hpp"
 #include "bms/charge/charge.hpp"
 #include "bms/charge/charge_config.hpp"
 #include "bms/contactors.hpp"
 #include "bms/estimate/resistance.hpp"
+#include "bms/estimate/soc_ekf.hpp"
 #include "bms/faults.hpp"
 #include "bms/ingest.hpp"
 #include "bms/limits/limits.hpp"
@@ -60,6 +62,15 @@ void check_channels(const Config& config, Instant now, Duration elapsed, bool sl
   check_pack_voltage(config, now, elapsed, state);
 }
 
+// BMS-088
+/// A cell with branches that are still charged stands elsewhere than V + I R says, as one that was just filled.
+void report_by_filter(const Config& config, const State& state, std::size_t index, CellReport& report) {
+  const CellFilter& filter = state.soc.filter.cell[index].filter;
+  report.open_voltage =
+      interpolate(config.ocv.soc, config.ocv.voltage, config.ocv.count, cell_soc(state.soc, index));
+  report.resistance = Resistance::from_raw(product(state.cell_resistance.raw(), filter.rho, kUnitBits));
+}
+
 /// The next cell with every step, as the Orion broadcasts them.
 CellReport report_cell(const Config& config, const State& state) {
   const std::size_t index = state.steps % config.cells_in_series;
@@ -68,11 +79,15 @@ CellReport report_cell(const Config& config, const State& state) {
   report.cell = static_cast<std::uint8_t>(index);
   report.good = sample.good();
   report.voltage = sample.value;
+  report.balancing = state.balancing[index];
+  if (config.soc_method == SocMethod::kEkf && state.soc.valid) {
+    report_by_filter(config, state, index, report);
+    return report;
+  }
   // V + I R, with mA * uOhm = nV and 1e5 nV = 0.1 mV
   const std::int64_t drop_nv = std::int64_t{state.measured.cell_current[index].raw()} * state.cell_resistance.raw();
   report.open_voltage = CellVoltage::saturated(sample.value.raw() + drop_nv / 100'000);
   report.resistance = state.cell_resistance;
-  report.balancing = state.balancing[index];
   return report;
 }
 

@@ -10,12 +10,13 @@ namespace {
 using can::BmsState;
 
 constexpr std::int64_t kWhole = 1'000'000;
+constexpr Duration kPlugged = Duration::from_ms(500);  // chosen: a contact that bounces does not stop a driving car
 
 bool requested(const Measured& m) { return m.master.good() && m.master.value.tractive_system; }
 /// For what they are closed, somebody still wants it. A car on a charger does not drive.
 bool wanted(const State& s) {
   if (s.contactors.for_charge) return s.charge.wants_contactors;
-  return requested(s.measured) && !on_charger(s.measured);
+  return requested(s.measured) && !s.contactors.plugged_in;
 }
 bool released(const Measured& m) { return m.master.good() && !m.master.value.tractive_system; }
 bool shutdown_closed(const Measured& m) { return m.io.good() && m.io.value.shutdown_closed; }
@@ -96,7 +97,7 @@ bool dc_link_explained(const Config& config, const State& s) {
 void from_idle(const Config& config, Instant now, State& s) {
   Contactors& c = s.contactors;
   c.for_charge = s.charge.wants_contactors;
-  if (!wanted(s) || !shutdown_closed(s.measured)) return;
+  if (!wanted(s) || !shutdown_closed(s.measured) || (!c.for_charge && on_charger(s.measured))) return;
   if (!measurements_good(config, s) || !s.measured.dc_link_voltage.good()) return;
   if (!dc_link_explained(config, s) || c.precharges >= config.precharge_attempts) return;
   if (c.precharges == 0) c.credit_at = now;
@@ -168,6 +169,7 @@ void sequence_contactors(const Config& config, Instant now, State& state) {
   c.precharge_failed = false;
   c.precharge_too_fast = false;
   cool_down(config, now, c);
+  c.plugged_in = c.plugged.held(on_charger(state.measured), now, kPlugged);
   const bool at_once = state.faults.open_now || !shutdown_closed(state.measured);
   if (state.faults.open && c.state != BmsState::kInvalid) {
     if (c.state != BmsState::kFault && !(c.state == BmsState::kOpen && c.opening)) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "base/can_frame.hpp"
+#include "base/persistence.hpp"
 #include "base/sample.hpp"
 #include "base/units.hpp"
 #include "bms/cell_check.hpp"
@@ -122,6 +123,8 @@ struct Contactors {
   Instant credit_at{};            ///< of the last precharge that has been given back
   std::uint8_t precharges = 0;    ///< that the resistor has not cooled from
   bool for_charge = false;        ///< what is closed, or about to, is closed for a charger
+  Persistence plugged{};          ///< the charger's switch is on
+  bool plugged_in = false;        ///< long enough to be no bounce
   bool opening = false;           ///< limits and torque are zero, the contactors follow
   bool closed_once = false;       ///< since power-on
   bool dc_link_was_low = false;   ///< at the begin of precharge

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A cell's filter step on a Cortex-M4: every instruction of its functions, whether it is reached or not."""
+"""A cell's filter step on a Cortex-M4, and one look ahead: every instruction of their functions, whether it is reached
+or not."""
 import os
 import pathlib
 import re
@@ -43,3 +44,19 @@ def test_a_cell_step_takes_at_most_1500_instructions(tmp_path):
     step = sum(times * counts.get(name, 0) for name, times in CALLS.items()) + WALK + AROUND
     print(f"a cell's step: {step} instructions at most (bound {MOST}): {counts}")
     assert step <= MOST
+
+
+MOST_LOOK = 1000   # instructions of one look at one current, for one horizon and direction; a warm start takes one or two
+LOOK_CALLS = {"cell_end": 1, "branch_end": 2, "branches_at": 1, "series_at": 1, "ocv_at": 1}
+STEP_OF_NEWTON = 80   # of current_until, without its two divisions of 64 bits, which only a charge that binds needs
+
+
+def test_a_look_ahead_takes_at_most_1000_instructions(tmp_path):
+    if not shutil.which("arm-none-eabi-g++"):
+        pytest.skip("arm-none-eabi-g++ is not installed")
+    bms = ROOT / "firmware" / "bms"
+    counts = counted(tmp_path, bms / "limits" / "horizon.cpp") | counted(tmp_path, bms / "estimate" / "cell_model.cpp")
+    assert counts["cell_end"] > 200
+    look = sum(times * counts.get(name, 0) for name, times in LOOK_CALLS.items()) + WALK + STEP_OF_NEWTON
+    print(f"a look ahead: {look} instructions at most (bound {MOST_LOOK}): {counts}")
+    assert look <= MOST_LOOK

@@ -23,6 +23,12 @@ std::int32_t held(std::int64_t x, std::int32_t low, std::int32_t high) {
   return x < low ? low : (x > high ? high : static_cast<std::int32_t>(x));
 }
 
+/// The same of 32 bits.
+std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) {
+  return x < low ? low : (x > high ? high : x);
+}
+std::int32_t inside_charge(std::int32_t s) { return within(s, kSocLow, kSocHigh); }
+
 std::int32_t both(std::int32_t by_current, std::int32_t warm) { return scaled(by_current, warm, kUnitBits); }
 
 /// What temperature and current make of a resistance, and what they make of its drop's growth with the current: R(I) I
@@ -30,11 +36,25 @@ std::int32_t both(std::int32_t by_current, std::int32_t warm) { return scaled(by
 struct Law {
   std::int32_t itself, growth;  ///< [2^-28]
 };
-Law law_of(std::int32_t per_count, std::int32_t ma, const PartLaw& law, std::int32_t warm) {
-  const std::int32_t size = ma < 0 ? -ma : ma;
-  const std::int32_t by = factor_of(per_count, above_reference(law, size));
-  const bool bends = law.low < size && size < law.high;
-  return {both(by, warm), both(bends ? by + scaled(per_count, size, kLawBits - kUnitBits) : by, warm)};
+/// Where a current is on its law.
+struct OnLaw {
+  std::int32_t above;    ///< the reference
+  std::int32_t bending;  ///< its size where the law bends, else 0
+};
+OnLaw on_law(const PartLaw& law, std::int32_t size) {
+  return {above_reference(law, size), law.low < size && size < law.high ? size : 0};
+}
+inline Law law_of(std::int32_t per_count, const OnLaw& at, std::int32_t warm) {
+  const std::int32_t by = factor_of(per_count, at.above);
+  return {both(by, warm), both(by + scaled(per_count, at.bending, kLawBits - kUnitBits), warm)};
+}
+
+/// rho R, at most 1 ohm: with what the laws make of it, less than 8 times, it fits.
+std::int32_t own_ohm(std::int32_t table, std::int32_t rho) {
+  constexpr std::int32_t kMost = 1 << 28;
+  static_assert(kMost > 1e-3 * 4 * (std::int64_t{1} << (kUnitBits + kOhmBits)) * 0.97, "[q 2^-36 / mA]");
+  const std::int32_t ohm = scaled(table, rho, kUnitBits);
+  return ohm > kMost ? kMost : ohm;
 }
 
 /// R I [q 2^-26], within 4 V: more than a cell has.
@@ -61,15 +81,15 @@ BranchEnd branch_end(const HorizonCell& cell, const BranchPart& b, std::int32_t 
   constexpr std::int32_t kOne = 1 << kLongGainBits;
   const std::int32_t ms = cell.horizon.ms;
   const std::int32_t gain = ms == 0 ? kOne : long_gain_of(slowed(b.rate, b.time), ms);
-  const std::int32_t ohm = scaled(b.ohm, cell.filter.rho, kUnitBits);
-  const std::int32_t made = scaled(wide_drop(product(ohm, b.law.itself, kUnitBits), ma), gain, kLongGainBits);
+  const std::int32_t ohm = own_ohm(b.ohm, cell.filter.rho);
+  const std::int32_t made = scaled(wide_drop(scaled(ohm, b.law.itself, kUnitBits), ma), gain, kLongGainBits);
   const std::int32_t kept = scaled(v >> (kUnitBits - kVoltageBits), kOne - gain, kLongGainBits);
   // A branch that is far from its end gets there sooner when its time falls with its resistance: g falls with tau by
   // x exp(-x) / (1 - exp(-x)) of the share, about (1 - g) (1 + g / 2).
   const std::int32_t on_its_way = scaled(kOne - gain, kOne + gain / 2, kLongGainBits);
   return {kept, made, scaled(kept + made, gain, kLongGainBits),
           b.ohm_change - scaled(b.time_change, on_its_way, kLongGainBits),
-          scaled(product(ohm, b.law.growth, kUnitBits), gain, kLongGainBits)};
+          scaled(scaled(ohm, b.law.growth, kUnitBits), gain, kLongGainBits)};
 }
 
 /// What a rise [0.1 K 2^-5] makes of a part [2^-28 of it].
@@ -79,20 +99,21 @@ std::int32_t fine_change(std::int32_t by_count, std::int32_t rise) {
 
 /// By how much the temperature has risen at the end, as far as the resistances follow it [0.1 K 2^-5]. What warms falls
 /// with the resistance on the way.
-std::int32_t warmed(const HorizonCell& cell, std::int64_t drops, std::int32_t ma) {
+std::int32_t warmed(const HorizonCell& cell, std::int32_t quarter_drops, std::int32_t ma) {
   const HorizonHeat& heat = cell.horizon.heat;
   if (heat.rise == 0) return 0;
-  const std::int64_t power = (drops * ma) >> kVoltageBits;  // mA q
-  const std::int32_t cold = held((power < 0 ? -power : power) * heat.rise >> (kRiseBits - kFineBits), 0, kRiseMost);
+  const std::int32_t power = scaled(quarter_drops, ma, kVoltageBits - 2);  // mA q
+  const std::int64_t all = (std::int64_t{power < 0 ? -power : power} * heat.rise) >> (kRiseBits - kFineBits);
+  const std::int32_t cold = all > kRiseMost ? kRiseMost : static_cast<std::int32_t>(all);
   const std::int32_t rise = cold + scaled(fine_change(heat.change.r0, cold / 2), cold, kUnitBits);
   constexpr std::int32_t kFine = 1 << kFineBits;
-  const auto inside = [&](std::int32_t x) { return held(x, heat.low * kFine, heat.high * kFine); };
-  return inside(cell.warmer * kFine + rise) - inside(cell.warmer * kFine);
+  const std::int32_t low = heat.low * kFine, high = heat.high * kFine, now = cell.warmer * kFine;
+  return within(now + rise, low, high) - within(now, low, high);
 }
 
 /// A drop with what the heat has made of it: nothing at least, half as much again at most, so that it fits.
 std::int32_t heated(std::int32_t drop, std::int32_t by_count, std::int32_t rise) {
-  return drop + scaled(drop, held(fine_change(by_count, rise), -kUnit, kUnit / 2), kUnitBits);
+  return drop + scaled(drop, within(fine_change(by_count, rise), -kUnit, kUnit / 2), kUnitBits);
 }
 
 /// Above the bound is positive.
@@ -165,31 +186,30 @@ CellEnd cell_end(const HorizonCell& cell, std::int32_t ma) {
   const std::int64_t counted = (std::int64_t{cell.horizon.share} * ma) >> kShareBits;
   const std::int32_t drawn = held(counted, -kUnit, kUnit);
   const std::int32_t own = drawn + scaled(drawn, cell.fade, kUnitBits);
-  const std::int32_t end = held(std::int64_t{f.s} - own, kSocLow, kSocHigh);
-  const std::int32_t middle = held(std::int64_t{f.s} - own / 2, kSocLow, kSocHigh);
+  const std::int32_t end = inside_charge(f.s - own), middle = inside_charge(f.s - own / 2);
   std::uint8_t interval = f.interval;
   const OcvNow ocv = ocv_at(m, end, interval);
   const CircuitPoint c = branches_at(m, middle);
   const PartLaw& law = m.by_current;
-  const std::int32_t above = above_reference(law, ma < 0 ? -ma : ma);
+  const OnLaw at = on_law(law, ma < 0 ? -ma : ma);
   const PartFactors &k = law.per_count, &warm = cell.pack.warm, &change = cell.horizon.heat.change;
-  const auto by = [&](std::int32_t per_count, std::int32_t factor) { return law_of(per_count, ma, law, factor); };
+  const auto by = [&](std::int32_t per_count, std::int32_t factor) { return law_of(per_count, at, factor); };
   const auto time = [&](std::int32_t per_count, std::int32_t factor) {
-    return both(factor_of(per_count, above), factor);
+    return both(factor_of(per_count, at.above), factor);
   };
   const BranchPart one{c.r1, c.rate1, by(k.r1, warm.r1), time(k.time1, warm.time1), change.r1, change.time1};
   const BranchPart two{c.r2, c.rate2, by(k.r2, warm.r2), time(k.time2, warm.time2), change.r2, change.time2};
   const BranchEnd e1 = branch_end(cell, one, f.v1, ma), e2 = branch_end(cell, two, f.v2, ma);
   const Law zero = by(k.r0, warm.r0);
-  const std::int32_t ohm0 = scaled(series_at(m, end), f.rho, kUnitBits);
-  const std::int32_t d0 = wide_drop(product(ohm0, zero.itself, kUnitBits), ma);
-  const std::int32_t rise = warmed(cell, std::int64_t{d0} + e1.warms + e2.warms, ma);
+  const std::int32_t ohm0 = own_ohm(series_at(m, end), f.rho);
+  const std::int32_t d0 = wide_drop(scaled(ohm0, zero.itself, kUnitBits), ma);
+  const std::int32_t rise = warmed(cell, d0 / 4 + e1.warms / 4 + e2.warms / 4, ma);
   const std::int64_t drops = std::int64_t{heated(d0, change.r0, rise)} + heated(e1.made, e1.change, rise / 2) +
                              heated(e2.made, e2.change, rise / 2) + e1.kept + e2.kept -
                              (f.miss >> (kUnitBits - kVoltageBits));
   constexpr int kByCharge = kSlopeBits + kUnitBits + kShareBits - kFallBits;
   const std::int64_t fall = ((std::int64_t{ocv.slope} * cell.horizon.share) >> kByCharge) +
-                            product(ohm0, zero.growth, kUnitBits) + e1.fall + e2.fall;
+                            scaled(ohm0, zero.growth, kUnitBits) + e1.fall + e2.fall;
   return {saturated32(ocv.voltage - drops), saturated32(fall)};
 }
 

@@ -2,6 +2,7 @@
 #include "bms/bms_step.hpp"
 
 #include "bench.hpp"
+#include "driven_bench.hpp"
 
 using namespace voltlap;
 using namespace voltlap::bms;
@@ -55,6 +56,26 @@ TEST(BmsStep, PackWithoutStateOfChargeMethodDrivesOnVoltageAlone) {
   CHECK(bench.out.state == can::BmsState::kTsActive);
   CHECK_FALSE(bench.out.soc_valid);
   CHECK(bench.out.limits.discharge.value > Current{});
+}
+
+// BMS-088
+TEST(BmsStep, OpenVoltageOfTheReportedCellIsItsFiltersWhereThereIsOne) {
+  Config config = pack_config();
+  config.soc_method = SocMethod::kEkf;
+  for (std::size_t i = 0; i < 2; ++i) {
+    config.branches.series[i] = config.branches.branch1[i] = Resistance::from_raw(1'000);
+    config.branches.time1[i] = config.branches.time2[i] = Duration::from_ms(10'000);
+  }
+  DrivenBench car(config, 0.9);
+  car.cells[5].resistance = 1.5;
+  car.drive();
+  (void)car.lap_until([](const Output&) { return false; }, 120.0);
+  car.run(0.3, 150.0);  // branches are still charged
+  for (int tick = 0; tick < 24; ++tick) {
+    const CellReport cell = car.tick(150.0).cell;
+    DOUBLES_EQUAL(3.0 + 1.2 * car.cells[cell.cell].soc, 1e-4 * cell.open_voltage.raw(), 0.010);
+    DOUBLES_EQUAL(cell.cell == 5 ? 3'000.0 : 2'000.0, cell.resistance.raw(), cell.cell == 5 ? 300.0 : 150.0);
+  }
 }
 
 TEST(BmsStep, OpenVoltageOfTheReportedCellIsVoltagePlusDrop) {

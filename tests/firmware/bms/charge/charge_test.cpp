@@ -98,7 +98,22 @@ TEST(Charge, PluggingAChargerWhileDrivingOpensTheContactors) {
   bench.request(true);
   charger.until([](const Output& o) { return o.state == can::BmsState::kTsActive; }, 10'000);
   bench.io.charge_switch = true;
-  CHECK(charger.until([](const Output& o) { return all_open(o); }, 200) >= 0);
+  const std::int32_t took = charger.until([](const Output& o) { return all_open(o); }, 1'000);
+  expect_time("BMS-051 plugged while driving", took, 500, 620);
+}
+
+// BMS-051
+TEST(Charge, ASwitchThatBouncesDoesNotStopADrivingCar) {
+  charger.run(3'000);
+  bench.request(true);
+  charger.until([](const Output& o) { return o.state == can::BmsState::kTsActive; }, 10'000);
+  for (int bounce = 0; bounce < 5; ++bounce) {
+    bench.io.charge_switch = true;
+    charger.run(400);
+    bench.io.charge_switch = false;
+    charger.run(200);
+    CHECK(bench.out.state == can::BmsState::kTsActive);
+  }
 }
 
 // BMS-053
