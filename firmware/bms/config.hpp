@@ -7,6 +7,7 @@
 #include "base/condition.hpp"
 #include "base/time.hpp"
 #include "base/units.hpp"
+#include "bms/config_error.hpp"
 #include "bms/curve_tables.hpp"
 
 namespace voltlap::bms {
@@ -97,115 +98,6 @@ struct Config {
   CellVoltage balancing_difference = CellVoltage::from_raw(30);
   Current balancing_current_max = Current::from_raw(1000);
   Duration balancing_time_max = Duration::from_ms(86'400'000);  ///< of shunts in one charge
-};
-
-/// What config_check found wrong first: one name for each condition.
-enum class ConfigError : std::uint8_t {
-  kNone = 0,
-  // pack
-  kCellsInSeries,
-  kTemperatureSensors,
-  kTemperatureSensorsShare,
-  kCapacity,
-  kHeatCapacity,
-  kSocMethod,
-  kLimitMethod,
-  kLimitMethodFilter,
-  kLimitHorizon,
-  // tables
-  kOcvPoints,
-  kOcvSoc,
-  kOcvVoltage,
-  kResistancePoints,
-  kResistanceSoc,
-  kResistance,
-  kResistanceReference,
-  kResistanceSlope,
-  kBranchResistance,
-  kBranchTime,
-  kBranchSlopesCurrent,
-  kBranchSlopesTemperature,
-  // plausible < trip low <= minimum < maximum <= trip high < plausible
-  kVoltagePlausibleMin,
-  kVoltageTripLowPlausible,
-  kVoltageMinTripLow,
-  kVoltageMaxMin,
-  kVoltageTripHighMax,
-  kVoltagePlausibleMaxTripHigh,
-  kVoltagePlausibleMaxRange,
-  // currents
-  kDischargeCurrentMax,
-  kDischargeCurrentTrip,
-  kDischargeCurrentTripRange,
-  kChargeCurrentMax,
-  kChargeCurrentTrip,
-  kChargeCurrentTripPositive,
-  kChargeCurrentTripRange,
-  kLimitRise,
-  kLimitRiseMax,
-  kSocStartCurrent,
-  kSocStartCurrentMax,
-  kOpeningCurrent,
-  kOpeningCurrentMax,
-  kMotorConstant,
-  // temperatures
-  kChargeTemperatureMin,
-  kChargeTemperatureMinRange,
-  kDeratingStart,
-  kTemperatureTripRule,
-  // times
-  kVoltageTripTime,
-  kVoltageTripTimeMax,
-  kTemperatureTripTime,
-  kTemperatureTripTimeMax,
-  kMeasurementLostTime,
-  kMeasurementLostTimeMax,
-  kCurrentTripTime,
-  kCurrentTripTimeMax,
-  kMismatchTime,
-  kMismatchTimeMax,
-  kImplausibleTime,
-  kImplausibleTimeMax,
-  kContactorTime,
-  kContactorTimeMax,
-  kContactorDropTime,
-  kContactorDropTimeMax,
-  kDischargeTime,
-  kDischargeTimeRule,
-  kPrechargeTimeMin,
-  kPrechargeTimeout,
-  kPrechargeTimeoutMax,
-  kPrechargeTimeUnseen,
-  kPrechargeTimeUnseenMax,
-  kPrechargeAttempts,
-  kPrechargeAttemptsMax,
-  kPrechargeCooling,
-  kPrechargeCoolingMax,
-  kOpeningTime,
-  kOpeningTimeMax,
-  // ratios
-  kPrechargeRatioRule,
-  kPrechargeRatioWhole,
-  kVoltageMismatch,
-  kVoltageMismatchWhole,
-  kDcLinkWelded,
-  kDcLinkWeldedPrecharge,
-  kSocDeratingStart,
-  kSocDeratingStartFull,
-  // charge
-  kChargerCurrent,
-  kChargerCurrentTrip,
-  kChargeMargin,
-  kChargeMarginMax,
-  kChargeCurrentEnd,
-  kChargeCurrentEndMax,
-  // balancing
-  kBalancingVoltageMin,
-  kBalancingVoltageMax,
-  kBalancingDifference,
-  kBalancingCurrent,
-  kBalancingTime,
-  kBalancingTimeMax,
 };
 
 namespace check {

@@ -46,7 +46,8 @@ def test_a_cell_step_takes_at_most_1500_instructions(tmp_path):
     assert step <= MOST
 
 
-MOST_LOOK = 1000   # instructions of one look at one current, for one horizon and direction; a warm start takes one or two
+MOST_LOOK = 1000   # instructions of one look at one current, for one horizon and direction; a warm start takes one or
+                   # two
 LOOK_CALLS = {"cell_end": 1, "branch_end": 2, "branches_at": 1, "series_at": 1, "ocv_at": 1}
 STEP_OF_NEWTON = 80   # of current_until, without its two divisions of 64 bits, which only a charge that binds needs
 

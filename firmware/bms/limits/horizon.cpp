@@ -49,10 +49,9 @@ inline Law law_of(std::int32_t per_count, const OnLaw& at, std::int32_t warm) {
   return {both(by, warm), both(by + scaled(per_count, at.bending, kLawBits - kUnitBits), warm)};
 }
 
-/// rho R, at most 1 ohm: with what the laws make of it, less than 8 times, it fits.
+/// rho R, at most an ohm: with what the laws make of it, less than 8 times, it fits.
 std::int32_t own_ohm(std::int32_t table, std::int32_t rho) {
-  constexpr std::int32_t kMost = 1 << 28;
-  static_assert(kMost > 1e-3 * 4 * (std::int64_t{1} << (kUnitBits + kOhmBits)) * 0.97, "[q 2^-36 / mA]");
+  constexpr std::int32_t kMost = 1 << 28;  // [q 2^-36 / mA] 0.98 ohm
   const std::int32_t ohm = scaled(table, rho, kUnitBits);
   return ohm > kMost ? kMost : ohm;
 }
