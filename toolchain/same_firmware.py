@@ -23,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 DRIVER = Path(__file__).resolve().parent / "same_firmware"
 SOURCES = ("firmware", "can_dbc")
-NODES = ("base", "codec", "bms", "bms/estimate", "bms/charge", "master", "app")  # folders of firmware/ that make the nodes
+NODES = ("base", "codec", "bms", "bms/estimate", "bms/charge", "master", "app")  # of firmware/
 COMPARISON = ("car", "bus", "settings", "pair", "run", "shrink", "main")
 EXIT_DIFFERENT, EXIT_USAGE, EXIT_BUILD, EXIT_DEFECT, EXIT_INTERRUPTED = 1, 2, 5, 70, 130
 LINES_SHOWN = 30  # of the short input; all of it goes to the file
