@@ -19,7 +19,7 @@ using namespace voltlap::plant::test;
 namespace {
 
 constexpr int kRaces = 10;
-constexpr double kBound_v = 3.0;
+constexpr double kBound_v = 3.2;  // high, so that it binds
 
 EnduranceOptions drawn_race(Drawn& draw) {
   EnduranceOptions out = nominal(3);
@@ -29,8 +29,8 @@ EnduranceOptions drawn_race(Drawn& draw) {
   car.bms.limit_method = "ahead";
   car.bms.limit_horizon_s = draw.chance(0.5) ? 1.0 : 10.0;
   car.bms.cell_voltage_min_v = kBound_v;
-  car.battery.initial_soc = draw.between(0.35, 0.8);
-  car.battery.initial_temperature_c = car.environment.ambient_c = draw.between(-10.0, 15.0);
+  car.battery.initial_soc = draw.between(0.35, 0.6);
+  car.battery.initial_temperature_c = car.environment.ambient_c = draw.between(-10.0, 5.0);
   car.battery.cells.resize(24);
   for (auto& cell : car.battery.cells) {
     cell.capacity_scale = draw.between(0.85, 1.0);
