@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <random>
 
@@ -71,8 +72,10 @@ LimitTestCommand::LimitTestCommand(CLI::App& app)
   car_.add_vehicle(*command_);
   command_->add_option("--states", states_, "Random states of drawn drives")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100000));
-  command_->add_option("--seed", seed_, "Draws the drives and the states")->capture_default_str();
+      ->check(whole_number(1, 100'000));
+  command_->add_option("--seed", seed_, "Draws the drives and the states")
+      ->capture_default_str()
+      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
   command_->add_option("--only", only_, "states: no whole endurance; races: no states")
       ->check(CLI::IsMember({"states", "races"}));
   add_output_file(*command_, "--json", json_, "Write every state and race as JSON");
