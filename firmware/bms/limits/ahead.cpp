@@ -2,6 +2,7 @@
 #include "bms/limits/ahead.hpp"
 
 #include "base/require.hpp"
+#include "bms/charge/on_charger.hpp"
 #include "bms/estimate/soc_ekf.hpp"
 
 namespace voltlap::bms {
@@ -27,7 +28,7 @@ void look(const Config& config, std::size_t cell, std::size_t index, const Horiz
   CellAhead& out = s.ahead.cell[cell];
   const HorizonBound low{Direction::kDischarge, config.cell_voltage_min, config.discharge_current_max.raw()};
   const Current most_in = max(config.charge_current_max, config.charger_current_max);
-  const HorizonBound high{Direction::kCharge, config.cell_voltage_max, most_in.raw()};
+  const HorizonBound high{Direction::kCharge, config.cell_voltage_max, most_in.raw(), !charges(s)};
   out.discharge[index] = current_until(here, low, out.discharge[index]);
   out.charge[index] = current_until(here, high, out.charge[index]);
 }

@@ -132,7 +132,7 @@ std::int32_t newton_step(std::int64_t margin, std::int32_t fall) {
 std::int32_t most_by_charge(const HorizonCell& cell, const HorizonBound& bound) {
   const std::int32_t s = cell.filter.s, share = cell.horizon.share;
   const std::int64_t left = bound.direction == Direction::kDischarge ? s : std::int64_t{kUnit} - s;
-  if (share == 0) return bound.most_ma;
+  if (share == 0 || !bound.by_charge) return bound.most_ma;
   if (left <= 0) return 0;
   const std::int64_t own = std::int64_t{share} + scaled(share, cell.fade, kUnitBits);
   if ((own * bound.most_ma) >> kShareBits <= left) return bound.most_ma;

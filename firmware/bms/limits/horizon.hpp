@@ -60,6 +60,7 @@ struct HorizonBound {
   Direction direction;
   CellVoltage voltage;  ///< not to be fallen below, or risen above
   std::int32_t most_ma;
+  bool by_charge = true;  ///< and not below empty or above full; on a charger the voltage alone says what full is
 };
 
 /// Size of the current, 0 .. most_ma, from its size the last time. Never one whose end is known to be beyond the bound.

@@ -123,6 +123,14 @@ TEST(Horizon, NoMoreIsDrawnThanThereIs) {
   DOUBLES_EQUAL(24'000.0 / 1.3, limit(cell, deep, 30'000), 50.0);
 }
 
+TEST(Horizon, OnAChargerTheVoltageAloneSaysWhatFullIs) {
+  CellFilter cell = rested(1.01);  // by a count that is off
+  const HorizonBound road{Direction::kCharge, CellVoltage::from_raw(43'000), kMost};
+  LONGS_EQUAL(0, limit(cell, road, 1'000));
+  const HorizonBound charger{Direction::kCharge, CellVoltage::from_raw(43'000), kMost, false};
+  CHECK(limit(cell, charger, 1'000) > 10'000);
+}
+
 TEST(Horizon, WhatTheReadingsMissOfTheModelIsCounted) {
   CellFilter cell = rested(0.4);
   const std::int32_t now = limit(cell, kLow, 1'000);
