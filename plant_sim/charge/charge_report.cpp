@@ -20,8 +20,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 5> kScripts = {"series.js", "time_charts.js", "time_chart.js",
-                                                      "chart_gestures.js", "charge.js"};
+constexpr std::array<std::string_view, 6> kScripts = {"series.js",         "time_charts.js",    "time_chart.js",
+                                                      "chart_gestures.js", "elapsed_charts.js", "charge.js"};
 
 struct Column {
   const char* name;

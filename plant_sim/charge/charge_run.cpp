@@ -15,6 +15,8 @@ namespace {
 constexpr double kTick_s = can::kTickMs * 1e-3;
 constexpr double kSwitch_s = 1.0;         // after power-on: every ECU has heard every sensor
 constexpr double kAfter_s = 2.0;          // after the end: contactors have opened and say so
+constexpr double kIdle_s = 6.0 * 3'600.0;  // chosen: a pack that is only too cold or too hot has changed by then
+constexpr double kFlows_a = 0.05;         // half of the charger's step
 constexpr std::uint32_t kTicksPerSample = 1'000;
 constexpr double kCoulombsPerAh = 3'600.0, kJoulesPerWh = 3'600.0;
 
@@ -79,6 +81,8 @@ class Run {
     const bool held = phase == can::ChargePhase::kResting && std::isnan(result_.first_held_s);
     if (held) result_.first_held_s = time_s;
     const bool against = !switches_.shutdown_closed && !car_.pack().bleeding().empty();
+    const bool idle = std::abs(car_.pack_current_a()) < kFlows_a && car_.pack().bleeding().empty();
+    idle_s_ = idle ? idle_s_ + kTick_s : 0.0;
     against_s_ = against ? against_s_ + kTick_s : 0.0;
     result_.bled_open_s = std::max(result_.bled_open_s, against_s_);
   }
@@ -130,6 +134,7 @@ class Run {
     if (!(ended && open)) ended_s_ = time_s;
     if (observer_.stop_requested()) result_.stopped = over_ = true;
     if (time_s - ended_s_ >= kAfter_s || time_s >= options_.duration_max_s) over_ = true;
+    if (idle_s_ >= kIdle_s) result_.idle = over_ = true;
   }
 
   void finish() {
@@ -159,7 +164,7 @@ class Run {
   TxQueue tx_;
   ChargeResult result_;
   std::uint32_t tick_ = 0;
-  double energy_j_ = 0.0, against_s_ = 0.0, ended_s_ = 0.0;
+  double energy_j_ = 0.0, against_s_ = 0.0, idle_s_ = 0.0, ended_s_ = 0.0;
   bool over_ = false;
 };
 

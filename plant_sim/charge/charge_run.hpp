@@ -54,6 +54,7 @@ struct ChargeSample {
 struct ChargeResult {
   bool full = false, stopped = false;  ///< stopped: interrupted from outside
   bool reached = false;                ///< `to_soc`, below 1
+  bool idle = false;                   ///< given up: for six hours nothing had flowed
   can::ChargePhase phase = can::ChargePhase::kNone;
   can::ChargeReason reason = can::ChargeReason::kNone;
   std::uint32_t faults = 0;            ///< of the BMS, at the end
@@ -81,7 +82,8 @@ class ChargeObserver : public FrameSink {
   [[nodiscard]] virtual bool stop_requested() = 0;
 };
 
-/// Runs until the BMS has ended the charge and opened the contactors, the switch was turned off, or the time is over.
+/// Runs until the BMS has ended the charge and opened the contactors, the switch was turned off, nothing has flowed for
+/// six hours, or the time is over.
 [[nodiscard]] ChargeResult run_charge(const ChargeOptions& options, PlantBus& bus, ChargeObserver& observer);
 
 }  // namespace voltlap::plant

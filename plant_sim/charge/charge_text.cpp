@@ -58,7 +58,8 @@ std::string ending_words(const ChargeResult& r) {
   if (r.reached) return "the charge that was asked for is reached";
   if (r.stopped) return "interrupted";
   const std::string why = words_of(r.reason) + (r.reason == can::ChargeReason::kFault ? fault_words(r.faults) : "");
-  return (r.phase == can::ChargePhase::kStopped ? "broken off: " : "the time is over; last: ") + why;
+  if (r.phase == can::ChargePhase::kStopped) return "broken off: " + why;
+  return (r.idle ? "given up, for six hours nothing has flowed: " : "the time is over; last: ") + why;
 }
 
 std::string charge_text(const ChargeResult& r, const std::string& what) {

@@ -23,8 +23,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kPointsMax = 6000;
-constexpr std::array<std::string_view, 5> kScripts = {"series.js", "time_charts.js", "time_chart.js",
-                                                      "chart_gestures.js", "replay.js"};
+constexpr std::array<std::string_view, 6> kScripts = {"series.js",         "time_charts.js",    "time_chart.js",
+                                                      "chart_gestures.js", "elapsed_charts.js", "replay.js"};
 
 /// Rows of a second run at the times of the first: the latest of each moment.
 std::vector<ReplayRow> at_times_of(const std::vector<ReplayRow>& first, const std::vector<ReplayRow>& second) {

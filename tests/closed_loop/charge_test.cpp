@@ -86,6 +86,8 @@ TEST(ChargedPack, NoisySensorsAndAnEarlierStartChangeNothing) {
   ChargeOptions options = standing(draw.between(0.7, 0.9));
   options.vehicle.sensors.noise = options.vehicle.sensors.quantisation = true;
   options.vehicle.bms.soc_method = draw.chance(0.5) ? "ekf" : "coulomb";
+  const bool ahead = options.vehicle.bms.soc_method == "ekf" && draw.chance(0.5);
+  options.vehicle.bms.limit_method = ahead ? "ahead" : (draw.chance(0.5) ? "table" : "equation");
   options.seed = seed;
   draw_cells({.soc = 0.0015, .capacity = 0.002, .resistance = 0.2}, seed, options.vehicle);
   const ChargeResult r = charge(options);

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fuzzer on the readers, ten seconds each, and what it does with a defect.
 
-A third of the readers, drawn by VOLTLAP_TEST_SEED; all with VOLTLAP_TEST_WHOLE=1: together they take minutes.
+One reader of each kind of input, and a third of the others, drawn by VOLTLAP_TEST_SEED; all with VOLTLAP_TEST_WHOLE=1:
+together they take minutes.
 """
 import importlib.util
 import json
@@ -32,10 +33,16 @@ def fuzzer():
     return fuzz.FUZZER
 
 
+# Tables, CAN text, what a DBC file gives, maps, tracks, plans, drives, scenarios.
+EACH_KIND = ("measured_table", "can", "dbc", "role_map", "track", "plan", "drive", fuzz.SCENARIOS)
+
+
 def drawn(readers):
     if os.environ.get("VOLTLAP_TEST_WHOLE") == "1":
         return readers
-    return random.Random(SEED).sample(readers, (len(readers) + 2) // 3)
+    others = [reader for reader in readers if reader not in EACH_KIND]
+    assert len(others) + len(EACH_KIND) == len(readers)
+    return [*EACH_KIND, *random.Random(SEED).sample(others, (len(others) + 2) // 3)]
 
 
 @pytest.mark.usefixtures("fuzzer")

@@ -7,14 +7,7 @@
     $ = (id) => document.getElementById(id);
   const decoded = (name) => voltlap.decode(data.columns[name], data.points);
 
-  const chart = (id, title, axis, unit, digits, curves) => ({
-    id,
-    title,
-    axis,
-    unit,
-    digits,
-    series: curves.map(([name, color, column, role]) => ({ name, color, role, values: decoded(column) })),
-  });
+  const chart = (...what) => voltlap.elapsedSpec(decoded, ...what);
 
   const specs = () => [
     chart("chart-cells", "Lowest and highest cell", "voltage", "V", 4, [
@@ -37,38 +30,7 @@
   const draw = () => {
     if (data.points > 1) {
       $("telemetry").hidden = false;
-      const times = decoded("time_s");
-      const begin = times[0],
-        end = times[times.length - 1];
-      let shown = [begin, end];
-      const charts = new voltlap.TimeCharts({
-        root: $("strips"),
-        frame: {
-          axis: { ...voltlap.elapsedAxis, shortest: 60 },
-          layers: [{ x: times, values: (series) => series.values }],
-          begin,
-          end,
-          laps: [],
-          window: null,
-          at: (time) => time,
-        },
-        specs: specs(),
-        describedBy: "hint",
-        listener: {
-          view: (from, to) => {
-            shown = [from, to];
-            $("view").textContent = voltlap.elapsedStretch(from, to);
-            $("whole").disabled = from <= begin && to >= end;
-          },
-          cursor: (i) => {
-            $("cursor").textContent = i === null ? "" : voltlap.elapsed(times[i], ...shown);
-          },
-          when: (i) => voltlap.elapsed(times[i], ...shown),
-          stepLap: () => {},
-        },
-      });
-      $("whole").addEventListener("click", () => charts.showAll());
-      voltlap.onThemeChange(() => charts.redraw());
+      voltlap.elapsedCharts(decoded("time_s"), specs(), 60);
     }
     tellReady();
   };

@@ -53,6 +53,14 @@ def test_a_charge_that_the_bms_breaks_off_says_why_and_ends_with_3(tmp_path):
     assert json.loads((tmp_path / "x.json").read_text())["result"]["reason"] == "BalancingTime"
 
 
+def test_a_pack_that_stays_too_cold_is_given_up_and_the_cold_is_named(tmp_path):
+    cold = ["--set", "environment.ambient_c=-5", "--set", "battery.initial_temperature_c=-5"]
+    done = charge("--from-soc", "50", *cold, "--json", tmp_path / "x.json")
+    assert done.returncode == 3
+    assert "given up, for six hours nothing has flowed: the cells are too cold or too hot" in done.stdout
+    assert json.loads((tmp_path / "x.json").read_text())["result"]["time_s"] < 7 * 3600
+
+
 @pytest.mark.parametrize("flags, words", [
     (["--to-soc", "5"], ["--to-soc", "more than --from-soc"]),
     (["--set", "bms.charger_current_max_a=0"], ["bms.charger_current_max_a", "no charger"]),

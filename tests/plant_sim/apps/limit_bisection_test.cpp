@@ -55,7 +55,7 @@ struct Draw {
     c.branches.current_reference = Current::from_raw(most / 4);
     // By a tenth over all of the range: the voltage still falls with the current.
     const std::int32_t slope = -static_cast<std::int32_t>(1e5 / (1e-3 * most));
-    c.branches.per_ampere = {slope, slope, slope, 0, 0};
+    c.branches.per_ampere = {slope, slope, slope, slope / 2, slope};
     c.branches.temperature_min = Temperature::from_raw(-100);
     c.branches.temperature_max = Temperature::from_raw(450);
     c.branches.per_kelvin = {-10'000, -15'000, -12'000, -5'000, 0};

@@ -103,6 +103,17 @@ TEST(Charge, PluggingAChargerWhileDrivingOpensTheContactors) {
 }
 
 // BMS-051
+TEST(Charge, NothingIsClosedForADriveWhileTheSwitchIsOnHoweverShortly) {
+  charger.run(3'000);
+  bench.io.charge_switch = true;
+  bench.request(true);
+  for (int tick = 0; tick < 40; ++tick) {
+    charger.run(10);
+    CHECK(all_open(bench.out));
+  }
+}
+
+// BMS-051
 TEST(Charge, ASwitchThatBouncesDoesNotStopADrivingCar) {
   charger.run(3'000);
   bench.request(true);

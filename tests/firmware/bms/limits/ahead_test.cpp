@@ -91,6 +91,56 @@ TEST(AheadLimit, ALimitThatIsDrawnHoldsTheCellsWhereItSaid) {
 }
 
 // BMS-045
+TEST(AheadLimit, TheCellThatLimitsIsLookedAtInEveryStep) {
+  cells[9].soc = 0.4;
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  for (int tick = 0; tick < 20; ++tick) {
+    state.ahead.cell[9].discharge[0] = 1;  // the least of all: its filter has its turn in one step of ten
+    step(50.0);
+    CHECK(state.ahead.cell[9].discharge[0] > 50'000);
+  }
+}
+
+// BMS-045
+TEST(AheadLimit, BeforeTheFilterHasStartedNothingIsLookedAt) {
+  update_limits(config, Duration::from_ms(10), state);
+  LONGS_EQUAL(0, discharge(0).raw());
+  LONGS_EQUAL(0, state.limits.discharge.value.raw());
+}
+
+// BMS-045
+TEST(AheadLimit, OnAChargerItGivesTheChargersCurrentToCellsThatCountAsFull) {
+  config.charge_current_max = Current{};
+  config.charger_current_max = amps(30);
+  for (TrueCell& cell : cells) cell.soc = 1.0;
+  config.cell_voltage_max = CellVoltage::from_raw(42'400);
+  config.cell_voltage_trip_high = CellVoltage::from_raw(43'000);
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  LONGS_EQUAL(0, charge_ceiling(config, state).value.raw());
+  state.contactors.state = can::BmsState::kCharging;
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  LONGS_EQUAL(30'000, charge_ceiling(config, state).value.raw());
+}
+
+TEST(AheadLimit, ACellThatResistsMoreIsTakenToHaveWarmedMore) {
+  for (int tick = 0; tick < 30; ++tick) step(0.0);
+  LONGS_EQUAL(kUnit, state.ahead.scale);
+  SocFilter& filter = state.soc.filter;
+  filter.heat_began = Temperature::from_raw(200);
+  filter.heat_of = Temperature::from_raw(260);             // between the coldest and the hottest
+  state.pack.temperature_min = Temperature::from_raw(250);  // 5 K warmer than it began
+  filter.cell[7].filter.rho = 2 * kUnit;
+  LONGS_EQUAL(-10, own_warmth(state, 0));
+  LONGS_EQUAL(100 - 60, own_warmth(state, 7));
+  filter.cell[7].filter.rho = 5 * kUnit;
+  LONGS_EQUAL(200 - 60, own_warmth(state, 7));  // four times at most
+  for (int tick = 0; tick < 30; ++tick) step(0.0);
+  CHECK(state.ahead.scale > kUnit + kUnit / 24);  // the mean of all
+  state.pack.temperature_min = Temperature::from_raw(190);
+  LONGS_EQUAL(0, own_warmth(state, 7));
+}
+
+// BMS-045
 TEST(AheadLimit, WithoutAFilterOrAMeasurementThereIsNone) {
   for (int tick = 0; tick < 12; ++tick) step(0.0);
   state.soc.valid = false;
@@ -153,6 +203,22 @@ TEST(TableLimit, ACellBeyondItsBoundTakesTheCapDownInASecondAndItComesBackInTen)
   ticks(500);
   DOUBLES_EQUAL(0.5 * config.discharge_current_max.raw(), state.limits.discharge.value.raw(), 10.0);
   state.pack.cell_max = config.cell_voltage_max + CellVoltage::from_raw(1);
-  ticks(100);
+  ticks(150);
   LONGS_EQUAL(0, state.limits.charge.value.raw());
+  LONGS_EQUAL(0, state.caps.charge.raw());  // not below: it is back in ten seconds
+  state.pack.cell_max = config.cell_voltage_max - CellVoltage::from_raw(500);
+  state.pack.cells_good = false;  // nothing is known of them
+  ticks(100);
+  LONGS_EQUAL(0, state.caps.charge.raw());
+}
+
+// BMS-046
+TEST(TableLimit, OnAChargerThePackIsFilledByTheChargersCurrent) {
+  config.charger_current_max = amps(30);
+  state.soc.value = Soc::from_raw(990'000);
+  CHECK(charge_ceiling(config, state).value < config.charge_current_max);
+  state.contactors.state = can::BmsState::kCharging;
+  LONGS_EQUAL(30'000, charge_ceiling(config, state).value.raw());
+  state.pack.temperature_min = Temperature::from_raw(100);  // half of it
+  LONGS_EQUAL(15'000, charge_ceiling(config, state).value.raw());
 }
