@@ -26,6 +26,8 @@ struct Recording {
   std::map<std::string, Eigen::VectorXd>
       age_s;  ///< of the values of roles that are read more seldom than the current
   std::map<std::string, Eigen::VectorXd> read_s;  ///< by role: when the value that a row holds was read
+  std::map<std::string, std::vector<double>>
+      passed_s;  ///< by role: between these times its values are straight lines, and say nothing of what was there
   std::set<std::string> derived;  ///< roles that were reckoned from others: no evidence of their own
   std::vector<Masked> masked;
   std::vector<std::string> repairs;  ///< in words, for the report

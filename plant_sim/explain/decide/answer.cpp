@@ -16,6 +16,7 @@ constexpr double kTellsOfWhole = 0.03;  // of what the best takes: no signature 
 constexpr double kTellsOfSound = 0.25;  // of what sound logs leave
 constexpr double kSameClass = 0.98;     // overlap from which two sets look the same
 constexpr std::size_t kRefined = 6;     // sets of one cause that are followed for an answer, half as many of two
+constexpr double kBent = 0.2;           // of what the best takes: what a bend may mend
 constexpr double kNear = 0.7;  // of what the best takes: what a straight line is far behind with no bend mends
 constexpr std::size_t kShown = 8;
 
@@ -164,7 +165,7 @@ class Standing {
     const double most = taken(nothing, best.fit, best.use.channel);
     std::map<std::size_t, std::size_t> count;
     for (const Set& set : all()) {
-      const double least = (set.bends ? kSameJob : kNear) * most;
+      const double least = (set.bends ? kBent : kNear) * most;
       const bool near =
           taken(nothing, set.fit, best.use.channel) > least || !is_clearly_better(family_, best, set, asked_);
       if (!near || set.members.size() > best.members.size()) continue;

@@ -12,15 +12,16 @@ constexpr double kOfWhole = 0.2;     // of what a set takes from the error: a pa
 constexpr double kCancelling = 2.5;  // effect of one cause over that of all together
 constexpr int kSteps = 6;            // of Gauss-Newton, at most; it ends where a step changes next to nothing:
 constexpr double kOfSigma = 0.1, kOfSize = 0.003;
-constexpr double kFiner = 0.2;   // of the least noise that decides: where sizes are told
+constexpr double kFiner = 0.2;  // of the least noise that decides: where sizes are told
 constexpr double kReachOfMember =
-    2.0;                            // of the range: one cell can be worse than all, and no bend of it is followed
-constexpr double kInside = 0.5;     // of the range, where it begins then
-constexpr double kOfError = 0.19;   // of the squares of the error in a channel: a tenth of its RMS
-constexpr double kSpoils = 1.21;    // of the squares of a channel where it was not fitted
-constexpr double kSure = 2.0;       // standard deviations
+    2.0;                              // of the range: one cell can be worse than all, and no bend of it is followed
+constexpr double kLarge = 0.25;       // of the range: what a straight line says little of
+constexpr double kInside = 0.5;       // of the range, where it begins then
+constexpr double kOfError = 0.19;     // of the squares of the error in a channel: a tenth of its RMS
+constexpr double kSpoils = 1.21;      // of the squares of a channel where it was not fitted
+constexpr double kSure = 2.0;         // standard deviations
 constexpr double kInstruments = 2.0;  // practical sizes, where no reference tells how true they are
-constexpr double kPractical = 0.8;  // of a practical size, as measured from a part of the log
+constexpr double kPractical = 0.8;    // of a practical size, as measured from a part of the log
 
 /// A step may have left what is physically possible.
 void hold_inside(const Family& family, const std::vector<plant::Cause>& causes, std::size_t member,
@@ -42,8 +43,8 @@ bool spoils_nothing(const Family& family, const Fit& fit, const Fit& nothing) {
   return true;
 }
 
-/// Sizes of a finer noise may follow what is fast and leave what is slow to the noise, as those of a curve can: they
-/// are told only where they leave no more of any channel.
+/// Sizes of a finer noise may follow what is fast and leave what is slow to the noise, as those of a curve can:
+/// they are told only where they leave no more of any channel.
 bool foresees_as_well(const Fit& finer, const Fit& fit) {
   constexpr double kAsWell = 1.05;  // of the squares
   return (finer.left.rowwise().sum().array() <= kAsWell * fit.left.rowwise().sum().array()).all();
@@ -214,6 +215,19 @@ bool Search::is_possible(const Set& set) const {
   return true;
 }
 
+/// Is a size so large a part of what can be that a straight line says little of what it takes? Two fifths of the
+/// heat capacity warm as much as a straight line of -150 %.
+bool Search::is_large(const Set& set) const {
+  for (std::size_t m = 0; m < set.members.size(); ++m) {
+    const Suspect& c = family_.suspects[set.members[m]];
+    for (const std::size_t p : c.form.linear) {
+      const plant::CauseParameter& range = causes_[static_cast<std::size_t>(c.cause)].parameters[p];
+      if (set.values[m][p] < kLarge * range.low || set.values[m][p] > kLarge * range.high) return true;
+    }
+  }
+  return false;
+}
+
 /// Do causes of the set undo each other? Then they follow, by their difference, a shape that none of them is. What
 /// is identified together counts as one: its sum is right.
 bool Search::cancels(const Set& set) const {
@@ -274,7 +288,7 @@ const Set& Search::of(const std::vector<std::size_t>& members) {
 void Search::judge(Set& set) {
   const bool possible = is_possible(set);
   const bool takes = is_of_use(family_, set, nothing_);
-  set.bends = set.members.size() == 1 && (set.lead.decisive ? !possible : takes);
+  set.bends = set.members.size() == 1 && (set.lead.decisive ? !possible || is_large(set) : takes);
   set.stands = set.lead.decisive && takes && is_at_home(causes_, family_, set) && possible;
   if (set.members.size() < 2) return;
   for (std::size_t k = 0; set.stands && k < set.members.size(); ++k) {
@@ -318,9 +332,8 @@ Set refined(const std::vector<plant::Cause>& causes, const Family& family, const
     for (const std::size_t p : parameters[m])
       out.stands = out.stands && plant::is_inside_prior(cause.parameters[p], out.values[m][p]);
   }
-  out.stands = out.stands && out.lead.decisive && is_of_use(family, out, nothing) &&
-               is_sure(causes, family, out) && is_at_home(causes, family, out) &&
-               spoils_nothing(family, out.fit, nothing);
+  out.stands = out.stands && out.lead.decisive && is_of_use(family, out, nothing) && is_sure(causes, family, out) &&
+               is_at_home(causes, family, out) && spoils_nothing(family, out.fit, nothing);
   return out;
 }
 

@@ -28,8 +28,8 @@ struct Set {
   std::vector<std::vector<double>> values, sigma;  ///< by member all its parameters; sigma 0: not estimated
   Lead lead;                                       ///< beyond nothing
   Use use;
-  /// As a straight line it is larger than can be, or takes what is there and foresees badly: it is judged where its
-  /// bends are followed.
+  /// As a straight line it is larger than can be or a large part of that, or takes what is there and foresees
+  /// badly: it is judged where its bends are followed.
   bool bends = false;
   bool stands = false;  ///< against nothing and against each of its subsets, by a practical amount
 };
@@ -49,6 +49,7 @@ class Search {
   void judge(Set& set);
   [[nodiscard]] bool fits_together(const std::vector<std::size_t>& members) const;
   [[nodiscard]] bool is_possible(const Set& set) const;
+  [[nodiscard]] bool is_large(const Set& set) const;
   [[nodiscard]] bool cancels(const Set& set) const;
   void pair_identified();
   void grow(std::size_t from_size, std::size_t best);

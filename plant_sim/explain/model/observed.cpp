@@ -217,13 +217,11 @@ bool is_between_rows(const VectorXd& current) {
 double practical_size(const std::string& channel, const plant::World& model, const plant::Comparison& comparison,
                       const plant::Recording& read) {
   constexpr double kCell_v = 1e-3, kPack_v = 20e-3, kHeat_k = 0.1, kSoc = 0.005, kOfCar = 0.005;
-  constexpr double kCoarse_s = 0.05, kCoarse = 3.0, kGuessed = 0.5;
+  constexpr double kCoarse_s = 0.05, kCoarse = 3.0;
   const double volts = is_between_rows(comparison.facts.current_a) ? kCoarse * kCell_v : kCell_v;
   if (channel == "voltage") return volts;
   if (channel == "temperature") {
-    // What the steps hid is known where they were passed, and guessed between.
-    return std::max(
-        {kHeat_k, step_error(read, "temperature_"), kGuessed * step_error(comparison.log, "temperature_")});
+    return std::max(kHeat_k, step_error(read, "temperature_"));
   }
   if (channel == "soc") return kSoc;
   const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty();

@@ -30,6 +30,12 @@ std::vector<std::pair<Index, Read>> readings_of(const plant::Recording& log, con
   return out;
 }
 
+/// The first row that is not before a time.
+Index row_at(const VectorXd& time_s, double at_s) {
+  const auto found = std::lower_bound(time_s.begin(), time_s.end(), at_s);
+  return std::min<Index>(found - time_s.begin(), time_s.size() - 1);
+}
+
 }  // namespace
 
 void Reader::keep_whole_bins(std::vector<Reading> all, const std::vector<double>& read,
@@ -46,12 +52,13 @@ void Reader::keep_whole_bins(std::vector<Reading> all, const std::vector<double>
       near = static_cast<std::size_t>(std::lower_bound(there.begin(), there.end(), all[k].bin) - there.begin());
     place[k] = near;
   }
-  std::vector<int> count(there.size() * sensors, 0);
-  for (std::size_t k = 0; k < all.size(); ++k) ++count[place[k] * sensors + static_cast<std::size_t>(sensor[k])];
+  std::vector<double> count(there.size() * sensors, 0.0);
+  for (std::size_t k = 0; k < all.size(); ++k)
+    count[place[k] * sensors + static_cast<std::size_t>(sensor[k])] += all[k].share;
   std::vector<Index> kept(there.size(), -1);
   for (std::size_t b = 0; b < there.size(); ++b) {
     const auto* first = &count[b * sensors];
-    if (std::count(first, first + sensors, 0) > 0) continue;
+    if (std::count(first, first + sensors, 0.0) > 0) continue;
     kept[b] = static_cast<Index>(slot_.size());
     slot_.push_back(there[b]);
   }
@@ -60,8 +67,8 @@ void Reader::keep_whole_bins(std::vector<Reading> all, const std::vector<double>
   for (std::size_t k = 0; k < all.size(); ++k) {
     all[k].bin = kept[place[k]];
     if (all[k].bin < 0) continue;
-    weight[k] =
-        1.0 / (static_cast<double>(sensors) * count[place[k] * sensors + static_cast<std::size_t>(sensor[k])]);
+    weight[k] = all[k].share /
+                (static_cast<double>(sensors) * count[place[k] * sensors + static_cast<std::size_t>(sensor[k])]);
     values_(all[k].bin) += weight[k] * read[k];
   }
   put_parts(all, weight);
@@ -79,7 +86,11 @@ void Reader::put_parts(const std::vector<Reading>& readings, const std::vector<d
       part = {row, bin, part.weight + by};
       return;
     }
-    more.push_back({row, bin, by});
+    if (!more.empty() && more.back().row == row && more.back().bin == bin) {
+      more.back().weight += by;
+    } else {
+      more.push_back({row, bin, by});
+    }
   };
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const Reading& r = readings[k];
@@ -111,6 +122,15 @@ void Reader::keep(const std::vector<bool>& bins) {
   values_ = Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
 }
 
+Reader::Reading Reader::place_of(const VectorXd& time_s, Index from, double at_s) {
+  // A reading that is older than a row belongs further back.
+  Index row = from;
+  double begin = row > 0 ? time_s(row - 1) : time_s(row);
+  while (row > 1 && at_s < begin) begin = time_s(--row - 1);
+  const double width = time_s(row) - begin;
+  return {row, 0, width > 0.0 ? std::clamp((at_s - begin) / width, 0.0, 1.0) : 1.0, 1.0};
+}
+
 Reader Reader::of_roles(const plant::Recording& log, const std::vector<std::string>& roles, double bin_s) {
   Reader out;
   out.bin_s_ = bin_s;
@@ -121,18 +141,24 @@ Reader Reader::of_roles(const plant::Recording& log, const std::vector<std::stri
   for (const std::string& role : roles) {
     const auto readings = readings_of(log, role);
     if (readings.empty()) continue;
+    const auto passes = log.passed_s.find(role);
+    std::size_t next = 0;
     for (const auto& [row, one] : readings) {
-      const double before = row > 0 ? log.time_s(row - 1) : log.time_s(row);
-      const double step = log.time_s(row) - before;
-      // A reading that is older than a row belongs further back.
-      Index at = row;
-      double begin = before;
-      while (at > 1 && one.time_s < begin) begin = log.time_s(--at - 1);
-      const double width = at == row ? step : log.time_s(at) - begin;
-      const double part = width > 0.0 ? std::clamp((one.time_s - begin) / width, 0.0, 1.0) : 1.0;
-      all.push_back({at, static_cast<Index>((one.time_s - log.time_s(0)) / bin_s), part});
-      read.push_back(one.value);
-      sensor.push_back(sensors);
+      const auto bin = static_cast<Index>((one.time_s - log.time_s(0)) / bin_s);
+      const auto add = [&, value = one.value](Reading reading, double share) {
+        all.push_back({reading.row, bin, reading.part, share});
+        read.push_back(value);
+        sensor.push_back(sensors);
+      };
+      if (passes == log.passed_s.end()) {
+        add(place_of(log.time_s, row, one.time_s), 1.0);
+        continue;
+      }
+      const std::vector<double>& at_s = passes->second;
+      while (next < at_s.size() && at_s[next] <= one.time_s) ++next;
+      const double share = (one.time_s - at_s[next - 1]) / (at_s[next] - at_s[next - 1]);
+      add(place_of(log.time_s, row_at(log.time_s, at_s[next - 1]), at_s[next - 1]), 1.0 - share);
+      add(place_of(log.time_s, row_at(log.time_s, at_s[next]), at_s[next]), share);
     }
     ++sensors;
   }
@@ -149,7 +175,7 @@ Reader Reader::of_rows(const plant::Recording& log, const VectorXd& by_row, doub
   std::vector<double> read;
   for (Index row = 0; row < by_row.size(); ++row) {
     if (!std::isfinite(by_row(row))) continue;
-    all.push_back({row, static_cast<Index>((log.time_s(row) - log.time_s(0)) / bin_s), 1.0});
+    all.push_back({row, static_cast<Index>((log.time_s(row) - log.time_s(0)) / bin_s), 1.0, 1.0});
     read.push_back(by_row(row));
   }
   if (all.empty()) return out;

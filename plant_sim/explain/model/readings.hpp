@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each reading at its own time. The model runs on the rows of the current; a reading is held against the model
-// between the two rows that it lies between, and readings are averaged over bins. What the model predicts, and what
-// a cause would change of it, go through the same mean, so that no delay is made.
+// between the two rows that it lies between, and readings are averaged over bins. Where a reading is a straight
+// line between two times at which a sensor passed the middle of its steps, the model is that line between its own
+// values at these times: what it does in between is not contradicted by what was not seen. What the model predicts,
+// and what a cause would change of it, go through the same mean, so that no delay is made.
 #pragma once
 #include <Eigen/Dense>
 #include <string>
@@ -42,6 +44,7 @@ class Reader {
   struct Reading {
     Index row, bin;  ///< between `row - 1` and `row`
     double part;     ///< of the way
+    double share;    ///< of a reading: one, or what each end of a straight line has of it
   };
   /// What a row adds to a bin. A row can be in two: then it has a second such part.
   struct Part {
@@ -50,6 +53,8 @@ class Reader {
   };
   void keep_whole_bins(std::vector<Reading> all, const std::vector<double>& read, const std::vector<int>& sensor,
                        std::size_t sensors);
+  /// Where a time lies between two rows, at or before row `from`.
+  static Reading place_of(const VectorXd& time_s, Index from, double at_s);
   void put_parts(const std::vector<Reading>& readings, const std::vector<double>& weight);
   std::vector<Part> parts_;  ///< by row, and by bin; then the second ones
   std::vector<Index> slot_;  ///< number of the equal bin behind each kept one

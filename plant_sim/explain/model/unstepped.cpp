@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace voltlap::explain {
 namespace {
@@ -14,7 +15,7 @@ using Eigen::VectorXd;
 constexpr double kCoarse_k = 0.35;  // smaller steps hide less than is worth a word
 constexpr std::size_t kLeastPasses = 2;
 constexpr double kOneStep = 1.5;
-constexpr double kToAndFro_s = 30.0;  // noise moves a reading to and fro; for longer it was further away
+constexpr double kToAndFro_s = 15.0;  // noise moves a reading to and fro; for longer it was further away
 
 struct Change {
   double time_s, value;
@@ -67,10 +68,13 @@ double least_change(const VectorXd& values) {
   return out;
 }
 
-void unstep(const VectorXd& read_s, VectorXd& values) {
+/// Takes the steps away; the times at which a middle was passed, or none where the values stay as they are.
+std::vector<double> unstep(const VectorXd& read_s, VectorXd& values) {
   const double step = least_change(values);
   const std::vector<Pass> passes = passes_of(changes_of(read_s, values));
-  if (!(step > kCoarse_k) || passes.size() < kLeastPasses) return;
+  if (!(step > kCoarse_k) || passes.size() < kLeastPasses) return {};
+  std::vector<double> passed_s;
+  for (const Pass& pass : passes) passed_s.push_back(pass.time_s);
   std::size_t next = 0;
   for (Index row = 0; row < values.size(); ++row) {
     while (next < passes.size() && passes[next].time_s <= read_s(row)) ++next;
@@ -85,6 +89,7 @@ void unstep(const VectorXd& read_s, VectorXd& values) {
     const Pass &a = passes[next - 1], &b = passes[next];
     values(row) = a.value + (read_s(row) - a.time_s) / (b.time_s - a.time_s) * (b.value - a.value);
   }
+  return passed_s;
 }
 
 }  // namespace
@@ -92,7 +97,8 @@ void unstep(const VectorXd& read_s, VectorXd& values) {
 plant::Recording unstepped(plant::Recording log) {
   for (const std::string& role : log.numbered("temperature_")) {
     const auto read = log.read_s.find(role);
-    unstep(read == log.read_s.end() ? log.time_s : read->second, log.signals[role]);
+    std::vector<double> passed_s = unstep(read == log.read_s.end() ? log.time_s : read->second, log.signals[role]);
+    if (!passed_s.empty()) log.passed_s[role] = std::move(passed_s);
   }
   return log;
 }

@@ -7,7 +7,8 @@ namespace voltlap::explain {
 
 /// The recording with the readings of coarse thermistors straight from one change to the next; missing where the
 /// reading came back to where it was, and before the first change and after the last. A thermistor that changes
-/// too seldom stays as it is.
+/// too seldom stays as it is. `passed_s` says when the changes were: in between a model has to be straight as well
+/// before it is held against them (Reader).
 [[nodiscard]] plant::Recording unstepped(plant::Recording log);
 
 }  // namespace voltlap::explain
