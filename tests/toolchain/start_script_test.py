@@ -196,6 +196,9 @@ def test_needed_package_that_the_distribution_lacks_is_an_error(machine):
     assert machine.start("lap", "--yes").returncode == 4
 
 
+COUNTED = re.compile(rb"build/venv \([1-9][0-9]* s\)")
+
+
 def test_seconds_count_up_on_a_terminal_while_one_waits(machine):
     seen = machine.tools / "seen"
     machine.makes_environments(pip=f'until [ -e "{seen}" ]; do sleep 0.1; done')
@@ -207,13 +210,13 @@ def test_seconds_count_up_on_a_terminal_while_one_waits(machine):
     try:
         while part := os.read(ours, 4096):
             shown += part
-            if b"(1 s)" in shown:
+            if COUNTED.search(shown):  # a busy machine may skip a second
                 seen.touch()
     except OSError:  # nobody writes any more
         pass
     os.close(ours)
     assert run.communicate(timeout=HANG_S)[0] == "program: lap\n"
-    assert b"setting up Python packages in build/venv (0 s)" in shown and b"build/venv (1 s)" in shown
+    assert b"setting up Python packages in build/venv (0 s)" in shown and COUNTED.search(shown)
     assert b"Terminated" not in shown
 
 
