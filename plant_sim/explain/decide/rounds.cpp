@@ -6,6 +6,7 @@
 #include <set>
 
 #include "explain/decide/members.hpp"
+#include "explain/model/unstepped.hpp"
 #include "explain/say/verdict.hpp"
 
 namespace voltlap::explain {
@@ -36,13 +37,20 @@ std::string shown_in(const Family& family, const Suspect& suspect) {
 }
 
 /// What is of use where no sound drive tells how well the model does: of tyres and brakes, and of heat behind
-/// coarse steps, twice what is worth a word.
+/// coarse steps, of which few may have been passed, twice what is worth a word; of heat under air that is known in
+/// coarse steps three times that.
 std::vector<double> asked_alone(const Observed& log) {
-  constexpr double kFinest_k = 0.1;
+  constexpr double kFinest_k = 0.1, kCoarseAir = 3.0;
+  const VectorXd* air = log.comparison.log.find("ambient");
+  const bool air_is_coarse = air != nullptr && is_coarse(*air);
   std::vector<double> out;
   for (const ReadChannel& channel : log.channels) {
-    const bool is_coarse = channel.balance == plant::Balance::kHeat && channel.practical > kFinest_k;
-    out.push_back(is_coarse || channel.balance == plant::Balance::kForce ? kAlone : 1.0);
+    double asked = channel.balance == plant::Balance::kForce ? kAlone : 1.0;
+    if (channel.balance == plant::Balance::kHeat) {
+      if (channel.practical > kFinest_k || !log.read.passed_s.empty()) asked = kAlone;
+      if (air_is_coarse) asked = kCoarseAir;
+    }
+    out.push_back(asked);
   }
   return out;
 }

@@ -9,6 +9,7 @@
 
 #include "explain/fit/collected.hpp"
 #include "explain/gate/rail.hpp"
+#include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -88,6 +89,15 @@ bool says_no_air(const Observed& log) {
   return plant::has_temperature(log.comparison) && log.comparison.facts.ambient_above_model_k.size() == 0;
 }
 
+/// How well the air is known [K], 0: as well as the thermistors. Coarse steps say it within half of one.
+double air_doubt_k(const Observed& log) {
+  constexpr double kHalfStep = 1.0 / 6;  // three standard deviations are as far as a start can be
+  if (!plant::has_temperature(log.comparison)) return 0.0;
+  if (says_no_air(log)) return kAir_k;
+  const VectorXd& air = *log.comparison.log.find("ambient");
+  return is_coarse(air) ? kHalfStep * least_change(air) : 0.0;
+}
+
 std::vector<Start> starts_of(const Observed& log) {
   const plant::LogFacts& facts = log.comparison.facts;
   const double known =
@@ -108,9 +118,9 @@ std::vector<Start> starts_of(const Observed& log) {
                    },
                    gap});
   }
-  if (says_no_air(log)) {
+  if (const double doubt_k = air_doubt_k(log); doubt_k > 0.0) {
     out.push_back(
-        {1.0, kAir_k, [](plant::World& w, std::size_t, double by) { w.car.environment.ambient_c += by; }});
+        {1.0, doubt_k, [](plant::World& w, std::size_t, double by) { w.car.environment.ambient_c += by; }});
   }
   return out;
 }
@@ -204,7 +214,7 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
   }
   const std::vector<const ReadChannel*> channels = pointers_to(log.channels);
   out.problem = problem_of(channels, log, columns, nuisances);
-  out.problem.free -= says_no_air(log) ? 1 : 0;
+  out.problem.free -= air_doubt_k(log) > 0.0 ? 1 : 0;
   describe(channels, columns, out);
   return out;
 }

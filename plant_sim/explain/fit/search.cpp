@@ -152,8 +152,10 @@ Use use_of(const Family& family, const Fit& better, const Fit& worse) {
 }
 
 bool is_worth_more(const Family& family, const Set& set, const Set& subset) {
-  const double least = std::max(kPractical, kOfWhole * set.use.practical);
-  return lead_of(set.fit, subset.fit).decisive && use_of(family, set.fit, subset.fit).practical > least;
+  const Use more = use_of(family, set.fit, subset.fit);
+  const double asked = family.asked.empty() ? 1.0 : family.asked[more.channel];
+  return lead_of(set.fit, subset.fit).decisive &&
+         more.practical > std::max(kPractical * asked, kOfWhole * set.use.practical);
 }
 
 Search::Search(const Family& family, const std::vector<plant::Cause>& causes)

@@ -12,7 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kCoarse_k = 0.35;  // smaller steps hide less than is worth a word
 constexpr std::size_t kLeastPasses = 2;
 constexpr double kOneStep = 1.5;
 constexpr double kToAndFro_s = 15.0;  // noise moves a reading to and fro; for longer it was further away
@@ -57,17 +56,6 @@ std::vector<Pass> passes_of(const std::vector<Change>& changes) {
   return out;
 }
 
-/// Smallest change of a reading.
-double least_change(const VectorXd& values) {
-  double out = std::numeric_limits<double>::infinity(), last = std::nan("");
-  for (const double v : values) {
-    if (!std::isfinite(v)) continue;
-    if (v != last && std::isfinite(last)) out = std::min(out, std::abs(v - last));
-    last = v;
-  }
-  return out;
-}
-
 /// Takes the steps away; the times at which a middle was passed, or none where the values stay as they are.
 std::vector<double> unstep(const VectorXd& read_s, VectorXd& values) {
   const double step = least_change(values);
@@ -93,6 +81,16 @@ std::vector<double> unstep(const VectorXd& read_s, VectorXd& values) {
 }
 
 }  // namespace
+
+double least_change(const VectorXd& values) {
+  double out = std::numeric_limits<double>::infinity(), last = std::nan("");
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    if (v != last && std::isfinite(last)) out = std::min(out, std::abs(v - last));
+    last = v;
+  }
+  return out;
+}
 
 plant::Recording unstepped(plant::Recording log) {
   for (const std::string& role : log.numbered("temperature_")) {

@@ -5,6 +5,16 @@
 
 namespace voltlap::explain {
 
+inline constexpr double kCoarse_k = 0.35;  ///< smaller steps hide less than is worth a word
+
+/// Smallest change from one reading to the next; infinite where none changes.
+[[nodiscard]] double least_change(const Eigen::VectorXd& values);
+/// Is it read in coarse steps [K]? What never changes does not say.
+[[nodiscard]] inline bool is_coarse(const Eigen::VectorXd& values) {
+  const double step = least_change(values);
+  return step > kCoarse_k && step < 1e300;
+}
+
 /// The recording with the readings of coarse thermistors straight from one change to the next; missing where the
 /// reading came back to where it was, and before the first change and after the last. A thermistor that changes
 /// too seldom stays as it is. `passed_s` says when the changes were: in between a model has to be straight as well

@@ -24,11 +24,15 @@ std::string channel_words(const std::string& channel) {
 }
 
 std::string gain_text(const Explanation& out) {
+  constexpr double kSeen = 0.005;  // less is not seen in three digits
   std::string best;
-  double most = 0.005;  // less is not seen in three digits
+  double most = 0.0;  // over the noise: all of a millikelvin is less than a part of 20 mV
   for (const auto& [name, gain] : out.gain) {
-    if (gain.before <= 0.0 || 1.0 - gain.after / gain.before <= most) continue;
-    most = 1.0 - gain.after / gain.before;
+    if (gain.before <= 0.0 || 1.0 - gain.after / gain.before <= kSeen) continue;
+    const double gone =
+        std::sqrt(gain.before * gain.before - gain.after * gain.after) / std::max(gain.floor, 1e-12);
+    if (gone <= most) continue;
+    most = gone;
     const bool milli = gain.unit == "V" && gain.before < 0.5;
     const double scale = milli ? 1e3 : 1.0;
     best = fmt::format("with it, {:.3g} become {:.3g} {} of {} error on blocks that it did not see",
