@@ -23,7 +23,7 @@ Cause thermistor_lag() {
       .balance = Balance::kHeat,
       .says = "{channel} reads {} late",
       .test = "a minute of the hardest current, then a rest",
-      .parameters = {{"delay_s", "s", 0, 300, 15, 1, "s"}},
+      .parameters = {{"delay_s", "s", 0, 900, 15, 1, "s"}},
       .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
         std::vector<Form> out;
         if (!has_temperature(c)) return out;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace voltlap::explain {
 namespace {
@@ -88,6 +89,17 @@ Size size_of(const Family& family, const Fit& fit, const Suspect& suspect) {
   return out;
 }
 
+/// Where a cause has one number: what it is where its bend was followed.
+std::optional<Size> followed_size(const Family& family, const Set& set, std::size_t member) {
+  const Suspect& suspect = family.suspects[member];
+  if (suspect.columns.size() != 1 || suspect.form.refined != suspect.form.linear) return std::nullopt;
+  const auto at = static_cast<std::size_t>(std::find(set.members.begin(), set.members.end(), member) -
+                                           set.members.begin());
+  const std::size_t p = suspect.form.linear.front();
+  const double unit = family.typical(suspect.columns.front());
+  return Size{(set.values[at][p] - suspect.form.at[p]) / unit, set.sigma[at][p] / unit};
+}
+
 std::vector<Size> in_references(const Family& family, const Set& set, std::size_t member,
                                 const std::vector<Sound>& references) {
   std::vector<Suspect> asked;
@@ -162,7 +174,7 @@ void bound_noise(Family& family, const std::vector<Sound>& references) {
 
 Unlike unlike_of(const Family& family, const Set& set, std::size_t member, const Asked& asked) {
   const Suspect& suspect = family.suspects[member];
-  const Size size = size_of(family, set.linear, suspect);
+  const Size size = followed_size(family, set, member).value_or(size_of(family, set.linear, suspect));
   const double usual = kOfError * asked.error(family.channel[set.use.channel]).usual;
   const double least = std::max(kOfPractical, usual) *
                        (suspect.columns.size() == 1 ? practical_amount(family, suspect.columns[0]) : 1.0);
