@@ -89,10 +89,12 @@ Size size_of(const Family& family, const Fit& fit, const Suspect& suspect) {
   return out;
 }
 
-/// Where a cause has one number: what it is where its bend was followed.
+/// Where a cause has one number: what it is where its bend was followed. None of a set of which only the columns are
+/// known.
 std::optional<Size> followed_size(const Family& family, const Set& set, std::size_t member) {
   const Suspect& suspect = family.suspects[member];
-  if (suspect.columns.size() != 1 || suspect.form.refined != suspect.form.linear) return std::nullopt;
+  if (set.values.empty() || suspect.columns.size() != 1 || suspect.form.refined != suspect.form.linear)
+    return std::nullopt;
   const auto at = static_cast<std::size_t>(std::find(set.members.begin(), set.members.end(), member) -
                                            set.members.begin());
   const std::size_t p = suspect.form.linear.front();
