@@ -233,10 +233,11 @@ double practical_size(const std::string& channel, const plant::World& model, con
     square += v * v;
     count += 1.0;
   }
-  // Between rows that are far apart a pedal is anywhere: force and power are known the worse.
+  // Between rows that are far apart a pedal is anywhere: the speed gained between them is known the worse. Power in
+  // and power out are read in the same row.
   const plant::Recording& log = comparison.log;
   const double row_s = (log.time_s(log.rows() - 1) - log.time_s(0)) / static_cast<double>(log.rows() - 1);
-  const double known = row_s > kCoarse_s ? kCoarse : 1.0;
+  const double known = row_s > kCoarse_s && channel != "power" ? kCoarse : 1.0;
   return known * kOfCar * std::sqrt(square / std::max(1.0, count));
 }
 
