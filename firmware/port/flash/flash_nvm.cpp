@@ -79,7 +79,7 @@ FlashNvm::Seen FlashNvm::look(std::size_t area, NvmRecord record, std::size_t in
       seen.length = chunk[2] | std::size_t{chunk[3]} << 8;
     }
     const bool last = from + kChunk == r.entry_bytes;
-    crc = crc32_step(crc, chunk, last ? kChunk - kCrcBytes : kChunk);
+    if (mark == kEntryMark) crc = crc32_step(crc, chunk, last ? kChunk - kCrcBytes : kChunk);
     if (!last) continue;
     const bool whole = get32(chunk + kChunk - kCrcBytes) == crc32_finish(crc) && mark == kEntryMark &&
                        what >> 4 == static_cast<int>(index_of(record)) && (what & 0xFU) < kNvmSlots;
@@ -133,12 +133,26 @@ bool FlashNvm::copy(std::size_t from, std::size_t to, NvmRecord record) {
     ++out;
   }
   if (record == NvmRecord::kTrips && !found && some_broken(from, record)) {
-    std::uint8_t zeros[kFlashUnitMost] = {};  // a broken entry moves as one: that something was cut off stays known
-    if (!flash_.program(to, r.first, zeros)) return false;
-    ++out;
+    if (!break_entry(to, record, out++)) return false;  // that something was cut off stays known
   }
   next_[index_of(record)] = out;
+  doubtful_[index_of(record)] = false;
   return true;
+}
+
+bool FlashNvm::break_entry(std::size_t area, NvmRecord record, std::size_t index) {
+  const std::uint8_t zeros[kFlashUnitMost] = {};
+  const Region r = region(record);
+  return flash_.program(area, r.first + index * r.entry_bytes, zeros);
+}
+
+/// Before the first write of a start.
+void FlashNvm::close_doubtful(NvmRecord record) {
+  const std::size_t i = index_of(record);
+  if (!doubtful_[i]) return;
+  doubtful_[i] = false;
+  if (next_[i] < region(record).entries && !break_entry(active_, record, next_[i])) ++counts_.failed;
+  ++next_[i];
 }
 
 /// Everything that counts into `area`, whose head makes it the one that counts.
@@ -166,31 +180,38 @@ bool FlashNvm::prepare() {
       trips_unknown_ = trips_unknown_ || first_free(area, NvmRecord::kTrips) > 0;
     }
     next_[0] = next_[1] = 0;
-    std::uint8_t zeros[kFlashUnitMost] = {};
+    doubtful_[0] = doubtful_[1] = false;
     usable_ = flash_.erase(0);
-    if (usable_ && trips_unknown_) usable_ = flash_.program(0, region(NvmRecord::kTrips).first, zeros);
+    if (usable_ && trips_unknown_) usable_ = break_entry(0, NvmRecord::kTrips, 0);
     next_[0] = trips_unknown_ ? 1 : 0;
     usable_ = usable_ && write_head(0, 1);
     active_ = 0;
     return usable_;
   }
   active_ = whole[0] && (!whole[1] || later(sequence[0], sequence[1])) ? 0 : 1;
-  for (const NvmRecord record : kRecords) next_[index_of(record)] = first_free(active_, record) + 1;
+  for (const NvmRecord record : kRecords) {
+    next_[index_of(record)] = first_free(active_, record);
+    doubtful_[index_of(record)] = true;
+  }
   usable_ = true;
   const std::size_t fresh = region(NvmRecord::kSoc).entries - kNvmSlots - 1;
   const std::size_t wanted = soc_ahead_ < fresh ? soc_ahead_ : fresh;
-  if (left(NvmRecord::kSoc) >= wanted && left(NvmRecord::kTrips) >= kTripEntries / 2) return true;
+  const bool room = left(NvmRecord::kSoc) > 0 && left(NvmRecord::kSoc) >= wanted;
+  if (room && left(NvmRecord::kTrips) >= kTripEntries / 2) return true;
   const std::size_t before[kNvmRecords] = {next_[0], next_[1]};
   if (!move_to(1 - active_, sequence[active_] + 1U)) {  // what stands here still counts; it goes on while it lasts
     ++counts_.failed;
-    for (std::size_t i = 0; i < kNvmRecords; ++i) next_[i] = before[i];
+    for (std::size_t i = 0; i < kNvmRecords; ++i) {
+      next_[i] = before[i];
+      doubtful_[i] = true;
+    }
   }
   return true;
 }
 
 std::size_t FlashNvm::left(NvmRecord record) const {
   const std::size_t all = region(record).entries - (record == NvmRecord::kSoc ? 1 : 0);  // the last one voids
-  const std::size_t used = next_[index_of(record)];
+  const std::size_t used = next_[index_of(record)] + (doubtful_[index_of(record)] ? 1 : 0);
   return usable_ && used < all ? all - used : 0;
 }
 
@@ -255,13 +276,15 @@ NvmResult FlashNvm::write(NvmRecord record, std::size_t slot, const std::uint8_t
   if (!usable_ || slot >= kNvmSlots || count == 0 || count > most(record)) return NvmResult::kFailed;
   if (record == NvmRecord::kTrips) {
     if (left(record) == 0) return refuse(NvmResult::kFull);
+    close_doubtful(record);
     return append(record, compose(record, slot, bytes, count));
   }
   if (pending_size_ != 0) return refuse(NvmResult::kBusy);
   const Region r = region(record);
   std::size_t& next = next_[index_of(record)];
-  if (next >= r.entries) return refuse(NvmResult::kFull);
   const bool room = left(record) > 0;
+  close_doubtful(record);
+  if (next >= r.entries) return refuse(NvmResult::kFull);
   pending_size_ = compose(record, slot, bytes, room ? count : 0);
   pending_at_ = r.first + next++ * r.entry_bytes;
   pending_done_ = 0;

@@ -7,8 +7,9 @@
 //   entry  mark, record and slot, length (4 B) | bytes, padded with 0xFF | CRC-32 over all before it
 //
 // Only prepare() erases. It copies what counts into the other area, whose head is written last: until that is whole, the
-// area before it counts. Entries are never written over, nor is the one behind the last used since before this start: a
-// cut may have left it half programmed and reading as blank.
+// area before it counts. Entries are never written over. The one behind the last may have been begun and cut off, and read
+// as blank all the same: the first write of a start makes it a broken one with zeros, which every flash takes at any time
+// (RM0440 3.3.7), and goes behind it.
 #pragma once
 #include "port/flash/flash.hpp"
 #include "port/nvm.hpp"
@@ -27,7 +28,7 @@ class FlashNvm final : public Nvm {
   static constexpr std::size_t kTripBytesMost = 24;
   static constexpr std::size_t kSocBytesMost = 1448;  ///< bms::SocSlot of 144 cells
   static constexpr std::size_t kTripEntries = 64;
-  static constexpr std::size_t kUnitsPerStep = 16;  ///< of a longer record; 0.26 ms of an STM32F4, 1.3 ms of an STM32G4
+  static constexpr std::size_t kUnitsPerStep = 16;  ///< 0.26 ms of an STM32F4, 1.3 ms of an STM32G4
 
   /// `soc_ahead`: prepare() sees to it that so many records of the state of charge fit until the next one, or as many as
   /// an area holds. An endurance writes some 150.
@@ -70,6 +71,8 @@ class FlashNvm final : public Nvm {
   std::size_t compose(NvmRecord record, std::size_t slot, const std::uint8_t* bytes, std::size_t count);
   NvmResult append(NvmRecord record, std::size_t size);
   NvmResult refuse(NvmResult why);
+  [[nodiscard]] bool break_entry(std::size_t area, NvmRecord record, std::size_t index);
+  void close_doubtful(NvmRecord record);
 
   Flash& flash_;
   std::size_t soc_ahead_;
@@ -78,6 +81,7 @@ class FlashNvm final : public Nvm {
   bool trips_unknown_ = false;  ///< the memory is not blank, and nobody knows what stood in it
   std::size_t active_ = 0;
   std::size_t next_[kNvmRecords] = {};
+  bool doubtful_[kNvmRecords] = {};  ///< the next entry may have been begun before this start
   std::uint8_t entry_[kSocBytesMost + 8] = {};   ///< being written by step()
   std::uint8_t small_[kTripBytesMost + 8] = {};
   std::size_t pending_at_ = 0, pending_done_ = 0, pending_size_ = 0;
