@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A BMS on a board of its own. pack_config.hpp is yours: ./voltlap firmware-tables CELL --vehicle CAR --out FILE.
+#include "app/bms_node.hpp"
+#include "examples/bms_memory.hpp"
+#include "examples/tick.hpp"
+#include "pack_config.hpp"
+#include "port/board.hpp"
+
+using namespace voltlap;
+
+namespace {
+
+/// Relays that hang on this board follow the node; those of a board that has none hear it from the bus.
+void drive_pins(const bms::Output& output, port::Gpio& gpio) {
+  gpio.set(port::Drive::kAirPlus, output.contactors.air_plus);
+  gpio.set(port::Drive::kAirMinus, output.contactors.air_minus);
+  gpio.set(port::Drive::kPrecharge, output.contactors.precharge);
+  gpio.set(port::Drive::kShutdownRelay, output.state != can::BmsState::kFault);
+}
+
+}  // namespace
+
+int main() {
+  const port::Board board = port::start_board();
+  static app::BmsNode node(bms::kPackConfig);
+  static examples::BmsMemory memory(board.nvm);
+  static Frame inbox[examples::kInbox];
+  static TxQueue tx;
+
+  memory.restore(node);
+  static_cast<void>(board.watchdog.start(examples::kWatchdogTime));
+  for (Instant at = board.clock.now();; at = at + examples::kTick) {
+    board.clock.sleep_until(at);
+    const std::size_t count = board.can.receive(inbox, examples::kInbox);
+    tx.clear();
+    node.tick(board.clock.now(), {inbox, count}, tx);
+    drive_pins(node.output(), board.gpio);
+    static_cast<void>(board.can.send(tx));  // frames that are lost grow old at their receivers
+    memory.keep(node);
+    board.watchdog.feed();
+  }
+}
