@@ -65,9 +65,9 @@ class FrameRing {
 inline constexpr std::size_t kMailboxes = 3;           // of both controllers
 inline constexpr std::size_t kFifoDepth = 3;           // likewise, each of two
 inline constexpr std::size_t kInboxFrames = 128;       // a tick at 500 kbit/s carries 107 frames without data
-inline constexpr std::size_t kOutboxFrames = 32;
+inline constexpr std::size_t kOutboxFrames = 64;       // of two nodes on one board
 inline constexpr std::size_t kFramesPerInterrupt = 2 * kFifoDepth;
-static_assert(kOutboxFrames >= TxQueue::kCapacity);
+static_assert(kOutboxFrames >= 2 * TxQueue::kCapacity);
 
 using Inbox = FrameRing<kInboxFrames>;
 using Outbox = FrameRing<kOutboxFrames>;

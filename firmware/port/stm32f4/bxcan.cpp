@@ -9,60 +9,110 @@ using stm32::wait_set;
 
 constexpr std::uint32_t kStandardMask = 0x7FFU, kExtendedMask = 0x1FFF'FFFFU;
 constexpr std::uint32_t kReleaseReads = 16;  // RFOM falls within a few clocks of APB1
-constexpr std::size_t kIdsPerShortBank = 4, kIdsPerLongBank = 2;
 
-/// 32.7.4: in a bank of four 16-bit identifiers, STID stands in bits 15:5; RTR and IDE are 0.
+constexpr std::uint32_t kShortRtr = 1U << 4, kShortIde = 1U << 3;
+constexpr std::size_t kBlockMin = 4;  // identifiers of a block that a mask is worth: a list holds twice as many entries
+
+/// 32.7.4: in 16 bits, STID stands in bits 15:5; RTR and IDE are 0.
 std::uint32_t short_filter(std::uint32_t id) { return (id & kStandardMask) << 5; }
-/// In one of two 32-bit identifiers.
 std::uint32_t long_filter(std::uint32_t id) {
   return (id & kExtendedMask) << mailbox::kExtendedShift | mailbox::kIde;
 }
 bool is_extended(std::uint32_t id) { return (id & Frame::kExtendedFlag) != 0; }
 
-/// The next `count` rows of one kind, from `at` on; a bank that is not full repeats its last.
-std::size_t next_ids(const can::MessageRow* rows, std::size_t rows_count, bool ext, std::size_t& at,
-                     std::uint32_t* ids, std::size_t count) {
-  std::size_t found = 0;
-  for (; at < rows_count && found < count; ++at) {
-    if (is_extended(rows[at].id) == ext) ids[found++] = rows[at].id;
+/// How many identifiers from `at` on follow each other and make a block that one mask names: a power of two.
+std::size_t block_at(const can::MessageRow* rows, std::size_t count, std::size_t at) {
+  std::size_t run = 1;
+  while (at + run < count && rows[at + run].id == rows[at].id + run) ++run;
+  std::size_t block = 1;
+  while (2 * block <= run && (rows[at].id & (2 * block - 1)) == 0) block *= 2;
+  return block;
+}
+
+/// Fills bank after bank; filters of one kind share one.
+class Banks {
+ public:
+  Banks(BxCanRegisters& regs, std::size_t first, std::size_t end) : regs_(regs), next_(first), end_(end) {}
+
+  bool add_short(std::uint32_t id) {
+    ids_[ids_count_++] = short_filter(id);
+    return ids_count_ < 4 || flush_short();
   }
-  for (std::size_t i = found; i < count && found > 0; ++i) ids[i] = ids[found - 1];
-  return found;
+  bool add_block(std::uint32_t id, std::size_t size) {
+    const auto mask = static_cast<std::uint32_t>(~(size - 1));
+    blocks_[blocks_count_++] = short_filter(id) | (short_filter(mask) | kShortRtr | kShortIde) << 16;
+    return blocks_count_ < 2 || flush_blocks();
+  }
+  bool add_long(std::uint32_t id) {
+    longs_[longs_count_++] = long_filter(id);
+    return longs_count_ < 2 || flush_long();
+  }
+  /// What is not full repeats its last.
+  bool finish() { return flush_short() && flush_blocks() && flush_long(); }
+  [[nodiscard]] std::uint32_t used() const { return used_; }
+
+ private:
+  bool flush_short() {
+    if (ids_count_ == 0) return true;
+    for (std::size_t i = ids_count_; i < 4; ++i) ids_[i] = ids_[ids_count_ - 1];
+    ids_count_ = 0;
+    return write(true, false, 0, ids_[0] | ids_[1] << 16, ids_[2] | ids_[3] << 16);
+  }
+  bool flush_blocks() {
+    if (blocks_count_ == 0) return true;
+    const std::uint32_t second = blocks_[blocks_count_ - 1];
+    blocks_count_ = 0;
+    return write(false, false, 0, blocks_[0], second);
+  }
+  bool flush_long() {
+    if (longs_count_ == 0) return true;
+    const std::uint32_t second = longs_[longs_count_ - 1];
+    longs_count_ = 0;
+    return write(true, true, 1, longs_[0], second);  // FIFO 1: a long identifier waits for no short one
+  }
+  bool write(bool list, bool wide, std::uint32_t fifo, std::uint32_t r1, std::uint32_t r2) {
+    if (next_ >= end_) return false;
+    const std::uint32_t bit = 1U << next_;
+    regs_.fm1r.replace(bit, list ? bit : 0);
+    regs_.fs1r.replace(bit, wide ? bit : 0);
+    regs_.ffa1r.replace(bit, fifo != 0 ? bit : 0);
+    regs_.bank[next_].r1.write(r1);
+    regs_.bank[next_].r2.write(r2);
+    used_ |= bit;
+    ++next_;
+    return true;
+  }
+
+  BxCanRegisters& regs_;
+  std::size_t next_, end_;
+  std::uint32_t used_ = 0;
+  std::uint32_t ids_[4] = {}, blocks_[2] = {}, longs_[2] = {};
+  std::size_t ids_count_ = 0, blocks_count_ = 0, longs_count_ = 0;
+};
+
+bool add_rows(Banks& banks, const can::MessageRow* rows, std::size_t count) {
+  for (std::size_t at = 0; at < count;) {
+    const std::uint32_t id = rows[at].id;
+    const std::size_t block = is_extended(id) ? 1 : block_at(rows, count, at);
+    const bool masked = block >= kBlockMin;
+    if (!(is_extended(id) ? banks.add_long(id) : masked ? banks.add_block(id, block) : banks.add_short(id))) return false;
+    at += masked ? block : 1;
+  }
+  return banks.finish();
 }
 
 }  // namespace
 
 CanError BxCan::set_filters(const Config& config, const can::MessageRow* rows, std::size_t count) {
-  std::size_t bank = config.bank_first;
   const std::size_t end = config.bank_first + config.banks;
   if (end > kFilterBanks) return CanError::kFilters;
   std::uint32_t own = 0;
-  for (std::size_t i = bank; i < end; ++i) own |= 1U << i;
+  for (std::size_t i = config.bank_first; i < end; ++i) own |= 1U << i;
   filters_.fmr.set(fmr::kFinit);  // filters may be written now; reception of both controllers rests
   filters_.fa1r.clear(own);
-  filters_.fm1r.set(own);  // identifier lists: exactly what the table names
-  std::uint32_t ids[kIdsPerShortBank] = {};
-  std::uint32_t used = 0;
-  bool fit = true;
-  for (std::size_t at = 0; fit && next_ids(rows, count, false, at, ids, kIdsPerShortBank) > 0; ++bank) {
-    fit = bank < end;
-    if (!fit) break;
-    filters_.fs1r.clear(1U << bank);
-    filters_.ffa1r.clear(1U << bank);  // FIFO 0
-    filters_.bank[bank].r1.write(short_filter(ids[0]) | short_filter(ids[1]) << 16);
-    filters_.bank[bank].r2.write(short_filter(ids[2]) | short_filter(ids[3]) << 16);
-    used |= 1U << bank;
-  }
-  for (std::size_t at = 0; fit && next_ids(rows, count, true, at, ids, kIdsPerLongBank) > 0; ++bank) {
-    fit = bank < end;
-    if (!fit) break;
-    filters_.fs1r.set(1U << bank);
-    filters_.ffa1r.set(1U << bank);  // FIFO 1: a long identifier waits for no short one
-    filters_.bank[bank].r1.write(long_filter(ids[0]));
-    filters_.bank[bank].r2.write(long_filter(ids[1]));
-    used |= 1U << bank;
-  }
-  if (fit) filters_.fa1r.set(used);
+  Banks banks(filters_, config.bank_first, end);
+  const bool fit = add_rows(banks, rows, count);
+  if (fit) filters_.fa1r.set(banks.used());
   filters_.fmr.clear(fmr::kFinit);
   return fit ? CanError::kNone : CanError::kFilters;
 }
@@ -87,7 +137,10 @@ CanError BxCan::init(const Config& config, const can::MessageRow* rows, std::siz
   return wait_clear(regs_.msr, msr::kInak) ? CanError::kNone : CanError::kNotOnBus;
 }
 
-std::size_t BxCan::receive(Frame* frames, std::size_t capacity) { return stm32::take_all(inbox_, frames, capacity); }
+std::size_t BxCan::receive(Frame* frames, std::size_t capacity) {
+  new_step_ = true;
+  return stm32::take_all(inbox_, frames, capacity);
+}
 
 void BxCan::on_receive_interrupt() {
   take_from_fifo(0);
@@ -140,7 +193,9 @@ void BxCan::fill_mailboxes() {
   }
 }
 
+/// Taken while send() has it off (it was pending by then), it does nothing: send() fills the mailboxes itself.
 void BxCan::on_transmit_interrupt() {
+  if ((regs_.ier.read() & ier::kTmeie) == 0) return;
   regs_.tsr.write(tsr::kRqcp0 | tsr::kRqcp0 << 8 | tsr::kRqcp0 << 16);
   fill_mailboxes();
 }
@@ -185,8 +240,12 @@ void BxCan::leave_bus_off() {
 bool BxCan::send(const TxQueue& frames) {
   if (!ready_) return frames.size() == 0;
   regs_.ier.clear(ier::kTmeie);
-  leave_bus_off();
-  bool all = drop_old();
+  bool all = true;
+  if (new_step_) {
+    leave_bus_off();
+    all = drop_old();
+  }
+  new_step_ = false;
   for (const Frame& frame : frames) {
     if (!off_ && outbox_.push(frame)) continue;
     ++counts_.dropped;

@@ -72,7 +72,10 @@ CanError FdCan::init(const Config& config, const can::MessageRow* rows, std::siz
   return wait_clear(regs_.cccr, cccr::kInit) ? CanError::kNone : CanError::kNotOnBus;
 }
 
-std::size_t FdCan::receive(Frame* frames, std::size_t capacity) { return stm32::take_all(inbox_, frames, capacity); }
+std::size_t FdCan::receive(Frame* frames, std::size_t capacity) {
+  new_step_ = true;
+  return stm32::take_all(inbox_, frames, capacity);
+}
 
 void FdCan::take_from_fifo(std::size_t fifo) {
   FdCanRegisters::Fifo& queue = regs_.rx[fifo];
@@ -146,8 +149,12 @@ void FdCan::leave_bus_off() {
 bool FdCan::send(const TxQueue& frames) {
   if (!ready_) return frames.size() == 0;
   regs_.ie.clear(kSending);
-  leave_bus_off();
-  bool all = drop_old();
+  bool all = true;
+  if (new_step_) {
+    leave_bus_off();
+    all = drop_old();
+  }
+  new_step_ = false;
   for (const Frame& frame : frames) {
     if (!off_ && outbox_.push(frame)) continue;
     ++counts_.dropped;

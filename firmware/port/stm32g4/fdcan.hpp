@@ -48,6 +48,7 @@ class FdCan final : public Can {
   stm32::Outbox outbox_{};
   CanCounts counts_{};
   bool ready_ = false;
+  bool new_step_ = true;  ///< the first send since frames were taken
   bool off_ = false;
 };
 

@@ -39,6 +39,11 @@ TEST_GROUP(FdCan) {
     CHECK(fake.interrupt());
     can.on_interrupt();
   }
+  bool next_step(const TxQueue& frames) {
+    Frame none;
+    can.receive(&none, 0);
+    return can.send(frames);
+  }
   std::vector<Frame> received() {
     std::vector<Frame> out(200);
     out.resize(can.receive(out.data(), out.size()));
@@ -125,13 +130,13 @@ TEST(FdCan, WhatIsOlderThanAStepNeverGoesOut) {
   start();
   CHECK(can.send(queue_of(std::array<std::uint32_t, 5>{0x10, 0x11, 0x12, 0x13, 0x14})));
   check_same(frame_of(0x10, 0), *fake.transmit_one());  // the bus carries one and is then taken for the rest of the step
-  CHECK(!can.send(queue_of(std::array<std::uint32_t, 2>{0x20, 0x21})));
+  CHECK(!next_step(queue_of(std::array<std::uint32_t, 2>{0x20, 0x21})));
   const auto out = run_bus();
   LONGS_EQUAL(2, out.size());
   check_same(frame_of(0x20, 0), out[0]);
   check_same(frame_of(0x21, 1), out[1]);
   LONGS_EQUAL(4, can.counts().dropped);
-  CHECK(can.send(TxQueue{}));
+  CHECK(next_step(TxQueue{}));
 }
 
 TEST(FdCan, AFifoThatRunsOverIsCountedAndKeepsTheOldest) {
@@ -206,16 +211,26 @@ TEST(FdCan, BusOffIsCountedLeftByRecessiveBitsAndSendsNothingOldAfterwards) {
   CHECK(can.send(queue_of(std::array<std::uint32_t, 5>{0x10, 0x11, 0x12, 0x13, 0x14})));
   fake.go_bus_off();
   const TxQueue one = queue_of(std::array<std::uint32_t, 1>{0x30});
-  CHECK(!can.send(one));
+  CHECK(!next_step(one));
   CHECK(can.bus_is_off());
   CHECK(!fake.in_init());  // the recovery has begun
   LONGS_EQUAL(6, can.counts().dropped);
-  for (int step = 0; step < 5; ++step) CHECK(!can.send(one));
+  for (int step = 0; step < 5; ++step) CHECK(!next_step(one));
   LONGS_EQUAL(1, can.counts().bus_off);
   fake.recessive_bits();
-  CHECK(can.send(one));
+  CHECK(next_step(one));
   LONGS_EQUAL(1, can.counts().recovered);
   const auto out = run_bus();
   LONGS_EQUAL(1, out.size());
   check_same(frame_of(0x30, 0), out[0]);
+}
+
+TEST(FdCan, TwoNodesOnOneBoardSendInOneStep) {
+  start();
+  std::vector<std::uint32_t> ids;
+  for (std::uint32_t i = 0; i < TxQueue::kCapacity; ++i) ids.push_back(0x100 + i);
+  CHECK(next_step(queue_of(ids)));
+  CHECK(can.send(queue_of(ids)));
+  LONGS_EQUAL(2 * TxQueue::kCapacity, run_bus().size());
+  LONGS_EQUAL(0, can.counts().dropped);
 }
