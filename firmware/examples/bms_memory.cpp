@@ -13,11 +13,10 @@ void BmsMemory::restore(app::BmsNode& node) {
     nvm_.read(NvmRecord::kTrips, slot, trips[slot].bytes, sizeof trips[slot].bytes);
   }
   trips_.restore(trips, node);
-  static bms::SocSlot soc[bms::kSocSlots];  // too long for the stack
   for (std::size_t slot = 0; slot < bms::kSocSlots; ++slot) {
-    nvm_.read(NvmRecord::kSoc, slot, soc[slot].bytes, sizeof soc[slot].bytes);
+    nvm_.read(NvmRecord::kSoc, slot, soc_slots_[slot].bytes, sizeof soc_slots_[slot].bytes);
   }
-  soc_.restore(soc, node);
+  soc_.restore(soc_slots_, node);
 }
 
 void BmsMemory::keep(const app::BmsNode& node) {

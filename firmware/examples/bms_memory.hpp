@@ -28,6 +28,7 @@ class BmsMemory {
   std::size_t trip_slot_ = 0;
   bool trip_waits_ = false;  ///< it has not been taken yet: again in the next tick
   bms::SocSlot soc_bytes_{};
+  bms::SocSlot soc_slots_[bms::kSocSlots] = {};  ///< of restore: too long for the stack
 };
 
 }  // namespace voltlap::examples

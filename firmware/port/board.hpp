@@ -2,6 +2,7 @@
 // A board as an image sees it: all of its seams. Each board's port defines start_board(); an image is linked with one.
 #pragma once
 #include "port/can.hpp"
+#include "port/cells.hpp"
 #include "port/clock.hpp"
 #include "port/gpio.hpp"
 #include "port/nvm.hpp"
@@ -15,6 +16,7 @@ struct Board {
   Gpio& gpio;
   Nvm& nvm;
   Watchdog& watchdog;
+  Cells* cells = nullptr;  ///< of a board that measures them itself; else monitors on the bus do
 };
 
 /// Brings clocks, pins and bus up; once, first thing in main(). The memory is not prepared and the watchdog sleeps.

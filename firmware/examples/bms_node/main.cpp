@@ -2,6 +2,7 @@
 // A BMS on a board of its own. pack_config.hpp is yours: ./voltlap firmware-tables CELL --vehicle CAR --out FILE.
 #include "app/bms_node.hpp"
 #include "examples/bms_memory.hpp"
+#include "examples/own_cells.hpp"
 #include "examples/tick.hpp"
 #include "pack_config.hpp"
 #include "port/board.hpp"
@@ -24,17 +25,21 @@ int main() {
   const port::Board board = port::start_board();
   static app::BmsNode node(bms::kPackConfig);
   static examples::BmsMemory memory(board.nvm);
-  static Frame inbox[examples::kInbox];
+  static examples::OwnCells cells(board.cells, bms::kPackConfig);
+  static Frame inbox[examples::kInbox + examples::OwnCells::kFramesMax];
   static TxQueue tx;
 
   memory.restore(node);
   static_cast<void>(board.watchdog.start(examples::kWatchdogTime));
   for (Instant at = board.clock.now();; at = at + examples::kTick) {
     board.clock.sleep_until(at);
-    const std::size_t count = board.can.receive(inbox, examples::kInbox);
+    const Instant now = board.clock.now();
+    std::size_t count = board.can.receive(inbox, examples::kInbox);
+    count += cells.take(now, inbox + count);
     tx.clear();
-    node.tick(board.clock.now(), {inbox, count}, tx);
+    node.tick(now, {inbox, count}, tx);
     drive_pins(node.output(), board.gpio);
+    cells.bleed(node.output());
     static_cast<void>(board.can.send(tx));  // frames that are lost grow old at their receivers
     memory.keep(node);
     board.watchdog.feed();
