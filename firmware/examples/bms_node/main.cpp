@@ -6,6 +6,7 @@
 #include "examples/tick.hpp"
 #include "pack_config.hpp"
 #include "port/board.hpp"
+#include "port/cortex_m/memory_test.hpp"
 
 using namespace voltlap;
 
@@ -22,6 +23,7 @@ void drive_pins(const bms::Output& output, port::Gpio& gpio) {
 }  // namespace
 
 int main() {
+  const bool memory_good = port::memory_is_good();
   const port::Board board = port::start_board();
   static app::BmsNode node(bms::kPackConfig);
   static examples::BmsMemory memory(board.nvm);
@@ -30,6 +32,7 @@ int main() {
   static TxQueue tx;
 
   memory.restore(node);
+  if (!memory_good) node.refuse(can::WaitsFor::kSelfTestMemory);
   static_cast<void>(board.watchdog.start(examples::kWatchdogTime));
   for (Instant at = board.clock.now();; at = at + examples::kTick) {
     board.clock.sleep_until(at);
