@@ -31,6 +31,7 @@ void BothNodes::step() {
   bms_tx_.clear();
   bms_.tick(now, {frames_, master_tx_.size() + count}, bms_tx_);
   cells_.bleed(bms_.output());
+  diagnosis_.tick(now, {off_bus, count}, bms_, bms_tx_);
   static_cast<void>(board_.can.send(bms_tx_));  // frames that are lost grow old at their receivers
 
   append(bms_tx_, off_bus + count);

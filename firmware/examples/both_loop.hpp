@@ -4,6 +4,7 @@
 #pragma once
 #include "app/bms_node.hpp"
 #include "app/master_node.hpp"
+#include "examples/bms_diagnosis.hpp"
 #include "examples/bms_memory.hpp"
 #include "examples/own_cells.hpp"
 #include "examples/tick.hpp"
@@ -15,7 +16,8 @@ class BothNodes {
  public:
   BothNodes(const port::Board& board, app::BmsNode& bms, app::MasterNode& master)
       : board_(board), bms_(bms), master_(master), memory_(board.nvm),
-        cells_(board.cells, bms.config()) {}
+        cells_(board.cells, bms.config()),
+        diagnosis_(board.restart) {}
 
   [[noreturn]] void run();
 
@@ -27,6 +29,7 @@ class BothNodes {
   app::MasterNode& master_;
   BmsMemory memory_;
   OwnCells cells_;
+  BmsDiagnosis diagnosis_;
   /// What the master sent in the tick before, the frames off the bus and of the board's own cells, what the BMS sends now: in this order, so that
   /// each node's frames lie together.
   Frame frames_[2 * TxQueue::kCapacity + kInbox + OwnCells::kFramesMax] = {};

@@ -6,6 +6,7 @@
 #include "port/clock.hpp"
 #include "port/gpio.hpp"
 #include "port/nvm.hpp"
+#include "port/restart.hpp"
 #include "port/watchdog.hpp"
 
 namespace voltlap::port {
@@ -17,6 +18,7 @@ struct Board {
   Nvm& nvm;
   Watchdog& watchdog;
   Cells* cells = nullptr;  ///< of a board that measures them itself; else monitors on the bus do
+  Restart* restart = nullptr;  ///< of a board that a tester may start anew
 };
 
 /// Brings clocks, pins and bus up; once, first thing in main(). The memory is not prepared and the watchdog sleeps.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A BMS on a board of its own. pack_config.hpp is yours: ./voltlap firmware-tables CELL --vehicle CAR --out FILE.
 #include "app/bms_node.hpp"
+#include "examples/bms_diagnosis.hpp"
 #include "examples/bms_memory.hpp"
 #include "examples/own_cells.hpp"
 #include "examples/tick.hpp"
@@ -28,6 +29,7 @@ int main() {
   static app::BmsNode node(bms::kPackConfig);
   static examples::BmsMemory memory(board.nvm);
   static examples::OwnCells cells(board.cells, bms::kPackConfig);
+  static examples::BmsDiagnosis diagnosis(board.restart);
   static Frame inbox[examples::kInbox + examples::OwnCells::kFramesMax];
   static TxQueue tx;
 
@@ -43,6 +45,7 @@ int main() {
     node.tick(now, {inbox, count}, tx);
     drive_pins(node.output(), board.gpio);
     cells.bleed(node.output());
+    diagnosis.tick(now, {inbox, count}, node, tx);
     static_cast<void>(board.can.send(tx));  // frames that are lost grow old at their receivers
     memory.keep(node);
     board.watchdog.feed();

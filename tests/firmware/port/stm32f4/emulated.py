@@ -47,7 +47,7 @@ class Board:
     def __init__(self, labwired, elf, folder):
         configs = pathlib.Path(labwired.__file__).parent / "configs"
         self.sim = labwired.Sim(elf, system=system_file(configs, folder))
-        for _ in range(500):
+        for _ in range(20_000):  # the march through memory comes first
             if self.sim.read_u32(IER) != 0:
                 break
             self.sim.run_for("20us")
