@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// For a board that measures its cells itself: the frames that a cell monitor on the bus would send, sealed, at the times
-// of the DBC. They reach the BMS with those off the bus, so that everything it holds against frames holds for them, too.
+// For a board that measures its cells itself: the frames that a cell monitor on the bus would send, sealed, at the
+// times of the DBC. They reach the BMS with those off the bus, so that everything it holds against frames holds for
+// them, too.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -19,7 +19,8 @@ class IsoTp {
 
   IsoTp(std::uint32_t receive_id, std::uint32_t send_id) : receive_id_(receive_id), send_id_(send_id) {}
 
-  /// Takes one frame; those of others are not looked at. True when a request is whole: request() holds it until the next.
+  /// Takes one frame; those of others are not looked at. True when a request is whole: request() holds it until the
+  /// next.
   bool receive(Instant now, const Frame& frame);
   [[nodiscard]] const std::uint8_t* request() const { return request_; }
   [[nodiscard]] std::size_t request_bytes() const { return request_bytes_; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagnosis of a node (ISO 14229-1): who it is (0x22), what faults it has (0x19), reset and the way into the boot loader
-// (0x11, 0x10). It reads the node and never writes it; what would start the node anew is refused while contactors are
-// closed.
+// Diagnosis of a node (ISO 14229-1): who it is (0x22), what faults it has (0x19), reset and the way into the boot
+// loader (0x11, 0x10). It reads the node and never writes it; what would start the node anew is refused while
+// contactors are closed.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a node asks the boot loader behind its reset to stay: two words in memory that no start-up clears, one the inverse
-// of the other, so that what happens to stand there after power-on is no request.
+// How a node asks the boot loader behind its reset to stay: two words in memory that no start-up clears, one the
+// inverse of the other, so that what happens to stand there after power-on is no request.
 #pragma once
 #include <cstdint>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A march through memory that keeps its content: March C- (van de Goor, "Testing Semiconductor Memories", 1991) over a
-// block whose words are put aside, for a ground of zeros and one of 0x55555555. It finds, inside a block: bits that stay
-// at one level, that cannot change, that change or follow another word's bit, and two addresses that are one word. The
-// blocks overlap by half, so that neighbours across a border are neighbours in the next one.
+// A march through memory that keeps its content: March C- (van de Goor, "Testing Semiconductor Memories", 1991) over
+// a block whose words are put aside, for a ground of zeros and one of 0x55555555. It finds, inside a block: bits that
+// stay at one level, that cannot change, that change or follow another word's bit, and two addresses that are one
+// word. The blocks overlap by half, so that neighbours across a border are neighbours in the next one.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -30,8 +30,8 @@ class BothNodes {
   BmsMemory memory_;
   OwnCells cells_;
   BmsDiagnosis diagnosis_;
-  /// What the master sent in the tick before, the frames off the bus and of the board's own cells, what the BMS sends now: in this order, so that
-  /// each node's frames lie together.
+  /// What the master sent in the tick before, the frames off the bus and of the board's own cells, what the BMS sends
+  /// now: in this order, so that each node's frames lie together.
   Frame frames_[2 * TxQueue::kCapacity + kInbox + OwnCells::kFramesMax] = {};
   TxQueue bms_tx_, master_tx_;
 };

@@ -6,8 +6,8 @@ namespace voltlap::port {
 
 class Restart {
  public:
-  /// Outputs off, then a reset of the processor. `into_boot_loader`: with a request for the boot loader behind the reset
-  /// to stay (base/boot_request.hpp), where the board has one; without one, as any other.
+  /// Outputs off, then a reset of the processor. `into_boot_loader`: with a request for the boot loader behind the
+  /// reset to stay (base/boot_request.hpp), where the board has one; without one, as any other.
   [[noreturn]] virtual void restart(bool into_boot_loader) = 0;
 
  protected:

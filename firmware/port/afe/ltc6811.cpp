@@ -89,7 +89,8 @@ void Ltc6811Chain::read_words(const std::uint16_t* codes, std::size_t groups,
   }
 }
 
-/// CFGR: GPIO and reference; no thresholds of the chip's own; the shunts; no time-out of theirs beyond the chip's sleep.
+/// CFGR: GPIO and reference; no thresholds of the chip's own; the shunts; no time-out of theirs beyond the chip's
+/// sleep.
 void Ltc6811Chain::settings_of(std::size_t chip, std::uint8_t (&bytes)[kGroupBytes]) const {
   std::size_t first = 0;
   for (std::size_t i = 0; i < chip; ++i) first += config_.chip[i].cells;
@@ -172,7 +173,8 @@ void Ltc6811Chain::judge_wires(const Reading (&pulled_down)[kChipsMax][kCellsPer
       const Reading& up = pulled_up_[chip][i];
       const Reading& down = pulled_down[chip][i];
       good = good && up.good && down.good;
-      if (i > 0 && std::int32_t{up.value} - down.value < kWireOff_100uv) off |= 1U << i;  // C(i), between cell i and i+1
+      const bool apart = std::int32_t{up.value} - down.value < kWireOff_100uv;
+      if (i > 0 && apart) off |= 1U << i;  // pin C(i), between this cell and the one below
     }
     if (pulled_up_[chip][0].value == 0) off |= 1U;
     if (pulled_down[chip][cells - 1].value == 0) off |= 1U << cells;

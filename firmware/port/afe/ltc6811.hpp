@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A chain of LTC6811-1 (datasheet rev C) behind the cells seam: up to 12 cells and 5 thermistors a chip, commands to all
-// at once, their answers one behind the other. What is behind it is measured round by round:
+// A chain of LTC6811-1 (datasheet rev C) behind the cells seam: up to 12 cells and 5 thermistors a chip, commands to
+// all at once, their answers one behind the other. What is behind it is measured round by round:
 //
 //   tick    0            1                          2                        and in every kRoundsPerWireCheck-th round
 //           cells: ADCV  read A to D, inputs: ADAX  read A and B, shunts     ADOW twice with, twice without pull-up
@@ -54,7 +54,16 @@ class Ltc6811Chain final : public Cells {
 
  private:
   /// In the order of a round; the last five only in one with a check of the wires.
-  enum class Phase : std::uint8_t { kCells, kInputs, kShunts, kPullUp, kPullUpAgain, kPullDown, kPullDownAgain, kJudge };
+  enum class Phase : std::uint8_t {
+    kCells,
+    kInputs,
+    kShunts,
+    kPullUp,
+    kPullUpAgain,
+    kPullDown,
+    kPullDownAgain,
+    kJudge,
+  };
   struct Reading {
     std::uint16_t value = 0;
     bool good = false;

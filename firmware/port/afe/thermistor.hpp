@@ -28,7 +28,8 @@ struct ThermistorTable {
 }
 
 /// Straight between the points. False beyond both ends: an open wire, a short.
-[[nodiscard]] constexpr bool temperature_of(const ThermistorTable& t, std::uint32_t share, std::int32_t& temperature_dc) {
+[[nodiscard]] constexpr bool temperature_of(const ThermistorTable& t, std::uint32_t share,
+                                            std::int32_t& temperature_dc) {
   if (t.count < 2 || share > t.point[0].share || share < t.point[t.count - 1].share) return false;
   std::size_t i = 1;
   while (i + 1 < t.count && share < t.point[i].share) ++i;

@@ -10,7 +10,7 @@ extern std::uint32_t __stack_bottom, __data_begin, __bss_end;  // sections.ld
 namespace voltlap::port {
 namespace {
 
-constexpr std::size_t kOwnStackWords = 256;  // that this function and what it calls have in use, with the block put aside
+constexpr std::size_t kOwnStackWords = 256;  // of this function and what it calls, with the block put aside
 
 std::size_t words_between(const std::uint32_t* from, const std::uint32_t* to) {
   return (reinterpret_cast<std::uintptr_t>(to) - reinterpret_cast<std::uintptr_t>(from)) / sizeof *from;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A board with an STM32F407xG, an 8 MHz crystal and a transceiver at CAN1 (PD0, PD1): a Discovery kit with one fits. What
-// is behind which pin is the table below; another board is another table.
+// A board with an STM32F407xG, an 8 MHz crystal and a transceiver at CAN1 (PD0, PD1): a Discovery kit with one fits.
+// What is behind which pin is the table below; another board is another table.
 #include "port/board.hpp"
 
 #include "base/boot_request.hpp"
@@ -155,8 +155,8 @@ Board start_board() {
   const stm32::CanError error = join_bus(bus);
   if (error != stm32::CanError::kNone && error != stm32::CanError::kNotOnBus) refuse();
   nvic_iser0().write(kCan1Interrupts);
-  static stm32f4::SectorFlash flash(flash_registers(), {8, &at<Register>(0x0808'0000U)}, {10, &at<Register>(0x080C'0000U)},
-                                    kSectorsPerArea, kSectorBytes);
+  static stm32f4::SectorFlash flash(flash_registers(), {8, &at<Register>(0x0808'0000U)},
+                                    {10, &at<Register>(0x080C'0000U)}, kSectorsPerArea, kSectorBytes);
   static FlashNvm nvm(flash, kSocAhead);
   static ProcessorReset restart;
   static stm32::Iwdg watchdog(iwdg(), rcc().csr, kRemoveFlags, stm32::kLsiStm32f4);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A board to start from: copy this folder and fill what says FILL; docs/porting.md goes through it. Until then it is safe:
-// it links, its relays stay open, no frame goes out, and a BMS on it latches ConfigInvalid, for nobody knows its trips.
+// A board to start from: copy this folder and fill what says FILL; docs/porting.md goes through it. Until then it is
+// safe: it links, its relays stay open, no frame goes out, and a BMS on it latches ConfigInvalid, for nobody knows
+// its trips.
 #include "port/board.hpp"
 
 #include "port/image_info.hpp"

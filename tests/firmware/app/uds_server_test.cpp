@@ -92,7 +92,9 @@ TEST_GROUP(UdsServer) {
     }
     return out;
   }
-  static std::string text(const Bytes& b, std::size_t from) { return std::string(b.begin() + static_cast<long>(from), b.end()); }
+  static std::string text(const Bytes& b, std::size_t from) {
+    return std::string(b.begin() + static_cast<long>(from), b.end());
+  }
 };
 
 // DIA-001

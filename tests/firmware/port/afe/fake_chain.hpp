@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A chain of LTC6811-1 as the datasheet describes it: bytes in, bytes out, PEC both ways, wires that are off, chips that
-// do not answer or start anew. A conversion is ready when the next exchange after a wake comes, not before.
+// A chain of LTC6811-1 as the datasheet describes it: bytes in, bytes out, PEC both ways, wires that are off, chips
+// that do not answer or start anew. A conversion is ready when the next exchange after a wake comes, not before.
 #pragma once
 #include <cmath>
 #include <cstdint>

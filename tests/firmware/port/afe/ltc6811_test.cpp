@@ -215,7 +215,9 @@ TEST(Ltc6811, AWireThatIsOffIsFoundAtEveryPinWithinOneAndAHalfSecondsAndItsCells
       run(chain, 3);
       const Read read = cells(chain);
       for (std::size_t c = 0; c < 2; ++c) {
-        for (int p = 0; p <= 12; ++p) CHECK_EQUAL(c == chip_off && p == pin, chain.wire_is_off(c, static_cast<std::size_t>(p)));
+        for (int p = 0; p <= 12; ++p) {
+          CHECK_EQUAL(c == chip_off && p == pin, chain.wire_is_off(c, static_cast<std::size_t>(p)));
+        }
       }
       for (int i = 0; i < 24; ++i) {
         const bool touches = static_cast<std::size_t>(i / 12) == chip_off && (i % 12 == pin || i % 12 + 1 == pin);

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """An image on an emulated STM32F407 with its bxCAN (the package labwired): frames in, frames out, tick by tick.
 
-What the emulator has: the core, the interrupt controller, SysTick, clocks, pins and the bxCAN's hand-shakes, bit timing,
-filter banks, FIFOs and mailboxes, each of which sends at once. What its bxCAN 0.25.0 lacks is done here, and only this:
+What the emulator has: the core, the interrupt controller, SysTick, clocks, pins and the bxCAN's hand-shakes, bit
+timing, filter banks, FIFO 0 and mailboxes, each of which sends at once. What its bxCAN 0.25.0 lacks is done here, and
+only this:
 
 - it raises no interrupt: the lines of CAN1_TX and CAN1_RX0 are pulled here, by the interrupt controller's pending
   register, whenever the registers say that they would be (RM0090 32.8)
