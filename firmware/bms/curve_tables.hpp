@@ -7,15 +7,17 @@
 #include "base/interpolate.hpp"
 #include "base/time.hpp"
 #include "base/units.hpp"
+#include "bms/capacity.hpp"
 #include "can_dbc/car.hpp"
 
 namespace voltlap::bms {
 
-inline constexpr std::size_t kMaxCells = can::CellVoltages::kGroups * can::CellVoltages::kPerFrame;
-inline constexpr std::size_t kMaxTemperatures = can::Temperatures::kGroups * can::Temperatures::kPerFrame;
 inline constexpr std::size_t kMaxTablePoints = 32;
 inline constexpr std::uint8_t kNoCell = 255;
-static_assert(kMaxCells == 144 && kMaxCells < kNoCell, "a cell index must fit its byte on the bus");
+static_assert(kMaxCells > 0 && kMaxCells < kNoCell, "a cell index must fit its byte on the bus");
+static_assert(kMaxCells <= can::CellVoltages::kGroups * can::CellVoltages::kPerFrame &&
+                  kMaxTemperatures <= can::Temperatures::kGroups * can::Temperatures::kPerFrame,
+              "more than the frames of the bus carry");
 
 /// Open-circuit voltage of one cell over state of charge; both columns strictly increasing.
 struct OcvTable {

@@ -64,7 +64,9 @@ struct Measured {
 
 static_assert(can::CellVoltages::kGroups <= 64, "one bit each");
 inline constexpr std::size_t kCellsPerWord = 24;  ///< of BalancingCommand
-static_assert(can::BalancingCommand::kGroups * can::BalancingCommand::kPerFrame * kCellsPerWord == kMaxCells);
+static_assert(can::BalancingCommand::kGroups * can::BalancingCommand::kPerFrame * kCellsPerWord >= kMaxCells);
+
+inline constexpr std::size_t kBledWords = can::BalancingCommand::kGroups * can::BalancingCommand::kPerFrame;
 
 /// Every cell of the groups that came in this step.
 template <class Visit>
@@ -148,6 +150,7 @@ struct State {
   // bms_step
   bool started = false;
   bool config_ok = false;
+  can::WaitsFor self_test = can::WaitsFor::kNone;  ///< what failed at power-on; written before the first step alone
   std::uint32_t steps = 0;
   Instant start{};
   Instant last{};
@@ -193,7 +196,7 @@ struct ChargeReport {
   CellVoltage spread{};
   bool spread_known = false;
   std::uint8_t cells_bled = 0;
-  std::uint32_t bled[kMaxCells / kCellsPerWord] = {};  ///< a bit a cell, as BalancingCommand has them
+  std::uint32_t bled[kBledWords] = {};  ///< a bit a cell, as BalancingCommand has them
 };
 
 struct Output {

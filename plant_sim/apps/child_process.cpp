@@ -2,6 +2,7 @@
 #include "apps/child_process.hpp"
 
 #include <fmt/format.h>
+#include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,12 +18,34 @@ namespace {
 
 constexpr const char* kThisProgram = "/proc/self/exe";
 constexpr int kCannotStart = 127;
+constexpr int kFirstFile = 3, kOutOfTheWay = 64;
+
+/// In the child: these files become 3, 4, ...
+void hand_over_files(const std::vector<int>& files) {
+  std::vector<int> moved;
+  for (const int file : files) moved.push_back(::fcntl(file, F_DUPFD, kOutOfTheWay));
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    ::dup2(moved[i], kFirstFile + static_cast<int>(i));
+    ::close(moved[i]);
+  }
+  const int nothing = ::open("/dev/null", O_RDONLY);
+  ::dup2(nothing, STDIN_FILENO);
+  if (nothing != STDIN_FILENO) ::close(nothing);
+}
 
 }  // namespace
 
 ChildProcess::ChildProcess(std::string name, const std::vector<std::string>& arguments) : name_(std::move(name)) {
-  std::vector<char*> argv = {const_cast<char*>("voltlap")};
-  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+  start({kThisProgram, arguments}, "voltlap", SIGTERM);
+}
+
+ChildProcess::ChildProcess(std::string name, const ChildProgram& program) : name_(std::move(name)) {
+  start(program, program.path, SIGKILL);
+}
+
+void ChildProcess::start(const ChildProgram& program, const std::string& called, int end_signal) {
+  std::vector<char*> argv = {const_cast<char*>(called.c_str())};
+  for (const std::string& a : program.arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
   const pid_t parent = ::getpid();
   pid_ = ::fork();
@@ -30,12 +53,13 @@ ChildProcess::ChildProcess(std::string name, const std::vector<std::string>& arg
   if (pid_ > 0) return;
   // A group of its own: Ctrl-C reaches the parent only, which ends the others in their order.
   ::setpgid(0, 0);
-  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  ::prctl(PR_SET_PDEATHSIG, end_signal);
   if (::getppid() != parent) ::_exit(kCannotStart);
+  if (!program.files.empty()) hand_over_files(program.files);
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  ::execv(kThisProgram, argv.data());
+  ::execv(program.path.c_str(), argv.data());
   ::_exit(kCannotStart);
 }
 

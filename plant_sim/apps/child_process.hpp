@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// This program as a process of its own, which ends when its parent does.
+// This program, or another, as a process of its own, which ends when its parent does.
 #pragma once
 #include <sys/types.h>
 
@@ -9,8 +9,17 @@
 
 namespace voltlap::plant {
 
+struct ChildProgram {
+  std::string path;
+  std::vector<std::string> arguments{};  ///< without the name
+  std::vector<int> files{};              ///< that it has as 3, 4, ...; of the others it gets the standard three
+};
+
 class ChildProcess {
  public:
+  /// Starts it; standard input is empty. It is killed when the parent dies, however that comes. One that cannot be
+  /// started ends with exit code 127.
+  ChildProcess(std::string name, const ChildProgram& program);
   /// Starts this program with these arguments. It gets SIGTERM when the parent dies, however that comes.
   ChildProcess(std::string name, const std::vector<std::string>& arguments);
   /// Kills it when it still runs.
@@ -31,6 +40,8 @@ class ChildProcess {
   [[nodiscard]] std::string end_text() const;
 
  private:
+  void start(const ChildProgram& program, const std::string& called, int end_signal);
+
   std::string name_;
   pid_t pid_ = -1;
   std::optional<int> status_;

@@ -157,7 +157,7 @@ std::string EnduranceRun::summary_of(const DataFolder& data, const EnduranceOpti
 }
 
 int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, PlantBus& bus,
-                        const SocketBus* socket) const {
+                        const SocketBus* socket, EcuProgram* ecu) const {
   const RunDescription run = description(chosen);
   RunRecorder recorder;
   catch_interrupt();  // before there is a file that must not stay behind
@@ -182,6 +182,8 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
     return exit_code_of_interrupt();
   }
 
+  if (ecu != nullptr && !ecu->bus().failed()) ecu->end();
+
   std::optional<std::vector<LimitCost>> costs;
   if (socket == nullptr && (limit_costs_ || recorder.report)) costs = costs_of(data, chosen, result);
   if (interrupted()) {
@@ -192,6 +194,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   recorder.complete();
   const TraceHash::Result hash = recorder.hash.finish();
   const auto statistics = socket != nullptr ? std::optional(socket->statistics()) : std::nullopt;
+  const auto ecu_result = ecu != nullptr ? std::optional(ecu->result()) : std::nullopt;
   const auto load = recorder.load ? std::optional(recorder.load->result()) : std::nullopt;
   if (json) {
     recorder.trace.close(result.total_time_s, finish_m(run, result));
@@ -200,6 +203,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
                                  .hash = hash,
                                  .wall_s = wall_s,
                                  .bus = statistics ? &*statistics : nullptr,
+                                 .ecu = ecu_result ? &*ecu_result : nullptr,
                                  .load = load ? &*load : nullptr,
                                  .limit_costs = costs ? &*costs : nullptr,
                                  .trace = &recorder.trace}));
@@ -222,6 +226,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   const double simulated_s = result.ticks * can::kTickMs * 1e-3;
   if (statistics) fmt::print(summary, "{}", bus_statistics_text(*statistics, simulated_s, wall_s));
   if (load) fmt::print(summary, "{}", bus_load_table(*load));
+  if (ecu != nullptr) fmt::print(summary, "{}", ecu->summary());
   fmt::print(summary, "  computed in {:.1f} s, seed {}\n", wall_s, run.seed);
   const bool whole = result.lost_nodes.empty() || chosen.keep_going || chosen.driver != DriverKind::kLaps;
   return result.finished && whole ? kExitOk : kExitFailedRun;
@@ -234,6 +239,7 @@ EnduranceCommand::EnduranceCommand(CLI::App& app)
   CLI::Option* bus = bus_.add_interface(*command_);
   CLI::Option* realtime = bus_.add_realtime(*command_)->needs(bus);
   bus_.add_lockstep(*command_, realtime);
+  ecu_.add(*command_)->excludes(bus);
   run_.add_limit_costs(*command_)->excludes(bus);
   for (const char* flag : {"--pace", "--lost-after"}) command_->get_option(flag)->needs(bus);
   command_->footer(
@@ -241,6 +247,7 @@ EnduranceCommand::EnduranceCommand(CLI::App& app)
       "Example: voltlap endurance --set vehicle.mass_kg=219 --json run.json\n"
       "With --bus, plant, BMS and master controller are processes of their own on the interface, in lockstep: the\n"
       "same frames as in one process, for every CAN tool to see.\n"
+      "With --ecu qemu the image of a Cortex-M4 (./voltlap image) runs in QEMU, the plant here: the same frames, too.\n"
       "Exit code: 0 finished, 2 usage or input, 3 the run failed (with time and cause), 130 interrupted.");
 }
 
@@ -251,6 +258,11 @@ int EnduranceCommand::run(const DataFolder& data) {
                      "Give a name; the logger is a process of its own");
   }
   if (!bus_.interface.empty()) return supervise(*command_, bus_, run_.candump());
+  if (ecu_.outside()) {
+    catch_interrupt();
+    EcuProgram ecu(ecu_, bms_config(options.vehicle), master_config(options.vehicle));
+    return run_.drive(data, options, ecu.bus(), nullptr, &ecu);
+  }
   FirmwareLoop firmware(options.vehicle);
   InProcessLoop loop(firmware);
   return run_.drive(data, options, loop, nullptr);

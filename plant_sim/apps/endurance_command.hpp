@@ -6,6 +6,7 @@
 
 #include "apps/bus_options.hpp"
 #include "apps/car_options.hpp"
+#include "apps/ecu_program.hpp"
 #include "io/bus/socket_bus.hpp"
 #include "race/report/run_result.hpp"
 
@@ -17,8 +18,10 @@ class EnduranceRun {
   explicit EnduranceRun(CLI::App& command);
 
   [[nodiscard]] EnduranceOptions options(const DataFolder& data) const;
-  /// Drives, writes and prints. `socket` is the bus when that is a CAN interface. Returns the exit code.
-  int drive(const DataFolder& data, const EnduranceOptions& options, PlantBus& bus, const SocketBus* socket) const;
+  /// Drives, writes and prints. `socket` is the bus when that is a CAN interface, `ecu` the firmware when that is another
+  /// program. Returns the exit code.
+  int drive(const DataFolder& data, const EnduranceOptions& options, PlantBus& bus, const SocketBus* socket,
+            EcuProgram* ecu = nullptr) const;
   CLI::Option* add_limit_costs(CLI::App& command);
   [[nodiscard]] const std::string& candump() const { return candump_; }
 
@@ -49,6 +52,7 @@ class EnduranceCommand {
   CLI::App* command_;
   EnduranceRun run_;
   BusOptions bus_;
+  EcuOptions ecu_;
 };
 
 }  // namespace voltlap::plant

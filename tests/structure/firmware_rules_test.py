@@ -13,7 +13,7 @@ REFUSED = {
     "exceptions": re.compile(r"\b(?:throw|try|catch)\b"),
     "run-time type information": re.compile(r"\b(?:dynamic_cast|typeid)\b"),
     "a choice by the preprocessor": re.compile(r"^\s*#\s*if", re.MULTILINE),
-    "the standard library": re.compile(r"\bstd::(?!u?int(?:8|16|32|64)_t\b|size_t\b|numeric_limits\b|is_)\w+"),
+    "the standard library": re.compile(r"\bstd::(?!u?int(?:8|16|32|64|ptr)_t\b|size_t\b|numeric_limits\b|is_)\w+"),
 }
 HOST = ROOT / "firmware" / "port" / "host"
 

@@ -19,7 +19,9 @@ FIRMWARE = {
     "bms": {"base", "codec", "can_dbc"},
     "master": {"base", "codec", "can_dbc"},
     "app": {"base", "codec", "config", "bms", "master", "can_dbc"},
-    "port": {"base", "can_dbc"},
+    "port": {"base", "can_dbc", "config_layout.hpp"},
+    "examples": {"base", "codec", "config", "bms", "master", "app", "port", "can_dbc", "pack_config.hpp",
+                 "master_config.hpp"},
 }
 FIRMWARE_HOST = "firmware/port/host/"  # behind the seams on Linux: the system's headers are allowed here alone
 FIRMWARE_SYSTEM = {"cstdint", "cstddef", "limits", "type_traits"}

@@ -86,6 +86,21 @@ Json bus_statistics(const BusStatistics* bus) {
           {"late_worst_s", bus->late_worst_s}};
 }
 
+Json step_costs(const StepCosts& costs) {
+  if (costs.steps == 0) return nullptr;
+  return {{"steps", costs.steps}, {"mean", static_cast<double>(costs.instructions) / static_cast<double>(costs.steps)},
+          {"worst", costs.worst}, {"worst_tick", costs.worst_tick}};
+}
+
+Json ecu_result(const EcuResult* ecu) {
+  if (ecu == nullptr) return nullptr;
+  const BoardAccount& board = ecu->board;
+  return {{"where", ecu->where}, {"image", ecu->image},
+          {"instructions_per_step", {{"bms", step_costs(board.bms)}, {"master", step_costs(board.master)},
+                                     {"both", step_costs(board.both)}}},
+          {"stack_used_bytes", board.stack_used}, {"stack_size_bytes", board.stack_size}};
+}
+
 Json bus_load(const BusLoadResult* load) {
   if (load == nullptr) return nullptr;
   Json ids = Json::array();
@@ -157,6 +172,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"hash_master", outcome.hash.master},
       {"lost_nodes", lost_nodes(result)},
       {"bus", bus_statistics(outcome.bus)},
+      {"ecu", ecu_result(outcome.ecu)},
       {"bus_load", bus_load(outcome.load)},
       {"limit_active_s", limits(result)},
       {"limit_costs", limit_costs(outcome.limit_costs)},

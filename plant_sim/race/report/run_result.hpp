@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "io/bus/board_account.hpp"
 #include "io/bus/bus_statistics.hpp"
 #include "io/bus/bus_load.hpp"
 #include "io/bus/trace_hash.hpp"
@@ -27,12 +28,20 @@ struct RunDescription {
   std::optional<double> closing_gap_m{};  ///< from the end of the track to its start; none for a recorded drive
 };
 
+/// Firmware that ran in another program, and what that says of itself.
+struct EcuResult {
+  std::string where{};  ///< qemu | process
+  std::string image{};
+  BoardAccount board{};
+};
+
 /// What it came to.
 struct RunOutcome {
   const EnduranceResult& result;
   TraceHash::Result hash;
   double wall_s;                        ///< real time that the run took
   const BusStatistics* bus = nullptr;   ///< none within one process
+  const EcuResult* ecu = nullptr;       ///< none when the firmware ran in this process, or on an interface
   const BusLoadResult* load = nullptr;  ///< none when it was not counted
   const std::vector<LimitCost>* limit_costs = nullptr;  ///< none when nobody asked
   const DistanceTrace* trace = nullptr;  ///< none when it was not kept

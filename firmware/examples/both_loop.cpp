@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "examples/both_loop.hpp"
+
+namespace voltlap::examples {
+namespace {
+
+void append(const TxQueue& frames, Frame* to) {
+  for (const Frame& frame : frames) *to++ = frame;
+}
+
+}  // namespace
+
+void BothNodes::run() {
+  memory_.restore(bms_);
+  static_cast<void>(board_.watchdog.start(kWatchdogTime));
+  for (Instant at = board_.clock.now();; at = at + kTick) {
+    board_.clock.sleep_until(at);
+    step();
+    memory_.keep(bms_);
+    board_.watchdog.feed();
+  }
+}
+
+void BothNodes::step() {
+  const Instant now = board_.clock.now();
+  Frame* const off_bus = frames_ + master_tx_.size();
+  append(master_tx_, frames_);
+  std::size_t count = board_.can.receive(off_bus, kInbox);
+  count += cells_.take(now, off_bus + count);
+
+  bms_tx_.clear();
+  bms_.tick(now, {frames_, master_tx_.size() + count}, bms_tx_);
+  cells_.bleed(bms_.output());
+  diagnosis_.tick(now, {off_bus, count}, bms_, bms_tx_);
+  static_cast<void>(board_.can.send(bms_tx_));  // frames that are lost grow old at their receivers
+
+  append(bms_tx_, off_bus + count);
+  master_tx_.clear();
+  master_.tick(now, {off_bus, count + bms_tx_.size()}, master_tx_);
+  static_cast<void>(board_.can.send(master_tx_));
+}
+
+}  // namespace voltlap::examples

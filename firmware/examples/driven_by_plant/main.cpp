@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// BMS and master controller for any car of the plant, which hands them their configurations when it starts them:
+// what `voltlap endurance --ecu qemu` and `--ecu process` run. Only for boards in lockstep.
+#include "examples/both_loop.hpp"
+#include "port/lockstep/lockstep_board.hpp"
+
+using namespace voltlap;
+
+int main() {
+  const port::LockstepBoard lockstep = port::start_lockstep_board();
+  static bms::Config bms_config;
+  static master::Config master_config;
+  lockstep.plant.greet(&bms_config, sizeof bms_config, &master_config, sizeof master_config, bms::kMaxTemperatures);
+  static app::BmsNode bms(bms_config);
+  static app::MasterNode master(master_config);
+  static examples::BothNodes nodes(lockstep.board, bms, master);
+  nodes.run();
+}

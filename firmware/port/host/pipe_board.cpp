@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// The firmware as a process of its own in lockstep with a plant: file descriptor 3 comes from it, 4 goes to it, as
+// `voltlap endurance --ecu process` opens them.
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+
+#include "base/require.hpp"
+#include "port/lockstep/lockstep_board.hpp"
+#include "port/lockstep/simulated_board.hpp"
+
+namespace voltlap::port {
+namespace {
+
+constexpr int kFromPlant = 3, kToPlant = 4;
+constexpr int kExitUsage = 2, kExitPlantGone = 3, kExitDefect = 70;
+
+class PipeRig final : public Rig {
+ public:
+  std::size_t read(std::uint8_t* bytes, std::size_t capacity) override {
+    ssize_t got = 0;
+    do {
+      got = ::read(kFromPlant, bytes, capacity);
+    } while (got < 0 && errno == EINTR);
+    if (got < 0 && errno == EBADF) refuse();
+    return got > 0 ? static_cast<std::size_t>(got) : 0;
+  }
+  bool write(const std::uint8_t* bytes, std::size_t count) override {
+    for (std::size_t done = 0; done < count;) {
+      const ssize_t sent = ::write(kToPlant, bytes + done, count - done);
+      if (sent < 0 && errno == EBADF) refuse();
+      if (sent < 0 && errno != EINTR) return false;
+      if (sent > 0) done += static_cast<std::size_t>(sent);
+    }
+    return true;
+  }
+  [[nodiscard]] bool counts() const override { return false; }
+  [[nodiscard]] std::uint32_t instructions() const override { return 0; }
+  [[nodiscard]] std::uint32_t stack_used() const override { return 0; }
+  [[nodiscard]] std::uint32_t stack_size() const override { return 0; }
+  [[noreturn]] void end(bool good) override { std::_Exit(good ? 0 : kExitPlantGone); }
+
+ private:
+  [[noreturn]] static void refuse() {
+    std::fputs(
+        "voltlap-firmware: found no plant at the file descriptors 3 and 4; expected to be started by one. "
+        "Use ./voltlap endurance --ecu process.\n",
+        stderr);
+    std::_Exit(kExitUsage);
+  }
+};
+
+}  // namespace
+
+LockstepBoard start_lockstep_board() {
+  static std::uint8_t nvm_bytes[RamNvm::kBytes];
+  static PipeRig rig;
+  static LockstepPort plant(rig, kImageInfo);
+  static NoPins pins;
+  static RamNvm nvm(nvm_bytes);
+  static SimulatedWatchdog watchdog(plant, rig);
+  return {{plant, plant, pins, nvm, watchdog}, plant};
+}
+
+Board start_board() { return start_lockstep_board().board; }
+
+}  // namespace voltlap::port
+
+namespace voltlap {
+
+void require_failed(const char* condition, const char* file, int line) {
+  std::fprintf(stderr, "voltlap-firmware: defect: this does not hold: %s in %s, line %d\n", condition, file, line);
+  std::_Exit(port::kExitDefect);
+}
+
+}  // namespace voltlap

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an image says about itself, behind its vector table: which nodes it holds, for how many cells, of which version.
+// Made at build time (toolchain/image.cmake); `voltlap flash` and the plant read it.
+#pragma once
+#include <cstdint>
+
+namespace voltlap::port {
+
+inline constexpr std::uint32_t kImageMark = 0x314C'5456;  ///< "VTL1" in memory
+
+struct ImageInfo {
+  std::uint32_t mark = 0;
+  std::uint16_t cells_max = 0;       ///< of the BMS, VOLTLAP_CELLS_MAX
+  bool has_bms = false;
+  bool has_master = false;
+  std::uint32_t config_layout = 0;   ///< of bms::Config and master::Config: equal numbers, equal bytes
+  char name[24] = {};                ///< of the image, ends with a zero
+  char version[16] = {};             ///< of the project, ends with a zero
+};
+
+extern const ImageInfo kImageInfo;
+
+}  // namespace voltlap::port

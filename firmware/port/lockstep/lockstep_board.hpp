@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a board in lockstep has beside the seams: a plant that may hand it the configuration.
+#pragma once
+#include "port/board.hpp"
+#include "port/lockstep/lockstep_port.hpp"
+
+namespace voltlap::port {
+
+struct LockstepBoard {
+  Board board;
+  LockstepPort& plant;
+};
+
+/// As start_board(); each board in lockstep defines both.
+[[nodiscard]] LockstepBoard start_lockstep_board();
+
+}  // namespace voltlap::port

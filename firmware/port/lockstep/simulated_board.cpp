@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "port/lockstep/simulated_board.hpp"
+
+#include "base/require.hpp"
+
+namespace voltlap::port {
+namespace {
+
+constexpr std::uint8_t kBlank = 0xFF;
+
+std::size_t place_of(NvmRecord record, std::size_t slot) {
+  VOLTLAP_REQUIRE(slot < kNvmSlots);
+  return static_cast<std::size_t>(record) * kNvmSlots + slot;
+}
+
+}  // namespace
+
+void RamNvm::read(NvmRecord record, std::size_t slot, std::uint8_t* bytes, std::size_t count) {
+  const std::size_t place = place_of(record, slot);
+  const bool known = written_[place] && count <= kSlotBytes;
+  for (std::size_t i = 0; i < count; ++i) bytes[i] = known ? memory_[place * kSlotBytes + i] : kBlank;
+}
+
+NvmResult RamNvm::write(NvmRecord record, std::size_t slot, const std::uint8_t* bytes, std::size_t count) {
+  if (count > kSlotBytes) return NvmResult::kFailed;
+  const std::size_t place = place_of(record, slot);
+  for (std::size_t i = 0; i < count; ++i) memory_[place * kSlotBytes + i] = bytes[i];
+  written_[place] = true;
+  return NvmResult::kOk;
+}
+
+bool SimulatedWatchdog::start(Duration timeout) {
+  timeout_ = timeout;
+  fed_ = clock_.now();
+  runs_ = true;
+  return true;
+}
+
+void SimulatedWatchdog::feed() {
+  const Instant now = clock_.now();
+  if (runs_ && timeout_ < now - fed_) rig_.end(false);
+  fed_ = now;
+}
+
+}  // namespace voltlap::port
