@@ -32,7 +32,7 @@ void LockstepPort::greet(void* bms, std::size_t bms_bytes, void* master, std::si
 }
 
 void LockstepPort::sleep_until(Instant /*at*/) {
-  if (!greeted_) greet(nullptr, 0, nullptr, 0, 0);
+  VOLTLAP_REQUIRE(greeted_);
   if (!started_) announce();
   const std::uint8_t nodes = static_cast<std::uint8_t>((image_.has_bms ? 1 : 0) + (image_.has_master ? 1 : 0));
   VOLTLAP_REQUIRE(!started_ || turns_ == nodes);  // every node sends once a tick, an empty queue if need be
