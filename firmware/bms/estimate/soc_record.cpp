@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/estimate/soc_record.hpp"
 
+#include "base/crc32.hpp"
 #include "base/require.hpp"
 
 namespace voltlap::bms {
@@ -23,15 +24,7 @@ std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) {
   return x < low ? low : (x > high ? high : x);
 }
 
-/// CRC-32 of IEEE 802.3, bit by bit: a record is seldom written.
-std::uint32_t crc_of(const SocSlot& slot) {
-  std::uint32_t crc = 0xFFFF'FFFFU;
-  for (std::size_t i = 0; i < kCrcByte; ++i) {
-    crc ^= slot.bytes[i];
-    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1U) != 0 ? crc >> 1 ^ 0xEDB8'8320U : crc >> 1;
-  }
-  return ~crc;
-}
+std::uint32_t crc_of(const SocSlot& slot) { return crc32(slot.bytes, kCrcByte); }
 
 void put16(SocSlot& slot, std::size_t at, unsigned value) {
   slot.bytes[at] = static_cast<std::uint8_t>(value);
