@@ -63,8 +63,9 @@ def read_instruction(function, name, operands, literals):
     else:
         function.frame += max(change, 0)
     target = CALL_TARGET.match(operands)
-    if name in ("bl", *JUMPS) and target:
-        function.calls.add(int(target[1], 16))
+    to = int(target[1], 16) if target else None
+    if name == "bl" and target or name in JUMPS and target and to != function.address:  # a jump to itself is a loop
+        function.calls.add(to)
     if name == "blx" or (name == "bx" and operands.strip() != "lr"):
         function.indirect += 1
 
@@ -85,7 +86,7 @@ def functions(elf, prefix="arm-none-eabi-"):
             if literal := LITERAL.match(line):
                 literals[literal[1]] = constants.get(int(literal[2], 16))
     for function in found.values():
-        function.calls = {call for call in function.calls if call in found and call != function.address}
+        function.calls = {call for call in function.calls if call in found}
     return found
 
 

@@ -79,8 +79,8 @@ def size_rows(kinds):
     for kind in kinds:
         for name in ("bms_node", "master_node", "both_nodes"):
             size = image_build.size_of(kind.image(name))
-            rows.append(f"| {kind.cpu} | {kind.cells or image_build.CELLS_MOST} | `{name}` | {size.flash} | {size.ram} | "
-                        f"{size.stack} |")
+            cells = kind.cells or image_build.CELLS_MOST
+            rows.append(f"| {kind.cpu} | {cells} | `{name}` | {size.flash} | {size.ram} | {size.stack} |")
     return rows
 
 

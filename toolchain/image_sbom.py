@@ -93,14 +93,14 @@ def relation(from_id, kind, to_id):
 
 
 def document(given):
-    image = given.image
+    image, files = given.image, files_of(given.image)
     compiler_version = output_of(given.compiler, "-dumpfullversion") or "NOASSERTION"
     first_line = output_of(given.compiler, "--version").splitlines()[:1]
     main = package(image.stem, given.version, LICENCE, "FIRMWARE",
                    comment=f"sources: {revision(given.root)}; flags: {given.flags}",
                    checksums=checksums(image.with_suffix(".bin")))
     compiler = package("compiler", compiler_version, GCC_LICENCE, "APPLICATION", comment="".join(first_line))
-    parts, files = library_packages(image, given, compiler_version), files_of(image)
+    parts = library_packages(image, given, compiler_version)
     relations = [relation("SPDXRef-DOCUMENT", "DESCRIBES", main["SPDXID"]),
                  relation(compiler["SPDXID"], "BUILD_TOOL_OF", main["SPDXID"])]
     relations += [relation(main["SPDXID"], "STATIC_LINK", part["SPDXID"]) for part in parts]

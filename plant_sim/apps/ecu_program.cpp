@@ -12,8 +12,8 @@
 #include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
-#include "config_layout.hpp"
 #include "core/errors.hpp"
+#include "port/config_layout.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -73,8 +73,8 @@ CLI::Option* EcuOptions::add(CLI::App& command) {
   CLI::Option* ecu =
       command
           .add_option("--ecu", where,
-                      "Where the firmware runs. inside: in this process; qemu: the image of a Cortex-M4 in QEMU; process: "
-                      "a process on a pipe. The frames are the same")
+                      "Where the firmware runs. inside: in this process; qemu: the image of a Cortex-M4 in QEMU; "
+                      "process: a process on a pipe. The frames are the same")
           ->check(one_of({"inside", "qemu", "process"}))
           ->capture_default_str();
   command.add_option("--image", image, "With --ecu qemu an ELF, with --ecu process a program; default: the built one")
@@ -82,7 +82,7 @@ CLI::Option* EcuOptions::add(CLI::App& command) {
       ->needs(ecu);
   command
       .add_flag("--count-instructions", count_instructions,
-                "With --ecu qemu: count what every step takes; some ten times slower")
+                "With --ecu qemu: count what every step of the firmware takes")
       ->needs(ecu);
   return ecu;
 }
@@ -171,7 +171,9 @@ void EcuProgram::end() {
 
 std::string EcuProgram::what_became_of_it() {
   for (auto waited = std::chrono::milliseconds(0); waited < kEndWithin; waited += kLook) {
-    if (child_->has_just_ended()) return fmt::format("({}, process {}) {}", child_->name(), child_->pid(), child_->end_text());
+    if (child_->has_just_ended()) {
+      return fmt::format("({}, process {}) {}", child_->name(), child_->pid(), child_->end_text());
+    }
     std::this_thread::sleep_for(kLook);
   }
   return fmt::format("({}, process {}) has closed its stream", child_->name(), child_->pid());

@@ -17,15 +17,16 @@
 namespace voltlap::plant {
 
 FirmwareTablesCommand::FirmwareTablesCommand(CLI::App& app)
-    : command_(app.add_subcommand("firmware-tables", "A car with its cell as the C++ headers that an image is built with")) {
+    : command_(app.add_subcommand("firmware-tables",
+                                  "A car with its cell as the C++ headers that an image is built with")) {
   command_->add_option("cell", cell_, "Cell file: name or path; default: the vehicle's own");
   car_.add_vehicle(*command_);
   add_output_file(*command_, "--out", out_, "Write the BMS's header");
   add_output_file(*command_, "--master-out", master_out_, "Write the master controller's header");
   command_->footer(
       "Cells in series and in parallel, thermistors and limits are the vehicle's; the headers define\n"
-      "voltlap::bms::kPackConfig and voltlap::master::kMasterConfig, which the firmware runs exactly as it does in the\n"
-      "simulated car. ./voltlap image --vehicle CAR makes both and builds with them.\n"
+      "voltlap::bms::kPackConfig and voltlap::master::kMasterConfig, which the firmware runs exactly as it does in\n"
+      "the simulated car. ./voltlap image --vehicle CAR makes both and builds with them.\n"
       "Example: voltlap firmware-tables cell.toml --set battery.cells_in_parallel=2 --out pack_config.hpp");
 }
 

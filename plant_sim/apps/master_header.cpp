@@ -70,7 +70,6 @@ std::string times(const master::Config& c) {
 
 std::string master_header(const std::string& vehicle, const master::Config& config, const HeaderSource& source) {
   return fmt::format(
-             "// SPDX-License-Identifier: Apache-2.0\n"
              "// The master controller's configuration for {}. Made by voltlap {}; make it again with\n//   {}\n"
              "#pragma once\n#include \"master/config.hpp\"\n\nnamespace voltlap::master {{\n\n"
              "inline constexpr Config kMasterConfig = [] {{\n  Config c{{}};\n",
