@@ -19,7 +19,7 @@ import image_build
 from image_build import Kind, Refused
 
 IMAGE_MARK = 0x314C5456            # firmware/port/image_info.hpp
-INFO = struct.Struct("<IHBBI24s16s")
+INFO = struct.Struct("<IHBBII24s16s")
 SEARCHED = 1024                    # bytes behind the vector table
 EXIT_USAGE, EXIT_FAILED, EXIT_MISSING = 2, 3, 4
 
@@ -88,7 +88,7 @@ def read_image(path):
     if at < 0:
         raise Refused(EXIT_USAGE, f"{path}: found no mark of the project behind the vector table; expected an image of "
                                   "firmware/examples. Other programs are written with their own tools.")
-    _, cells, bms, master, _, name, version = INFO.unpack_from(parts[0][1], at)
+    _, cells, bms, master, _, _, name, version = INFO.unpack_from(parts[0][1], at)
     nodes = " and ".join(word for word, there in (("BMS", bms), ("master controller", master)) if there)
     text = [bytes_.split(b"\0")[0].decode("ascii", "replace") for bytes_ in (name, version)]
     end = parts[-1][0] + len(parts[-1][1])

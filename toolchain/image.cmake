@@ -33,7 +33,7 @@ function(voltlap_image name)
   set(folder ${CMAKE_BINARY_DIR}/images)
   add_executable(${name} ${IMAGE_SOURCES} ${CMAKE_CURRENT_BINARY_DIR}/${name}_info.cpp)
   target_link_libraries(${name} PRIVATE ${IMAGE_LIBS} voltlap_port_${IMAGE_BOARD} voltlap_port_cortex_m
-                                        voltlap_config_layout)
+                                        voltlap_source_numbers)
   target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics)
   set(scripts ${PROJECT_SOURCE_DIR}/firmware/port/${IMAGE_BOARD}/memory.ld
               ${PROJECT_SOURCE_DIR}/firmware/port/cortex_m/sections.ld)

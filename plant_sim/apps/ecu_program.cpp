@@ -13,7 +13,7 @@
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
 #include "core/errors.hpp"
-#include "port/config_layout.hpp"
+#include "port/source_numbers.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -88,7 +88,7 @@ CLI::Option* EcuOptions::add(CLI::App& command) {
 }
 
 EcuProgram::EcuProgram(const EcuOptions& options, const bms::Config& bms, const master::Config& master)
-    : options_(options), inside_(bms, master) {
+    : options_(options), image_is_named_(!options.image.empty()), inside_(bms, master) {
   if (options_.count_instructions && options_.where != "qemu") {
     throw InputError("--count-instructions", "--ecu " + options_.where, "--ecu qemu",
                      "Instructions of a microcontroller are counted where one is emulated");
@@ -108,6 +108,7 @@ EcuProgram::EcuProgram(const EcuOptions& options, const bms::Config& bms, const 
     const port::Greeting& greeting = bus_->await_greeting();
     check_greeting(greeting, bms);
     own_config_ = greeting.bms_config_bytes == 0;
+    other_sources_ = greeting.node_sources != port::kNodeSources;
     if (!own_config_) bus_->configure(bytes_of(bms), bytes_of(master), port::kConfigLayout);
   } catch (const BusFailure& error) {
     throw InputError("--ecu " + options_.where, fmt::format("{} that does not start: {}", options_.image, error.what()),
@@ -137,6 +138,11 @@ void EcuProgram::check_greeting(const port::Greeting& greeting, const bms::Confi
     throw InputError(place, fmt::format("memory for {} cells", greeting.cells_max),
                      fmt::format("the {} of the car", bms.cells_in_series),
                      fmt::format("Build one: ./voltlap image --cells {}", bms.cells_in_series));
+  }
+  if (greeting.node_sources != port::kNodeSources && !image_is_named_) {
+    throw InputError(place, fmt::format("firmware of the sources {:08x}", greeting.node_sources),
+                     fmt::format("that of {:08x}, as in this program", port::kNodeSources),
+                     options_.where == "qemu" ? "Build it again: ./voltlap image" : "Build the target voltlap-firmware");
   }
   if (greeting.bms_config_bytes == 0) return;
   const bool fits = greeting.config_layout == port::kConfigLayout && greeting.bms_config_bytes == sizeof(bms::Config) &&
@@ -190,6 +196,7 @@ std::string EcuProgram::summary() const {
                         ? fmt::format("  firmware: {} on an emulated Cortex-M4 ({})", file, kBoard)
                         : fmt::format("  firmware: {} as a process of its own", file);
   out += own_config_ ? ", with the configuration it was built with\n" : "\n";
+  if (other_sources_) out += "  note: the image is of other firmware than this program's: other frames are no defect\n";
   if (a.stack_size > 0) out += fmt::format("  stack: at most {} of {} bytes\n", a.stack_used, a.stack_size);
   return out + cost_text("BMS", a.bms) + cost_text("master", a.master);
 }

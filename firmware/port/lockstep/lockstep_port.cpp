@@ -13,6 +13,7 @@ void LockstepPort::greet(void* bms, std::size_t bms_bytes, void* master, std::si
   const bool asks = bms != nullptr;
   Greeting greeting;
   greeting.config_layout = image_.config_layout;
+  greeting.node_sources = image_.node_sources;
   greeting.bms_config_bytes = asks ? static_cast<std::uint32_t>(bms_bytes) : 0;
   greeting.master_config_bytes = asks ? static_cast<std::uint32_t>(master_bytes) : 0;
   greeting.cells_max = image_.cells_max;

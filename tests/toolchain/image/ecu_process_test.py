@@ -18,7 +18,7 @@ FIRST = ("gcc -O0", "clang -O3", "gcc -O2 -m32")
 REST = ("gcc -O3", "clang -O0", "clang -O2 -m32", "gcc -O2 -fsanitize=undefined")
 FOLDERS = ("base", "codec", "bms", "master", "app", "port/lockstep")
 NINJA = """\
-flags = -std=c++17 -fno-exceptions -fno-rtti -fno-threadsafe-statics -I{root}/firmware -I{codecs} -I{config} -I{layout}
+flags = -std=c++17 -fno-exceptions -fno-rtti -fno-threadsafe-statics -I{root}/firmware -I{codecs} -I{config} -I{numbers}
 rule object
   command = {compiler} {options} $flags -MD -MF $out.d -c $in -o $out
   depfile = $out.d
@@ -50,7 +50,7 @@ def built(variant, folder):
         pytest.skip(f"{compiler} {' '.join(options)} makes no program here (Debian: apt-get install g++-multilib)")
     objects, text = [], NINJA.format(compiler=compiler, options=" ".join(options), root=ROOT,
                                      codecs=HOST / "can_dbc" / "generated", config=ROOT / "firmware" / "examples",
-                                     layout=HOST / "firmware" / "config_layout")
+                                     numbers=HOST / "firmware" / "source_numbers")
     for k, source in enumerate(sources()):
         objects.append(f"{k}.o")
         text += f"build {k}.o: object {source}\n"

@@ -89,6 +89,15 @@ def test_an_image_of_other_sources_is_refused(tmp_path, course, image_of):
     assert result.returncode == 2 and "layout" in result.stderr and "./voltlap image" in result.stderr
 
 
+def test_an_image_of_other_firmware_is_noted(tmp_path, course, image_of):
+    """The built one is refused then (`--ecu qemu` promises the same frames); a named one may be an earlier one."""
+    data = image_of("driven_by_plant").read_bytes()
+    at = data.index(b"VTL1")
+    (tmp_path / "other.elf").write_bytes(data[:at + 12] + b"\0\0\0\0" + data[at + 16:])
+    _, text = run(tmp_path, "--drive", course, "--ecu", "qemu", "--image", tmp_path / "other.elf")
+    assert "of other firmware than this program's" in text
+
+
 def test_what_is_no_image_is_refused(tmp_path, course):
     (tmp_path / "x.elf").write_text("no image")
     result = endurance("--drive", course, "--ecu", "qemu", "--image", tmp_path / "x.elf")

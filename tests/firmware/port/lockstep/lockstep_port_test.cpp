@@ -51,9 +51,9 @@ class FakeRig final : public Rig {
   bool closed = false;
 };
 
-constexpr ImageInfo kBoth{kImageMark, 144, true, true, 7, "test", "0"};
-constexpr ImageInfo kBmsAlone{kImageMark, 24, true, false, 7, "test", "0"};
-constexpr ImageInfo kMasterAlone{kImageMark, 24, false, true, 7, "test", "0"};
+constexpr ImageInfo kBoth{kImageMark, 144, true, true, 7, 8, "test", "0"};
+constexpr ImageInfo kBmsAlone{kImageMark, 24, true, false, 7, 8, "test", "0"};
+constexpr ImageInfo kMasterAlone{kImageMark, 24, false, true, 7, 8, "test", "0"};
 
 Frame frame_of(std::uint32_t id) { return {id, 2, {1, 2}}; }
 
@@ -109,6 +109,7 @@ TEST(LockstepPort, GreetsAndIsReadyBeforeTheFirstTick) {
   std::memcpy(&greeting, rig.out.data(), sizeof greeting);
   LONGS_EQUAL(kGreetingMark, greeting.mark);
   LONGS_EQUAL(7, greeting.config_layout);
+  LONGS_EQUAL(8, greeting.node_sources);
   LONGS_EQUAL(0, greeting.bms_config_bytes);
   LONGS_EQUAL(144, greeting.cells_max);
   put_sync(0);
