@@ -28,14 +28,14 @@ void start(const Config& config, Instant now, State& state) {
 }
 
 /// Nothing closed, nothing allowed, and why.
-Output refuse(Instant now) {
+Output refuse(Instant now, can::WaitsFor why) {
   Output out;
   out.now = now;
   out.state = can::BmsState::kFault;
   out.faults = bit_of(can::BmsFault::kConfigInvalid);
   out.limits.discharge.reason = can::LimitReason::kFault;
   out.limits.charge.reason = can::LimitReason::kFault;
-  out.waits_for = can::WaitsFor::kConfiguration;
+  out.waits_for = why;
   return out;
 }
 
@@ -138,7 +138,8 @@ Output report(const Config& config, Instant now, const State& state) {
 
 Output step(const Config& config, const Input& input, State& state) {
   if (!state.started) start(config, input.now, state);
-  if (!state.config_ok) return refuse(input.now);
+  if (!state.config_ok) return refuse(input.now, can::WaitsFor::kConfiguration);
+  if (state.self_test != can::WaitsFor::kNone) return refuse(input.now, state.self_test);  // BMS-090
   const Duration elapsed = max(input.now - state.last, Duration{});
   const bool slow = state.steps % kSlowSteps == 0;
 

@@ -150,6 +150,7 @@ struct State {
   // bms_step
   bool started = false;
   bool config_ok = false;
+  can::WaitsFor self_test = can::WaitsFor::kNone;  ///< what failed at power-on; written before the first step alone
   std::uint32_t steps = 0;
   Instant start{};
   Instant last{};

@@ -25,10 +25,13 @@ void BothNodes::step() {
   const Instant now = board_.clock.now();
   Frame* const off_bus = frames_ + master_tx_.size();
   append(master_tx_, frames_);
-  const std::size_t count = board_.can.receive(off_bus, kInbox);
+  std::size_t count = board_.can.receive(off_bus, kInbox);
+  count += cells_.take(now, off_bus + count);
 
   bms_tx_.clear();
   bms_.tick(now, {frames_, master_tx_.size() + count}, bms_tx_);
+  cells_.bleed(bms_.output());
+  diagnosis_.tick(now, {off_bus, count}, bms_, bms_tx_);
   static_cast<void>(board_.can.send(bms_tx_));  // frames that are lost grow old at their receivers
 
   append(bms_tx_, off_bus + count);

@@ -4,7 +4,9 @@
 #pragma once
 #include "app/bms_node.hpp"
 #include "app/master_node.hpp"
+#include "examples/bms_diagnosis.hpp"
 #include "examples/bms_memory.hpp"
+#include "examples/own_cells.hpp"
 #include "examples/tick.hpp"
 #include "port/board.hpp"
 
@@ -13,7 +15,9 @@ namespace voltlap::examples {
 class BothNodes {
  public:
   BothNodes(const port::Board& board, app::BmsNode& bms, app::MasterNode& master)
-      : board_(board), bms_(bms), master_(master), memory_(board.nvm) {}
+      : board_(board), bms_(bms), master_(master), memory_(board.nvm),
+        cells_(board.cells, bms.config()),
+        diagnosis_(board.restart) {}
 
   [[noreturn]] void run();
 
@@ -24,9 +28,11 @@ class BothNodes {
   app::BmsNode& bms_;
   app::MasterNode& master_;
   BmsMemory memory_;
-  /// What the master sent in the tick before, the frames off the bus, what the BMS sends now: in this order, so that
-  /// each node's frames lie together.
-  Frame frames_[2 * TxQueue::kCapacity + kInbox] = {};
+  OwnCells cells_;
+  BmsDiagnosis diagnosis_;
+  /// What the master sent in the tick before, the frames off the bus and of the board's own cells, what the BMS sends
+  /// now: in this order, so that each node's frames lie together.
+  Frame frames_[2 * TxQueue::kCapacity + kInbox + OwnCells::kFramesMax] = {};
   TxQueue bms_tx_, master_tx_;
 };
 

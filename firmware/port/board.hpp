@@ -2,9 +2,11 @@
 // A board as an image sees it: all of its seams. Each board's port defines start_board(); an image is linked with one.
 #pragma once
 #include "port/can.hpp"
+#include "port/cells.hpp"
 #include "port/clock.hpp"
 #include "port/gpio.hpp"
 #include "port/nvm.hpp"
+#include "port/restart.hpp"
 #include "port/watchdog.hpp"
 
 namespace voltlap::port {
@@ -15,6 +17,8 @@ struct Board {
   Gpio& gpio;
   Nvm& nvm;
   Watchdog& watchdog;
+  Cells* cells = nullptr;  ///< of a board that measures them itself; else monitors on the bus do
+  Restart* restart = nullptr;  ///< of a board that a tester may start anew
 };
 
 /// Brings clocks, pins and bus up; once, first thing in main(). The memory is not prepared and the watchdog sleeps.

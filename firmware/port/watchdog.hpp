@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seam to the watchdog: a counter with a clock of its own that resets the board when it is not fed. Outputs fall off
-// with the reset, and the contactors open.
+// The seam to the watchdog: a counter with a clock of its own that resets the board when it is not fed. Outputs fall
+// off with the reset, and the contactors open.
 #pragma once
 #include "base/time.hpp"
 

@@ -15,7 +15,7 @@ try:
 except ModuleNotFoundError:  # Python before 3.11
     import tomli as tomllib  # type: ignore[no-redef,import-not-found,unused-ignore]
 
-ID = re.compile(r"(?:BMS|MST)-\d{3}")
+ID = re.compile(r"(?:BMS|MST|DIA)-\d{3}")
 
 
 @dataclass(frozen=True)

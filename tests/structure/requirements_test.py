@@ -9,7 +9,7 @@ except ModuleNotFoundError:  # Python before 3.11
     import tomli as tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-ID = re.compile(r"\b(?:BMS|MST)-\d{3}\b")
+ID = re.compile(r"\b(?:BMS|MST|DIA)-\d{3}\b")
 SOURCES = (".hpp", ".cpp")
 
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A BMS on a board of its own. pack_config.hpp is yours: ./voltlap firmware-tables CELL --vehicle CAR --out FILE.
 #include "app/bms_node.hpp"
+#include "examples/bms_diagnosis.hpp"
 #include "examples/bms_memory.hpp"
+#include "examples/own_cells.hpp"
 #include "examples/tick.hpp"
 #include "pack_config.hpp"
 #include "port/board.hpp"
+#include "port/cortex_m/memory_test.hpp"
 
 using namespace voltlap;
 
@@ -21,20 +24,28 @@ void drive_pins(const bms::Output& output, port::Gpio& gpio) {
 }  // namespace
 
 int main() {
+  const bool memory_good = port::memory_is_good();
   const port::Board board = port::start_board();
   static app::BmsNode node(bms::kPackConfig);
   static examples::BmsMemory memory(board.nvm);
-  static Frame inbox[examples::kInbox];
+  static examples::OwnCells cells(board.cells, bms::kPackConfig);
+  static examples::BmsDiagnosis diagnosis(board.restart);
+  static Frame inbox[examples::kInbox + examples::OwnCells::kFramesMax];
   static TxQueue tx;
 
   memory.restore(node);
+  if (!memory_good) node.refuse(can::WaitsFor::kSelfTestMemory);
   static_cast<void>(board.watchdog.start(examples::kWatchdogTime));
   for (Instant at = board.clock.now();; at = at + examples::kTick) {
     board.clock.sleep_until(at);
-    const std::size_t count = board.can.receive(inbox, examples::kInbox);
+    const Instant now = board.clock.now();
+    std::size_t count = board.can.receive(inbox, examples::kInbox);
+    count += cells.take(now, inbox + count);
     tx.clear();
-    node.tick(board.clock.now(), {inbox, count}, tx);
+    node.tick(now, {inbox, count}, tx);
     drive_pins(node.output(), board.gpio);
+    cells.bleed(node.output());
+    diagnosis.tick(now, {inbox, count}, node, tx);
     static_cast<void>(board.can.send(tx));  // frames that are lost grow old at their receivers
     memory.keep(node);
     board.watchdog.feed();

@@ -3,12 +3,15 @@
 #include "examples/both_loop.hpp"
 #include "master_config.hpp"
 #include "pack_config.hpp"
+#include "port/cortex_m/memory_test.hpp"
 
 using namespace voltlap;
 
 int main() {
+  const bool memory_good = port::memory_is_good();
   const port::Board board = port::start_board();
   static app::BmsNode bms(bms::kPackConfig);
+  if (!memory_good) bms.refuse(can::WaitsFor::kSelfTestMemory);
   static app::MasterNode master(master::kMasterConfig);
   static examples::BothNodes nodes(board, bms, master);
   nodes.run();

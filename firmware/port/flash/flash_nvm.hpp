@@ -6,10 +6,10 @@
 //   area   head 16 B | kTripEntries x trip entry 32 B | as many entries of the state of charge as there is room for
 //   entry  mark, record and slot, length (4 B) | bytes, padded with 0xFF | CRC-32 over all before it
 //
-// Only prepare() erases. It copies what counts into the other area, whose head is written last: until that is whole, the
-// area before it counts. Entries are never written over. The one behind the last may have been begun and cut off, and read
-// as blank all the same: the first write of a start makes it a broken one with zeros, which every flash takes at any time
-// (RM0440 3.3.7), and goes behind it.
+// Only prepare() erases. It copies what counts into the other area, whose head is written last: until that is whole,
+// the area before it counts. Entries are never written over. The one behind the last may have been begun and cut off,
+// and read as blank all the same: the first write of a start makes it a broken one with zeros, which every flash
+// takes at any time (RM0440 3.3.7), and goes behind it.
 #pragma once
 #include "port/flash/flash.hpp"
 #include "port/nvm.hpp"
@@ -30,14 +30,14 @@ class FlashNvm final : public Nvm {
   static constexpr std::size_t kTripEntries = 64;
   static constexpr std::size_t kUnitsPerStep = 16;  ///< 0.26 ms of an STM32F4, 1.3 ms of an STM32G4
 
-  /// `soc_ahead`: prepare() sees to it that so many records of the state of charge fit until the next one, or as many as
-  /// an area holds. An endurance writes some 150.
+  /// `soc_ahead`: prepare() sees to it that so many records of the state of charge fit until the next one, or as many
+  /// as an area holds. An endurance writes some 150.
   FlashNvm(Flash& flash, std::size_t soc_ahead) : flash_(flash), soc_ahead_(soc_ahead) {}
 
   bool prepare() override;
   void read(NvmRecord record, std::size_t slot, std::uint8_t* bytes, std::size_t count) override;
-  /// When the last entry for the state of charge is reached, what stands in the memory is voided: an old charge is worse
-  /// than none.
+  /// When the last entry for the state of charge is reached, what stands in the memory is voided: an old charge is
+  /// worse than none.
   NvmResult write(NvmRecord record, std::size_t slot, const std::uint8_t* bytes, std::size_t count) override;
   NvmResult step() override;
 

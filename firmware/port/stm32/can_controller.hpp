@@ -2,10 +2,10 @@
 // What the drivers of both controllers, bxCAN and FDCAN, share: errors, counts, and the rings between a node's tick and
 // the interrupts.
 //
-// Why interrupts: both controllers hold three received frames. At 500 kbit/s three frames of 8 bytes take 0.67 ms and a
-// tick 10 ms, so polling once a tick would lose most of them, and polling in between would have to be spread over all
-// of the node's step. An interrupt takes at most kFramesPerInterrupt frames; its time is bounded by the bus itself, which
-// brings one frame in 94 us at best (0 bytes, 47 bits).
+// Why interrupts: both controllers hold three received frames. At 500 kbit/s three frames of 8 bytes take 0.67 ms and
+// a tick 10 ms, so polling once a tick would lose most of them, and polling in between would have to be spread over
+// all of the node's step. An interrupt takes at most kFramesPerInterrupt frames; its time is bounded by the bus
+// itself, which brings one frame in 94 us at best (0 bytes, 47 bits).
 #pragma once
 #include <cstddef>
 #include <cstdint>

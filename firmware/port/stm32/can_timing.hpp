@@ -27,8 +27,8 @@ inline constexpr std::uint32_t kQuantaMin = 8, kQuantaMax = 25;            // of
 inline constexpr std::uint32_t kSamplePoint_permille = 875;                // CiA 301, for all rates up to 1 Mbit/s
 inline constexpr std::uint32_t kSamplePointMiss_permille = 50;             // further off is refused
 
-/// The timing whose bit rate is exact and whose sample point is nearest to the one asked for; of equals the one with the
-/// most quanta. prescaler 0 when the clock cannot make that bit rate, or only with a sample point more than
+/// The timing whose bit rate is exact and whose sample point is nearest to the one asked for; of equals the one with
+/// the most quanta. prescaler 0 when the clock cannot make that bit rate, or only with a sample point more than
 /// kSamplePointMiss_permille away.
 [[nodiscard]] constexpr CanTiming can_timing(std::uint32_t clock_hz, std::uint32_t bit_rate, CanTimingLimits limits,
                                              std::uint32_t sample_point_permille = kSamplePoint_permille) {

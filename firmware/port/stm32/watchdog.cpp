@@ -31,6 +31,7 @@ Duration Iwdg::earliest_bite(Duration timeout) const {
       static_cast<std::int32_t>(std::uint64_t{c.counts} * 1000U * divider(c.prescaler_code) / lsi_.fastest_hz));
 }
 
+// DIA-004
 bool Iwdg::start(Duration timeout) {
   const Counts c = counts_for(timeout);
   if (c.counts == 0) return false;

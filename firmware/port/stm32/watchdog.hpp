@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The independent watchdog (IWDG) of the STM32: RM0090 chapter 21, RM0440 "Independent watchdog (IWDG)". It counts an RC oscillator of its
-// own (LSI), so it bites when the main clock stops, too.
+// The independent watchdog (IWDG) of the STM32: RM0090 chapter 21, RM0440 "Independent watchdog (IWDG)". It counts an
+// RC oscillator of its own (LSI), so it bites when the main clock stops, too.
 #pragma once
 #include "port/stm32/register.hpp"
 #include "port/watchdog.hpp"

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A board with an STM32F407xG, an 8 MHz crystal and a transceiver at CAN1 (PD0, PD1): a Discovery kit with one fits. What
-// is behind which pin is the table below; another board is another table.
+// A board with an STM32F407xG, an 8 MHz crystal and a transceiver at CAN1 (PD0, PD1): a Discovery kit with one fits.
+// What is behind which pin is the table below; another board is another table.
 #include "port/board.hpp"
 
+#include "base/boot_request.hpp"
+#include "base/diagnostic_address.hpp"
 #include "base/require.hpp"
 #include "port/flash/flash_nvm.hpp"
 #include "port/image_info.hpp"
@@ -36,12 +38,14 @@ stm32::GpioRegisters& gpio_e() { return at<stm32::GpioRegisters>(0x4002'1000U); 
 stm32::SysTickRegisters& systick() { return at<stm32::SysTickRegisters>(0xE000'E010U); }
 Register& nvic_iser0() { return at<Register>(0xE000'E100U); }
 Register& scb_vtor() { return at<Register>(0xE000'ED08U); }
+Register& scb_aircr() { return at<Register>(0xE000'ED0CU); }
 
 constexpr std::uint32_t kGpioDClock = 1U << 3, kGpioEClock = 1U << 4, kCan1Clock = 1U << 25;
 constexpr std::uint32_t kCan1Interrupts = 1U << 19 | 1U << 20 | 1U << 21;  // TX, RX0, RX1: RM0090 table 61
 constexpr std::uint32_t kAlternate = 2, kAlternateCan1 = 9, kRemoveFlags = 1U << 24;
 constexpr std::size_t kCan1Banks = 14;  // as CAN2SB has it from reset
 constexpr std::size_t kSectorBytes = 128 * 1024, kSectorsPerArea = 2;
+constexpr std::uint32_t kSystemReset = 0x05FA'0004U;  // ARMv7-M B3.2.6: the key, SYSRESETREQ
 constexpr std::size_t kSocAhead = 160;  // an endurance writes some 150
 
 stm32::Pins pins() {
@@ -88,13 +92,48 @@ constexpr Vectors make_vectors() {
 }
 alignas(512) const Vectors kBoardVectors = make_vectors();  // 38 words: the next power of two is 256 bytes
 
+/// The rows of a table, and a tester's questions to the BMS.
+template <std::size_t N>
+struct Heard {
+  can::MessageRow row[N + 1];
+};
+template <std::size_t N>
+constexpr Heard<N> heard(const can::MessageRow (&rows)[N]) {
+  Heard<N> out{};
+  for (std::size_t i = 0; i < N; ++i) out.row[i] = rows[i];
+  out.row[N].id = diagnostic_id(kBmsAddress, kTesterAddress);
+  return out;
+}
+constexpr auto kHeardByBms = heard(can::kBmsRx);
+constexpr auto kHeardByBoth = heard(can::kMessages);
+
+template <std::size_t N>
+constexpr std::size_t count_of(const can::MessageRow (&)[N]) {
+  return N;
+}
+
 /// What the nodes of this image listen to.
 stm32::CanError join_bus(stm32f4::BxCan& bus) {
   const stm32f4::BxCan::Config config{stm32f4::kApb1_hz, can::kBitRate, stm32::kSamplePoint_permille, 0, kCan1Banks};
-  if (!kImageInfo.has_master) return bus.init(config, can::kBmsRx, sizeof can::kBmsRx / sizeof can::kBmsRx[0]);
-  if (!kImageInfo.has_bms) return bus.init(config, can::kMasterRx, sizeof can::kMasterRx / sizeof can::kMasterRx[0]);
-  return bus.init(config, can::kMessages, sizeof can::kMessages / sizeof can::kMessages[0]);
+  if (!kImageInfo.has_bms) return bus.init(config, can::kMasterRx, count_of(can::kMasterRx));
+  if (!kImageInfo.has_master) return bus.init(config, kHeardByBms.row, count_of(kHeardByBms.row));
+  return bus.init(config, kHeardByBoth.row, count_of(kHeardByBoth.row));
 }
+
+__attribute__((section(".noinit"))) BootRequest the_boot_request;
+
+void open_relays() { gpio_e().bsrr.write(0x1FU << (16 + 8)); }
+
+class ProcessorReset final : public Restart {
+ public:
+  void restart(bool into_boot_loader) override {
+    open_relays();
+    if (into_boot_loader) the_boot_request.ask();
+    scb_aircr().write(kSystemReset);
+    for (;;) {
+    }
+  }
+};
 
 [[noreturn]] void refuse() { board_fault(0); }
 
@@ -116,11 +155,12 @@ Board start_board() {
   const stm32::CanError error = join_bus(bus);
   if (error != stm32::CanError::kNone && error != stm32::CanError::kNotOnBus) refuse();
   nvic_iser0().write(kCan1Interrupts);
-  static stm32f4::SectorFlash flash(flash_registers(), {8, &at<Register>(0x0808'0000U)}, {10, &at<Register>(0x080C'0000U)},
-                                    kSectorsPerArea, kSectorBytes);
+  static stm32f4::SectorFlash flash(flash_registers(), {8, &at<Register>(0x0808'0000U)},
+                                    {10, &at<Register>(0x080C'0000U)}, kSectorsPerArea, kSectorBytes);
   static FlashNvm nvm(flash, kSocAhead);
+  static ProcessorReset restart;
   static stm32::Iwdg watchdog(iwdg(), rcc().csr, kRemoveFlags, stm32::kLsiStm32f4);
-  return {bus, clock, gpio, nvm, watchdog};
+  return {bus, clock, gpio, nvm, watchdog, nullptr, &restart};
 }
 
 }  // namespace voltlap::port
@@ -134,8 +174,7 @@ void require_failed(const char* /*condition*/, const char* /*file*/, int /*line*
 /// Relays open, and the node falls silent: every receiver opens or disables by timeout. The watchdog, where it runs,
 /// starts the board anew.
 extern "C" void board_fault(std::uint32_t /*number*/) {
-  using namespace voltlap::port;
-  gpio_e().bsrr.write(0x1FU << (16 + 8));
+  voltlap::port::open_relays();
   for (;;) {
   }
 }

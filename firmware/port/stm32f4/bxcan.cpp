@@ -95,7 +95,10 @@ bool add_rows(Banks& banks, const can::MessageRow* rows, std::size_t count) {
     const std::uint32_t id = rows[at].id;
     const std::size_t block = is_extended(id) ? 1 : block_at(rows, count, at);
     const bool masked = block >= kBlockMin;
-    if (!(is_extended(id) ? banks.add_long(id) : masked ? banks.add_block(id, block) : banks.add_short(id))) return false;
+    const bool room = is_extended(id) ? banks.add_long(id)
+                      : masked        ? banks.add_block(id, block)
+                                      : banks.add_short(id);
+    if (!room) return false;
     at += masked ? block : 1;
   }
   return banks.finish();

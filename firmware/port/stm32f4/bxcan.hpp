@@ -26,14 +26,15 @@ class BxCan final : public Can {
   /// `filters` is the block of CAN1, which holds the filter banks of CAN2 as well.
   BxCan(BxCanRegisters& registers, BxCanRegisters& filters) : regs_(registers), filters_(filters) {}
 
-  /// Bit timing, filters for exactly the identifiers of `rows` (sorted), and onto the bus. Waits at most 3 hand-shakes
-  /// (register.hpp). On kNotOnBus it is complete but for the bus itself; on any other error nothing is sent or received.
+  /// Bit timing, filters for exactly the identifiers of `rows` (sorted), and onto the bus. Waits at most 3
+  /// hand-shakes (register.hpp). On kNotOnBus it is complete but for the bus itself; on any other error nothing is
+  /// sent or received.
   [[nodiscard]] CanError init(const Config& config, const can::MessageRow* rows, std::size_t count);
 
   std::size_t receive(Frame* frames, std::size_t capacity) override;
-  /// Never waits. A step begins with receive(), and may send more than once, for more than one node. What is left of the
-  /// step before is dropped first: a frame older than a step must not pass for a fresh one when the bus comes back.
-  /// False when some frame was dropped, now or of the step before.
+  /// Never waits. A step begins with receive(), and may send more than once, for more than one node. What is left of
+  /// the step before is dropped first: a frame older than a step must not pass for a fresh one when the bus comes
+  /// back. False when some frame was dropped, now or of the step before.
   bool send(const TxQueue& frames) override;
 
   void on_receive_interrupt();  ///< CANx_RX0 and CANx_RX1

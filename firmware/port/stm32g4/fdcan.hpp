@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bus behind an FDCAN of the STM32G4 in classic mode (RM0440 chapter 44). Pins, the kernel clock and the vector table
-// are the board's; the interrupt FDCANx_IT0 calls on_interrupt.
+// The bus behind an FDCAN of the STM32G4 in classic mode (RM0440 chapter 44). Pins, the kernel clock and the vector
+// table are the board's; the interrupt FDCANx_IT0 calls on_interrupt.
 #pragma once
 #include "can_dbc/tables.hpp"
 #include "port/can.hpp"

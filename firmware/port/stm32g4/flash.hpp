@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages of the STM32G4's flash as two areas (RM0440 chapter 3, category 3 devices), programmed by double words. On parts with two banks the
-// areas lie in bank 2 and code runs on from bank 1 while they are written; 22 ms a page, 82 us a double word (DS12288).
+// Pages of the STM32G4's flash as two areas (RM0440 chapter 3, category 3 devices), programmed by double words. On
+// parts with two banks the areas lie in bank 2 and code runs on from bank 1 while they are written; 22 ms a page, 82
+// us a double word (DS12288).
 //
-// A double word carries ECC. One that was cut off may be beyond mending: reading it sets ECCR.ECCD, which raises the NMI
-// until it is cleared. NMI_Handler calls on_nmi and returns.
+// A double word carries ECC. One that was cut off may be beyond mending: reading it sets ECCR.ECCD, which raises the
+// NMI until it is cleared. NMI_Handler calls on_nmi and returns.
 #pragma once
 #include "port/flash/flash.hpp"
 #include "port/stm32/register.hpp"

@@ -45,3 +45,22 @@ TEST(BmsNode, QueueIsAddedTo) {
   node.tick(Instant{}, FrameView{}, tx);
   CHECK(tx.size() >= 6);
 }
+
+// BMS-090
+TEST(BmsNode, ABoardThatFailedItsSelfTestClosesNothingAndSaysWhyWhateverIsAskedOfIt) {
+  bms::test::Bench bench;
+  node.refuse(can::WaitsFor::kSelfTestMemory);
+  for (int tick = 0; tick < 500; ++tick) {
+    bench.request(tick > 100);
+    bench.master.reset_request = tick / 50 % 2 == 1;
+    const Instant now = bench.now();
+    bench.tick();
+    tx.clear();
+    node.tick(now, bench.sent(), tx);
+    CHECK(bms::test::all_open(node.output()));
+    CHECK(node.output().waits_for == can::WaitsFor::kSelfTestMemory);
+    CHECK(node.output().state == can::BmsState::kFault);
+    LONGS_EQUAL(0, node.output().limits.discharge.value.raw());
+    LONGS_EQUAL(0, node.output().limits.charge.value.raw());
+  }
+}

@@ -24,7 +24,7 @@ using test::FakeFlash;
 namespace {
 
 constexpr std::size_t kArea = 64 * 1024;
-constexpr std::size_t kAhead = 35;  // records of charge that a drive of this test writes: every start but the first moves
+constexpr std::size_t kAhead = 35;  // records of charge that a drive writes: every start but the first moves
 constexpr std::uint64_t kSeed = 20'161;
 
 struct Counts {

@@ -172,7 +172,7 @@ TEST(BxCan, TwentyFourFramesGoOutInTheOrderOfTheQueueThroughThreeMailboxes) {
 TEST(BxCan, WhatIsOlderThanAStepNeverGoesOut) {
   start();
   CHECK(can.send(queue_of(std::array<std::uint32_t, 5>{0x10, 0x11, 0x12, 0x13, 0x14})));
-  check_same(frame_of(0x10, 0), *fake.transmit_one());  // the bus carries one and is then taken for the rest of the step
+  check_same(frame_of(0x10, 0), *fake.transmit_one());  // the bus carries one, and is taken then
   CHECK(!next_step(queue_of(std::array<std::uint32_t, 2>{0x20, 0x21})));
   const auto out = run_bus();
   LONGS_EQUAL(2, out.size());

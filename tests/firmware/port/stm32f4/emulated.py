@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """An image on an emulated STM32F407 with its bxCAN (the package labwired): frames in, frames out, tick by tick.
 
-What the emulator has: the core, the interrupt controller, SysTick, clocks, pins and the bxCAN's hand-shakes, bit timing,
-filter banks, FIFOs and mailboxes, each of which sends at once. What its bxCAN 0.25.0 lacks is done here, and only this:
+What the emulator has: the core, the interrupt controller, SysTick, clocks, pins and the bxCAN's hand-shakes, bit
+timing, filter banks, FIFO 0 and mailboxes, each of which sends at once. What its bxCAN 0.25.0 lacks is done here, and
+only this:
 
 - it raises no interrupt: the lines of CAN1_TX and CAN1_RX0 are pulled here, by the interrupt controller's pending
   register, whenever the registers say that they would be (RM0090 32.8)
@@ -47,7 +48,7 @@ class Board:
     def __init__(self, labwired, elf, folder):
         configs = pathlib.Path(labwired.__file__).parent / "configs"
         self.sim = labwired.Sim(elf, system=system_file(configs, folder))
-        for _ in range(500):
+        for _ in range(20_000):  # the march through memory comes first
             if self.sim.read_u32(IER) != 0:
                 break
             self.sim.run_for("20us")

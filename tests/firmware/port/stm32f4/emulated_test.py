@@ -11,7 +11,7 @@ import subprocess
 import pytest
 
 labwired = pytest.importorskip(
-    "labwired", reason="the package labwired is not installed: toolchain/requirements/test.txt has it for x86-64 and ARM64")
+    "labwired", reason="the package labwired is not installed (toolchain/requirements/test.txt: x86-64, ARM64)")
 from emulated import EXTENDED, Board  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
@@ -81,5 +81,5 @@ def test_what_no_filter_names_is_not_received(board):
         with pytest.raises(ValueError, match="filter"):
             board.receive(can_id, bytes(8))
     board.receive(0x0B0, bytes(8))
-    with pytest.raises(ValueError, match="FIFO1, which is not modeled"):  # its filter takes it; the emulator then cannot
+    with pytest.raises(ValueError, match="FIFO1, which is not modeled"):  # behind its filter
         board.receive(EXTENDED | 0x18FF50E5, bytes(8))

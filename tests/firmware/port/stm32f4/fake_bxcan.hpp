@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bxCAN as RM0090 chapter 32 describes it: hand-shakes, write-1-to-clear and read-only bits, three mailboxes with both
-// orders, filter banks, two FIFOs of three, bus-off. Nothing here is taken from the driver but the layout of the block.
+// The bxCAN as RM0090 chapter 32 describes it: hand-shakes, write-1-to-clear and read-only bits, three mailboxes with
+// both orders, filter banks, two FIFOs of three, bus-off. Nothing here is taken from the driver but the layout of the
+// block.
 #pragma once
 #include <array>
 #include <deque>

@@ -130,7 +130,9 @@ TEST(SectorFlash, AWordIsProgrammedWhereItBelongsAndReadsBack) {
 }
 
 TEST(SectorFlash, ErasingTakesAllSectorsOfTheAreaAndForgetsWhatWasCached) {
-  for (std::size_t at = 0; at < flash.area_bytes(); at += 4) CHECK(flash.program(0, at, unit) && flash.program(1, at, unit));
+  for (std::size_t at = 0; at < flash.area_bytes(); at += 4) {
+    CHECK(flash.program(0, at, unit) && flash.program(1, at, unit));
+  }
   CHECK(flash.erase(1));
   LONGS_EQUAL(11, fake.erased);
   for (std::size_t i = 0; i < memory.words.size(); ++i) {

@@ -32,7 +32,8 @@ std::uint32_t FakeFdCan::read(std::size_t offset) {
     case 0x090:
     case 0x098: {
       const Fifo& f = fifo_[(offset - 0x090) / 8];
-      return f.fill | f.get << 8 | (f.get + f.fill) % 3 << 16 | (f.fill == 3 ? 1U << 24 : 0U) | (f.lost ? 1U << 25 : 0U);
+      const std::uint32_t full = f.fill == 3 ? 1U << 24 : 0U, lost = f.lost ? 1U << 25 : 0U;
+      return f.fill | f.get << 8 | (f.get + f.fill) % 3 << 16 | full | lost;
     }
     case 0x0C0: return txbc_;
     case 0x0C4: return get_ << 8 | put_ << 16 | ((pending_ >> put_ & 1U) != 0 ? txfqs::kFull : 0U);

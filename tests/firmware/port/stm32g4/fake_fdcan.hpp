@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One FDCAN of the STM32G4 in classic mode as RM0440 chapter 44 describes it: INIT and CCE with their protection, filters
-// in the message RAM, two FIFOs of three with get index and acknowledge, transmit FIFO or queue, interrupts cleared by
-// ones, bus-off that sets INIT.
+// One FDCAN of the STM32G4 in classic mode as RM0440 chapter 44 describes it: INIT and CCE with their protection,
+// filters in the message RAM, two FIFOs of three with get index and acknowledge, transmit FIFO or queue, interrupts
+// cleared by ones, bus-off that sets INIT.
 #pragma once
 #include <optional>
 

@@ -18,8 +18,8 @@ constexpr std::size_t kPageBytes = 256, kPages = 2;
 constexpr std::uint32_t kLock = 1U << 31, kBsy = 1U << 16, kPgserr = 1U << 7, kProgerr = 1U << 3, kWrperr = 1U << 4;
 constexpr std::uint32_t kEccd = 1U << 31;
 
-/// RM0440 chapter 3: a double word at once, low word first, onto blank cells only (or all zeros); errors stand until they
-/// are cleared by ones and block what follows; reading what ECC cannot mend sets ECCD, which ones clear.
+/// RM0440 chapter 3: a double word at once, low word first, onto blank cells only (or all zeros); errors stand until
+/// they are cleared by ones and block what follows; reading what ECC cannot mend sets ECCD, which ones clear.
 class FakeFlash final : public Model {
  public:
   FlashRegisters block{};
@@ -139,7 +139,9 @@ TEST(PageFlash, ADoubleWordIsProgrammedWhereItBelongsAndReadsBack) {
 }
 
 TEST(PageFlash, ErasingTakesAllPagesOfTheAreaInItsBank) {
-  for (std::size_t at = 0; at < flash.area_bytes(); at += 8) CHECK(flash.program(0, at, unit) && flash.program(1, at, unit));
+  for (std::size_t at = 0; at < flash.area_bytes(); at += 8) {
+    CHECK(flash.program(0, at, unit) && flash.program(1, at, unit));
+  }
   CHECK(flash.erase(1));
   LONGS_EQUAL(128 + 7, fake.erased);
   for (std::size_t i = 0; i < memory.words.size(); ++i) {

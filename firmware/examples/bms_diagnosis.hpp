@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// A tester's questions to the BMS of a board, answered behind its own frames; and the restart that one may ask for.
+#pragma once
+#include "app/bms_node.hpp"
+#include "app/uds_server.hpp"
+#include "base/diagnostic_address.hpp"
+#include "port/image_info.hpp"
+#include "port/restart.hpp"
+
+namespace voltlap::examples {
+
+class BmsDiagnosis {
+ public:
+  /// `restart` nullptr: the board cannot; a tester is refused.
+  explicit BmsDiagnosis(port::Restart* restart)
+      : restart_(restart), server_(kBmsAddress, {port::kImageInfo.version, port::kImageInfo.name}) {}
+
+  /// After the node's tick. Adds at most two frames; returns only where the board has not been restarted.
+  void tick(Instant now, FrameView rx, const app::BmsNode& node, TxQueue& tx) {
+    const bms::Output& out = node.output();
+    const bool rests = out.state == can::BmsState::kIdle || out.state == can::BmsState::kFault ||
+                       out.state == can::BmsState::kInvalid || out.state == can::BmsState::kOpen;
+    const bool open = rests && !bms::commanded(out.contactors);
+    server_.tick(now, rx, {out.faults, node.state().faults.latched, restart_ != nullptr && open}, tx);
+    const app::UdsRestart asked = server_.restart();
+    if (asked != app::UdsRestart::kNone) restart_->restart(asked == app::UdsRestart::kBootLoader);
+  }
+
+ private:
+  port::Restart* restart_;
+  app::UdsServer server_;
+};
+
+}  // namespace voltlap::examples
