@@ -14,7 +14,7 @@ CELLS_MOST = 144
 EXAMPLES = ("bms_node", "master_node", "both_nodes", "driven_by_plant")
 STEP = re.compile(r"^\[(\d+)/(\d+)\]")
 STEPS_SHOWN = 20   # where no terminal is
-FLASH_SECTIONS, RAM_SECTIONS = (".vectors", ".text", ".data"), (".data", ".bss")
+FLASH_SECTIONS, RAM_SECTIONS = (".vectors", ".text", ".rodata", ".data"), (".data", ".bss")
 EXIT_MISSING, EXIT_BUILD = 4, 5
 
 
