@@ -123,7 +123,8 @@ void FdCan::on_interrupt() {
   if ((flags & ir::kRf1l) != 0) ++counts_.overruns;
   take_from_fifo(0);
   take_from_fifo(1);
-  if ((flags & kSending) != 0) fill_buffers();
+  // While send() has them off it fills the buffers itself, and only reception may come in between.
+  if ((flags & regs_.ie.read() & kSending) != 0) fill_buffers();
 }
 
 /// With the interrupts of sending off. True when nothing had to be dropped.

@@ -174,6 +174,25 @@ TEST(FlashNvm, AMemoryThatIsTooSmallOrDeadIsRefused) {
   CHECK(blank(read_trip(nvm, 0)));
 }
 
+TEST(FlashNvm, AFlashThatCanNoLongerBeErasedIsReadAndWrittenWhileItLasts) {
+  FakeFlash flash(4, kArea, false);
+  {
+    FlashNvm nvm(flash, 4);
+    CHECK(nvm.prepare());
+    CHECK(write(nvm, 0, trip(7)) == NvmResult::kOk);
+    for (std::uint8_t i = 5; i <= 7; ++i) CHECK(write_whole(nvm, 1, soc(i)) == NvmResult::kOk);
+  }
+  flash.dead = true;
+  FlashNvm again(flash, 1000);  // it wants to move, and cannot
+  CHECK(again.prepare());
+  CHECK(trip(7) == read_trip(again, 0) && soc(7) == read_soc(again, 1));
+  CHECK(again.counts().failed == 1 && again.counts().moved == 0);
+  flash.dead = false;
+  CHECK(write(again, 1, trip(8)) == NvmResult::kOk);
+  CHECK(trip(8) == read_trip(again, 1) && trip(7) == read_trip(again, 0));
+  CHECK(!flash.programmed_twice);
+}
+
 TEST(FlashNvm, WhatDoesNotFitIsRefused) {
   FakeFlash flash(4, kArea, false);
   FlashNvm nvm(flash, 1);

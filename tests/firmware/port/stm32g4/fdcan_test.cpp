@@ -234,3 +234,15 @@ TEST(FdCan, TwoNodesOnOneBoardSendInOneStep) {
   LONGS_EQUAL(2 * TxQueue::kCapacity, run_bus().size());
   LONGS_EQUAL(0, can.counts().dropped);
 }
+
+TEST(FdCan, ReceptionInTheMidstOfASendLeavesTheFramesOfThatAlone) {
+  start();
+  CHECK(can.send(queue_of(std::array<std::uint32_t, 5>{0x10, 0x11, 0x12, 0x13, 0x14})));
+  CHECK(fake.transmit_one().has_value());  // a buffer is free, and the interrupt of that is pending
+  const std::uint32_t sending = ir::kTc | ir::kTcf;
+  fake.block.ie.clear(sending);  // as send() does
+  arrive(frame_of(0x0B0));
+  UNSIGNED_LONGS_EQUAL(3, can.counts().sent);
+  fake.block.ie.set(sending);
+  LONGS_EQUAL(1, received().size());
+}
