@@ -92,8 +92,8 @@ def functions(elf, prefix="arm-none-eabi-"):
 
 def words(elf, prefix="arm-none-eabi-"):
     """Every aligned word of the loaded sections."""
-    text = subprocess.run([prefix + "objdump", "-s", "-j", ".vectors", "-j", ".text", "-j", ".rodata", "-j", ".data", str(elf)],
-                          capture_output=True, text=True).stdout
+    sections = [word for name in (".vectors", ".text", ".rodata", ".data") for word in ("-j", name)]
+    text = subprocess.run([prefix + "objdump", "-s", *sections, str(elf)], capture_output=True, text=True).stdout
     found = set()
     for row in re.findall(r"^ [0-9a-f]+ ((?:[0-9a-f]{2,8} ){1,4})", text, re.MULTILINE):
         for word in row.split():

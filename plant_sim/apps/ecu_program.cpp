@@ -142,7 +142,8 @@ void EcuProgram::check_greeting(const port::Greeting& greeting, const bms::Confi
   if (greeting.node_sources != port::kNodeSources && !image_is_named_) {
     throw InputError(place, fmt::format("firmware of the sources {:08x}", greeting.node_sources),
                      fmt::format("that of {:08x}, as in this program", port::kNodeSources),
-                     options_.where == "qemu" ? "Build it again: ./voltlap image" : "Build the target voltlap-firmware");
+                     options_.where == "qemu" ? "Build it again: ./voltlap image"
+                                              : "Build the target voltlap-firmware");
   }
   if (greeting.bms_config_bytes == 0) return;
   const bool fits = greeting.config_layout == port::kConfigLayout && greeting.bms_config_bytes == sizeof(bms::Config) &&
