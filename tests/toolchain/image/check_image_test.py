@@ -4,7 +4,7 @@ import shutil
 import subprocess
 
 import pytest
-from conftest import ROOT, tool
+from image_tools import ROOT, tool
 
 PORT = ROOT / "firmware" / "port"
 NAMES = ("bms_node", "master_node", "both_nodes", "driven_by_plant")

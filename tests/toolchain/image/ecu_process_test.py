@@ -10,7 +10,7 @@ import shutil
 import subprocess
 
 import pytest
-from conftest import HOST, ROOT, VOLTLAP
+from image_tools import HOST, ROOT, VOLTLAP
 
 COURSE = "time_s,speed_mps\n0,0\n2,8\n4,12\n5,3\n6,0\n"  # 6 s behind the start-up
 SETTINGS = ("--set", "bms.soc_method=ekf", "--set", "bms.limit_method=ahead")

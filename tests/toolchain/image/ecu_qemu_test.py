@@ -9,7 +9,7 @@ import subprocess
 import time
 
 import pytest
-from conftest import VOLTLAP
+from image_tools import VOLTLAP
 
 pytestmark = pytest.mark.skipif(shutil.which("qemu-system-arm") is None, reason="qemu-system-arm is not installed")
 FILTERED = ("--set", "bms.soc_method=ekf", "--set", "bms.limit_method=ahead")

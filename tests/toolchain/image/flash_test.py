@@ -4,7 +4,7 @@ import os
 import shlex
 
 import pytest
-from conftest import tool
+from image_tools import tool
 
 BOARD = "stm32f407"
 

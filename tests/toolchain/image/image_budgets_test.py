@@ -4,7 +4,7 @@ import re
 import shutil
 
 import pytest
-from conftest import ROOT, tool
+from image_tools import ROOT, tool
 
 import image_budgets
 import image_build

@@ -4,7 +4,7 @@ import hashlib
 import json
 import re
 
-from conftest import ROOT, tool
+from image_tools import ROOT, tool
 
 
 def document(image):
@@ -48,14 +48,14 @@ def test_it_names_compiler_libraries_and_licences(image_of):
     assert {"DESCRIBES", "BUILD_TOOL_OF", "STATIC_LINK", "CONTAINS"} <= kinds
 
 
-def test_the_same_image_gives_the_same_file(image_of, tmp_path):
-    image = image_of("master_node")
-    before = image.with_suffix(".spdx.json").read_text()
-    flags = re.search(r"flags: ([^\"]*)", before)[1]
-    done = tool("image_sbom.py", "--version", "0.1.0", "--compiler", "arm-none-eabi-g++", f"--flags={flags}",
-                "--root", ROOT, "--build", image.parents[1], image)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(image.with_suffix(".spdx.json").read_text())["packages"] == json.loads(before)["packages"]
+def test_the_same_image_gives_the_same_file(image_of):
+    image, texts = image_of("master_node"), []
+    for _ in range(2):
+        done = tool("image_sbom.py", "--version", "0.1.0", "--compiler", "arm-none-eabi-g++", "--flags=-O3",
+                    "--root", ROOT, "--build", image.parents[1], image)
+        assert done.returncode == 0, done.stderr
+        texts.append(image.with_suffix(".spdx.json").read_text())
+    assert texts[0] == texts[1]
 
 
 def test_a_missing_image_is_said(tmp_path):

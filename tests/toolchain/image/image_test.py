@@ -6,7 +6,7 @@ import stat
 import sys
 
 import pytest
-from conftest import ROOT, VOLTLAP, tool
+from image_tools import ROOT, VOLTLAP, tool
 
 import image_build
 

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 from check_image_test import FLAGS, NO_EXCEPTIONS, SOFT, linked
-from conftest import ROOT, tool
+from image_tools import ROOT, tool
 
 import elf_code
 
