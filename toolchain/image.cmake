@@ -1,8 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # voltlap_image(<name> BOARD <board> NODES bms|master... SOURCES <file>... LIBS <target>...): an image for a board of
-# firmware/port/, in images/ of the build folder: <name>.elf, .map, .bin, .hex, and <name>.spdx.json, what it is made of.
-# What must not be in an image fails the build (check_image.py).
+# firmware/port/, in images/ of the build folder: <name>.elf, .map, .bin, .hex, <name>.stack, the deepest way of its
+# calls, and <name>.spdx.json, what it is made of. What must not be in an image fails the build (check_image.py), and so
+# does a stack that may not suffice (stack_use.py).
 set(VOLTLAP_STACK_SIZE 4096 CACHE STRING "Stack of an image [byte]")
+
+# The checks need nothing beside Python itself.
+find_program(VOLTLAP_IMAGE_PYTHON python3)
+if(CMAKE_CROSSCOMPILING AND NOT VOLTLAP_IMAGE_PYTHON)
+  message(FATAL_ERROR "No python3 was found, which checks the images. Install it, or name one with -DVOLTLAP_IMAGE_PYTHON=FILE.")
+endif()
 
 function(voltlap_image_info name nodes)
   set(has_bms false)
@@ -26,18 +33,27 @@ function(voltlap_image name)
   set(folder ${CMAKE_BINARY_DIR}/images)
   add_executable(${name} ${IMAGE_SOURCES} ${CMAKE_CURRENT_BINARY_DIR}/${name}_info.cpp)
   target_link_libraries(${name} PRIVATE ${IMAGE_LIBS} voltlap_port_${IMAGE_BOARD} voltlap_port_cortex_m
-                                        voltlap_config_layout)
+                                        voltlap_source_numbers)
   target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics)
   set(scripts ${PROJECT_SOURCE_DIR}/firmware/port/${IMAGE_BOARD}/memory.ld
               ${PROJECT_SOURCE_DIR}/firmware/port/cortex_m/sections.ld)
   list(TRANSFORM scripts PREPEND "-T" OUTPUT_VARIABLE script_flags)
   target_link_options(${name} PRIVATE ${script_flags} -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--no-warn-rwx-segments
                                       -Wl,-Map=${folder}/${name}.map
-                                      -Wl,--defsym=__stack_size=${VOLTLAP_STACK_SIZE} -Wl,--print-memory-usage)
+                                      -Wl,--defsym=__stack_size=${VOLTLAP_STACK_SIZE})
   set_target_properties(${name} PROPERTIES CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON CXX_EXTENSIONS OFF SUFFIX .elf
                                            RUNTIME_OUTPUT_DIRECTORY ${folder} LINK_DEPENDS "${scripts}")
+  string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
+  set(flags "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}}")
   add_custom_command(TARGET ${name} POST_BUILD
     COMMAND ${CMAKE_OBJCOPY} -O binary $<TARGET_FILE:${name}> ${folder}/${name}.bin
     COMMAND ${CMAKE_OBJCOPY} -O ihex $<TARGET_FILE:${name}> ${folder}/${name}.hex
+    COMMAND ${VOLTLAP_IMAGE_PYTHON} ${PROJECT_SOURCE_DIR}/toolchain/check_image.py --map ${folder}/${name}.map
+            $<TARGET_FILE:${name}>
+    COMMAND ${VOLTLAP_IMAGE_PYTHON} ${PROJECT_SOURCE_DIR}/toolchain/stack_use.py --limit ${VOLTLAP_STACK_SIZE}
+            $<TARGET_FILE:${name}> > ${folder}/${name}.stack
+    COMMAND ${VOLTLAP_IMAGE_PYTHON} ${PROJECT_SOURCE_DIR}/toolchain/image_sbom.py --version ${PROJECT_VERSION}
+            --compiler ${CMAKE_CXX_COMPILER} --flags=${flags} --root ${PROJECT_SOURCE_DIR} --build ${CMAKE_BINARY_DIR}
+            $<TARGET_FILE:${name}>
     VERBATIM)
 endfunction()

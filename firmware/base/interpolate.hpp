@@ -28,9 +28,12 @@ template <class X, class Y>
 [[nodiscard]] constexpr Y interpolate(const X* x, const Y* y, std::size_t count, X at) {
   VOLTLAP_REQUIRE(count > 0);
   if (at <= x[0]) return y[0];
-  std::size_t right = 1;
-  while (right < count && x[right] < at) ++right;
-  if (right >= count) return y[count - 1];
+  if (x[count - 1] < at) return y[count - 1];
+  std::size_t left = 0, right = count - 1;  // x[left] < at <= x[right]
+  while (left + 1 < right) {
+    const std::size_t middle = (left + right) / 2;
+    (x[middle] < at ? left : right) = middle;
+  }
   const std::int64_t run = std::int64_t{x[right].raw()} - x[right - 1].raw();
   const std::int64_t rise = std::int64_t{y[right].raw()} - y[right - 1].raw();
   const std::int64_t along = std::int64_t{at.raw()} - x[right - 1].raw();

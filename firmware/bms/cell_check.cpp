@@ -175,17 +175,17 @@ void count_in_a_row(bool now, std::uint8_t& samples) {
   if (now && samples < kInARow) ++samples;
 }
 
-void take_and_judge(const Config& config, Instant now, std::size_t i, State& s) {
+/// `sag`: drop() at the current of this step, which is that of every cell that came in it.
+void take_and_judge(const Config& config, Instant now, std::size_t i, std::int64_t sag, State& s) {
   CellCheck& c = s.cell_check;
   CellTrack& t = c.cell[i];
   const CellVoltage voltage = s.measured.cell[i].value;
-  const Current current = s.measured.cell_current[i];
   if (!t.begun) {
-    begin(voltage, s.measured.cell_pack[i], current, s.cell_resistance, t);
+    begin(voltage, s.measured.cell_pack[i], s.measured.cell_current[i], s.cell_resistance, t);
   } else {
     const Shares share = shares_of(now - t.time, commanded(s.contactors.command), c);
     take_sample(voltage, s.measured.cell_pack[i], c.wave, share, t);
-    t.level = followed(t.level, scaled(voltage) + drop(current.raw(), s.cell_resistance), share.level);
+    t.level = followed(t.level, scaled(voltage) + sag, share.level);
   }
   t.time = now;
   count_in_a_row(no_answer(config, c, t), t.no_answer);
@@ -197,8 +197,9 @@ void take_arrived(const Config& config, Instant now, State& s) {
   const Measured& m = s.measured;
   if (!m.current.good() || !m.pack_voltage.good() || (now - m.current.time).ms() != 0) return;
   follow_wave(m.current.value, m.pack_voltage.value, now, s.cell_check.wave);
+  const std::int64_t sag = drop(m.current.value.raw(), s.cell_resistance);
   for_each_arrived(config, m, [&](std::size_t i) {
-    if (m.cell[i].good() && !m.bled[i]) take_and_judge(config, now, i, s);  // BMS-055
+    if (m.cell[i].good() && !m.bled[i]) take_and_judge(config, now, i, sag, s);  // BMS-055
   });
 }
 
@@ -272,8 +273,8 @@ void renew_load(const Config& config, Instant now, State& s) {
 void check_cells(const Config& config, Instant now, bool slow, State& state) {
   VOLTLAP_REQUIRE(config.cells_in_series > 0 && config.cells_in_series <= kMaxCells);
   take_arrived(config, now, state);
-  find_start(config, state);
   if (!slow) return;
+  find_start(config, state);
   renew_load(config, now, state);
   renew_neighbours(config, state);
 }

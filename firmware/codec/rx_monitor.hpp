@@ -73,6 +73,11 @@ struct RxRow {
 /// Forgets a count that has come half round, and foreign frames of long ago.
 void forget_old(std::int32_t cycle_ms, RxRow& state, Instant now);
 
+/// A small pack's table has rows of cells that it does not have.
+[[nodiscard]] inline bool has_something_to_forget(const RxRow& state) {
+  return state.sync != RxRow::Sync::kNever || state.foreign_cycles != 0 || state.contradicted;
+}
+
 /// Fresh until the age of the last accepted frame reaches the timeout. A time in the future is not fresh.
 [[nodiscard]] bool fresh(const can::MessageRow& row, const RxRow& state, Instant now);
 
@@ -92,7 +97,9 @@ class RxMonitor {
 
   /// Once a step, so that a silence of weeks cannot look fresh when the time wraps.
   void expire(Instant now, std::size_t cells = 0) {
-    for (std::size_t i = 0; i < kRows; ++i) forget_old(cycle_ms(i, cells), rows_[i], now);
+    for (std::size_t i = 0; i < kRows; ++i) {
+      if (has_something_to_forget(rows_[i])) forget_old(cycle_ms(i, cells), rows_[i], now);
+    }
   }
 
   [[nodiscard]] bool fresh(std::uint32_t id, Instant now) const {

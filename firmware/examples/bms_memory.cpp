@@ -14,9 +14,9 @@ void BmsMemory::restore(app::BmsNode& node) {
   }
   trips_.restore(trips, node);
   for (std::size_t slot = 0; slot < bms::kSocSlots; ++slot) {
-    nvm_.read(NvmRecord::kSoc, slot, soc_slots_[slot].bytes, sizeof soc_slots_[slot].bytes);
+    nvm_.read(NvmRecord::kSoc, slot, soc_bytes_[slot].bytes, sizeof soc_bytes_[slot].bytes);
   }
-  soc_.restore(soc_slots_, node);
+  soc_.restore(soc_bytes_, node);
 }
 
 void BmsMemory::keep(const app::BmsNode& node) {
@@ -36,8 +36,9 @@ void BmsMemory::keep_trips(const app::BmsNode& node) {
 /// One that is not taken is left out: the next half point of charge brings another.
 void BmsMemory::keep_soc(const app::BmsNode& node) {
   std::size_t slot = 0;
-  if (!soc_.due(node, slot, soc_bytes_)) return;
-  static_cast<void>(nvm_.write(NvmRecord::kSoc, slot, soc_bytes_.bytes, sizeof soc_bytes_.bytes));
+  bms::SocSlot& out = soc_bytes_[0];
+  if (!soc_.due(node, slot, out)) return;
+  static_cast<void>(nvm_.write(NvmRecord::kSoc, slot, out.bytes, sizeof out.bytes));
 }
 
 }  // namespace voltlap::examples

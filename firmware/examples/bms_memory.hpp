@@ -27,8 +27,7 @@ class BmsMemory {
   bms::TripSlot trip_bytes_{};
   std::size_t trip_slot_ = 0;
   bool trip_waits_ = false;  ///< it has not been taken yet: again in the next tick
-  bms::SocSlot soc_bytes_{};
-  bms::SocSlot soc_slots_[bms::kSocSlots] = {};  ///< of restore: too long for the stack
+  bms::SocSlot soc_bytes_[bms::kSocSlots] = {};  ///< both for reading, the first for writing: too long for a stack
 };
 
 }  // namespace voltlap::examples

@@ -1,5 +1,5 @@
 // The BMS's configuration for the pack of vtm16e, 24 x cell aesc_e5_2p. Made by voltlap 0.1.0; make it again with
-//   voltlap firmware-tables aesc_e5_2p --out FILE
+//   voltlap firmware-tables --out FILE
 //
 // OCV: 32 points from 3 to 4.17 V in steps of 0.1 mV, rounded by at most 0.05 mV.
 // Between the points, straight: at most 0.8 mV from the cell's curve, at SOC 0.022.

@@ -14,6 +14,7 @@ struct ImageInfo {
   bool has_bms = false;
   bool has_master = false;
   std::uint32_t config_layout = 0;   ///< of bms::Config and master::Config: equal numbers, equal bytes
+  std::uint32_t node_sources = 0;    ///< of the nodes and their messages: equal numbers, equal frames
   char name[24] = {};                ///< of the image, ends with a zero
   char version[16] = {};             ///< of the project, ends with a zero
 };

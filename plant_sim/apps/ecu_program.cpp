@@ -12,8 +12,8 @@
 #include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
-#include "config_layout.hpp"
 #include "core/errors.hpp"
+#include "port/source_numbers.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -73,8 +73,8 @@ CLI::Option* EcuOptions::add(CLI::App& command) {
   CLI::Option* ecu =
       command
           .add_option("--ecu", where,
-                      "Where the firmware runs. inside: in this process; qemu: the image of a Cortex-M4 in QEMU; process: "
-                      "a process on a pipe. The frames are the same")
+                      "Where the firmware runs. inside: in this process; qemu: the image of a Cortex-M4 in QEMU; "
+                      "process: a process on a pipe. The frames are the same")
           ->check(one_of({"inside", "qemu", "process"}))
           ->capture_default_str();
   command.add_option("--image", image, "With --ecu qemu an ELF, with --ecu process a program; default: the built one")
@@ -82,13 +82,13 @@ CLI::Option* EcuOptions::add(CLI::App& command) {
       ->needs(ecu);
   command
       .add_flag("--count-instructions", count_instructions,
-                "With --ecu qemu: count what every step takes; some ten times slower")
+                "With --ecu qemu: count what every step of the firmware takes")
       ->needs(ecu);
   return ecu;
 }
 
 EcuProgram::EcuProgram(const EcuOptions& options, const bms::Config& bms, const master::Config& master)
-    : options_(options), inside_(bms, master) {
+    : options_(options), image_is_named_(!options.image.empty()), inside_(bms, master) {
   if (options_.count_instructions && options_.where != "qemu") {
     throw InputError("--count-instructions", "--ecu " + options_.where, "--ecu qemu",
                      "Instructions of a microcontroller are counted where one is emulated");
@@ -108,6 +108,7 @@ EcuProgram::EcuProgram(const EcuOptions& options, const bms::Config& bms, const 
     const port::Greeting& greeting = bus_->await_greeting();
     check_greeting(greeting, bms);
     own_config_ = greeting.bms_config_bytes == 0;
+    other_sources_ = greeting.node_sources != port::kNodeSources;
     if (!own_config_) bus_->configure(bytes_of(bms), bytes_of(master), port::kConfigLayout);
   } catch (const BusFailure& error) {
     throw InputError("--ecu " + options_.where, fmt::format("{} that does not start: {}", options_.image, error.what()),
@@ -137,6 +138,12 @@ void EcuProgram::check_greeting(const port::Greeting& greeting, const bms::Confi
     throw InputError(place, fmt::format("memory for {} cells", greeting.cells_max),
                      fmt::format("the {} of the car", bms.cells_in_series),
                      fmt::format("Build one: ./voltlap image --cells {}", bms.cells_in_series));
+  }
+  if (greeting.node_sources != port::kNodeSources && !image_is_named_) {
+    throw InputError(place, fmt::format("firmware of the sources {:08x}", greeting.node_sources),
+                     fmt::format("that of {:08x}, as in this program", port::kNodeSources),
+                     options_.where == "qemu" ? "Build it again: ./voltlap image"
+                                              : "Build the target voltlap-firmware");
   }
   if (greeting.bms_config_bytes == 0) return;
   const bool fits = greeting.config_layout == port::kConfigLayout && greeting.bms_config_bytes == sizeof(bms::Config) &&
@@ -171,7 +178,9 @@ void EcuProgram::end() {
 
 std::string EcuProgram::what_became_of_it() {
   for (auto waited = std::chrono::milliseconds(0); waited < kEndWithin; waited += kLook) {
-    if (child_->has_just_ended()) return fmt::format("({}, process {}) {}", child_->name(), child_->pid(), child_->end_text());
+    if (child_->has_just_ended()) {
+      return fmt::format("({}, process {}) {}", child_->name(), child_->pid(), child_->end_text());
+    }
     std::this_thread::sleep_for(kLook);
   }
   return fmt::format("({}, process {}) has closed its stream", child_->name(), child_->pid());
@@ -188,6 +197,7 @@ std::string EcuProgram::summary() const {
                         ? fmt::format("  firmware: {} on an emulated Cortex-M4 ({})", file, kBoard)
                         : fmt::format("  firmware: {} as a process of its own", file);
   out += own_config_ ? ", with the configuration it was built with\n" : "\n";
+  if (other_sources_) out += "  note: the image is of other firmware than this program's: other frames are no defect\n";
   if (a.stack_size > 0) out += fmt::format("  stack: at most {} of {} bytes\n", a.stack_used, a.stack_size);
   return out + cost_text("BMS", a.bms) + cost_text("master", a.master);
 }

@@ -44,11 +44,12 @@ class EcuProgram {
   [[nodiscard]] std::string what_became_of_it();
 
   EcuOptions options_;
+  bool image_is_named_;
   FirmwareLoop inside_;  ///< for the node that an image does not have
   Pipe to_ecu_, from_ecu_;
   std::unique_ptr<ChildProcess> child_;
   std::unique_ptr<StreamBus> bus_;
-  bool own_config_ = false;
+  bool own_config_ = false, other_sources_ = false;
 };
 
 }  // namespace voltlap::plant

@@ -156,6 +156,14 @@ std::string EnduranceRun::summary_of(const DataFolder& data, const EnduranceOpti
   return out;
 }
 
+void EnduranceRun::open_outputs(const RunDescription& run, const EnduranceOptions& chosen, bool count_load,
+                                RunRecorder& recorder) const {
+  if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
+  if (count_load) recorder.load.emplace(can::kTickMs, static_cast<std::uint32_t>(can::kBitRate));
+  if (!report_.empty()) recorder.report.emplace(report_);
+  if (!candump_.empty()) recorder.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
+}
+
 int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, PlantBus& bus,
                         const SocketBus* socket, EcuProgram* ecu) const {
   const RunDescription run = description(chosen);
@@ -164,14 +172,9 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
   // Opened before the run: a path that cannot be written is known at once.
   std::optional<AtomicFile> json;
   if (!json_.empty()) json.emplace(json_);
-  if (!csv_.empty()) recorder.series.emplace(csv_, rate_hz_, run, chosen.vehicle);
-  if (bus_load_ || socket != nullptr) recorder.load.emplace(can::kTickMs, static_cast<std::uint32_t>(can::kBitRate));
+  open_outputs(run, chosen, bus_load_ || socket != nullptr, recorder);
   std::optional<LoadedVehicle> car;  // once more, with the places that its numbers come from
-  if (!report_.empty()) {
-    car = car_.load_car(data);
-    recorder.report.emplace(report_);
-  }
-  if (!candump_.empty()) recorder.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
+  if (recorder.report) car = car_.load_car(data);
 
   const auto begin = std::chrono::steady_clock::now();
   const EnduranceResult result = run_endurance(chosen, bus, recorder);

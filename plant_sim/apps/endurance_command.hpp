@@ -7,6 +7,7 @@
 #include "apps/bus_options.hpp"
 #include "apps/car_options.hpp"
 #include "apps/ecu_program.hpp"
+#include "apps/run_recorder.hpp"
 #include "io/bus/socket_bus.hpp"
 #include "race/report/run_result.hpp"
 
@@ -18,8 +19,8 @@ class EnduranceRun {
   explicit EnduranceRun(CLI::App& command);
 
   [[nodiscard]] EnduranceOptions options(const DataFolder& data) const;
-  /// Drives, writes and prints. `socket` is the bus when that is a CAN interface, `ecu` the firmware when that is another
-  /// program. Returns the exit code.
+  /// Drives, writes and prints. `socket` is the bus when that is a CAN interface, `ecu` the firmware when that is
+  /// another program. Returns the exit code.
   int drive(const DataFolder& data, const EnduranceOptions& options, PlantBus& bus, const SocketBus* socket,
             EcuProgram* ecu = nullptr) const;
   CLI::Option* add_limit_costs(CLI::App& command);
@@ -28,6 +29,8 @@ class EnduranceRun {
  private:
   [[nodiscard]] std::vector<LimitCost> costs_of(const DataFolder& data, const EnduranceOptions& chosen,
                                                 const EnduranceResult& result) const;
+  void open_outputs(const RunDescription& run, const EnduranceOptions& chosen, bool count_load,
+                    RunRecorder& recorder) const;
   [[nodiscard]] std::string summary_of(const DataFolder& data, const EnduranceOptions& chosen,
                                        const EnduranceResult& result) const;
   [[nodiscard]] RunDescription description(const EnduranceOptions& options) const;

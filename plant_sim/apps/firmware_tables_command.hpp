@@ -17,7 +17,9 @@ class FirmwareTablesCommand {
  private:
   CLI::App* command_;
   CarOptions car_;
-  std::string cell_, out_;
+  [[nodiscard]] std::string command_line() const;
+
+  std::string cell_, out_, master_out_;
 };
 
 }  // namespace voltlap::plant

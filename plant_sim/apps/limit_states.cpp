@@ -102,7 +102,7 @@ class Moments final : public Ecus, public EnduranceObserver {
             : bms::HorizonBound{Direction::kCharge, config_.cell_voltage_max, config_.charge_current_max.raw()};
     const bms::SocFilter& filter = state.soc.filter;
     const Duration time = bms::kLimitHorizons[place.horizon];
-    const bms::Horizon horizon = bms::make_horizon(config_, filter, time);
+    const bms::Horizon horizon = bms::make_horizon(config_, filter, time, bms::heat_change(filter));
     double least = bound.most_ma, least_bisected = bound.most_ma;
     for (std::size_t k = 0; k < config_.cells_in_series; ++k) {
       const bms::CellAhead& last = state.ahead.cell[k];

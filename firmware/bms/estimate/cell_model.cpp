@@ -37,7 +37,9 @@ std::int32_t rate(Duration time) {
   return saturated32((std::int64_t{1} << kRateBits) / time.ms());
 }
 
-void fill_circuit(const Config& config, CellModel& model) {
+constexpr std::size_t kPointsInTurn = 11;  // chosen: the model is whole after three steps
+
+void grow_circuit(const Config& config, CellModel& model) {
   const ResistanceTable& at = config.resistance;
   const BranchTable& table = config.branches;
   const auto read = [&](const Resistance* values, Soc soc) { return ohm(interpolate(at.soc, values, at.count, soc)); };
@@ -47,11 +49,13 @@ void fill_circuit(const Config& config, CellModel& model) {
     rate1[i] = Quantity<RateTag>::from_raw(rate(table.time1[i]));
     rate2[i] = Quantity<RateTag>::from_raw(rate(table.time2[i]));
   }
-  for (std::size_t k = 0; k <= kCircuitSteps; ++k) {
+  const std::size_t end = model.points + kPointsInTurn;
+  for (std::size_t k = model.points; k < end && k <= kCircuitSteps; ++k) {
     const Soc soc = Soc::from_raw(static_cast<std::int32_t>(k * 1'000'000 / kCircuitSteps));
     model.circuit[k] = {read(table.series, soc), read(table.branch1, soc), read(table.branch2, soc),
                         interpolate(at.soc, rate1, at.count, soc).raw(),
                         interpolate(at.soc, rate2, at.count, soc).raw()};
+    model.points = static_cast<std::uint8_t>(k + 1);
   }
 }
 
@@ -91,10 +95,20 @@ std::int32_t between(std::int32_t low, std::int32_t high, std::int32_t along) {
 
 }  // namespace
 
+bool grow_model(const Config& config, CellModel& model) {
+  if (model.points > kCircuitSteps) return true;
+  if (model.points == 0) {
+    fill_ocv(config.ocv, model);
+    fill_laws(config, model);
+  }
+  grow_circuit(config, model);
+  return model.points > kCircuitSteps;
+}
+
 void make_model(const Config& config, CellModel& model) {
-  fill_ocv(config.ocv, model);
-  fill_circuit(config, model);
-  fill_laws(config, model);
+  model.points = 0;
+  while (!grow_model(config, model)) {
+  }
 }
 
 PartFactors factors_of(const PartLaw& law, std::int32_t counts) {

@@ -50,10 +50,14 @@ struct CellModel {
   std::int32_t ocv_slope[kMaxTablePoints] = {};    ///< [q 2^-26] of the interval that begins here
   std::uint8_t intervals = 0;
   CircuitPoint circuit[kCircuitSteps + 1] = {};
+  std::uint8_t points = 0;                         ///< of the circuit that are made
   PartLaw by_current{}, by_temperature{};
 };
 
-/// In place: a processor's stack has no room for another.
+/// In place: a processor's stack has no room for another. A part of it with every call, as much as a step has time for:
+/// true when the model is whole.
+[[nodiscard]] bool grow_model(const Config& config, CellModel& model);
+/// All of it at once.
 void make_model(const Config& config, CellModel& model);
 
 struct OcvNow {

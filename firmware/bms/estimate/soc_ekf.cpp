@@ -46,7 +46,7 @@ void begin_at_ocv(const Config& config, const SocInput& input, std::size_t i, So
   CellFilter& cell = f.cell[i].filter;
   cell.s = filter_soc(interpolate(config.ocv.voltage, config.ocv.soc, config.ocv.count, input.cells[i].value));
   cell.v1 = cell.v2 = 0;
-  cell.interval = 0;
+  cell.interval = i > 0 ? f.cell[i - 1].filter.interval : std::uint8_t{0};  // its neighbour's is where the search ends
   if (!f.restored) cell.rho = kUnit;
   const OcvNow ocv = ocv_at(f.model, cell.s, cell.interval);
   begin_filter({soc_doubt(ocv.slope), kBranchDoubt, kBranchDoubt, kScaleDoubt, kFadeDoubt}, cell);
@@ -87,8 +87,8 @@ bool record_holds(const Config& config, const SocInput& input, const SocFilter& 
 
 void start(const Config& config, const SocInput& input, SocEstimate& state) {
   SocFilter& f = state.filter;
+  if (!grow_model(config, f.model)) return;
   if (!input.cells_good || !input.current.good() || !(f.restored || at_rest(config, input.current))) return;
-  make_model(config, f.model);
   const bool from_record = record_holds(config, input, f);
   f.per_charge = per_charge(config, f.charge_bits);
   f.sum = 0;

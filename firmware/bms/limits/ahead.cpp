@@ -2,6 +2,7 @@
 #include "bms/limits/ahead.hpp"
 
 #include "base/require.hpp"
+#include "bms/bms_step.hpp"
 #include "bms/charge/on_charger.hpp"
 #include "bms/estimate/soc_ekf.hpp"
 
@@ -18,19 +19,51 @@ std::size_t horizon_of(const Config& config) {
   return i;
 }
 
-std::uint8_t next_of(std::size_t horizon) {
-  return static_cast<std::uint8_t>(horizon + 1 < kLimitHorizonCount ? horizon + 1 : 0);
+/// The horizons that do not limit take turns, one direction at a time: they are for who reads them, and can wait.
+std::uint8_t next_of(std::uint8_t other, std::size_t binding) {
+  std::size_t next = other;
+  do {
+    next = (next + 1) % (2 * kLimitHorizonCount);
+  } while (next / 2 == binding);
+  return static_cast<std::uint8_t>(next);
 }
 
-void look(const Config& config, std::size_t cell, std::size_t index, const Horizon& horizon, State& s) {
-  const CellFilter& filter = s.soc.filter.cell[cell].filter;
-  const HorizonCell here{s.soc.filter, filter, horizon, prudent_fade(filter), own_warmth(s, cell)};
-  CellAhead& out = s.ahead.cell[cell];
-  const HorizonBound low{Direction::kDischarge, config.cell_voltage_min, config.discharge_current_max.raw()};
-  const Current most_in = max(config.charge_current_max, config.charger_current_max);
-  const HorizonBound high{Direction::kCharge, config.cell_voltage_max, most_in.raw(), !charges(s)};
-  out.discharge[index] = current_until(here, low, out.discharge[index]);
-  out.charge[index] = current_until(here, high, out.charge[index]);
+/// A cell before currents.
+class Look {
+ public:
+  Look(const Config& config, State& s)
+      : s_(s),
+        low_{Direction::kDischarge, config.cell_voltage_min, config.discharge_current_max.raw()},
+        high_{Direction::kCharge, config.cell_voltage_max,
+              max(config.charge_current_max, config.charger_current_max).raw(), !charges(s)} {}
+
+  void at(std::size_t cell, std::size_t index, const Horizon& horizon, bool discharge, bool charge) {
+    const CellFilter& filter = s_.soc.filter.cell[cell].filter;
+    const HorizonCell here{s_.soc.filter, filter, horizon, prudent_fade(filter), own_warmth(s_, cell)};
+    CellAhead& out = s_.ahead.cell[cell];
+    if (discharge) out.discharge[index] = current_until(here, low_, out.discharge[index]);
+    if (charge) out.charge[index] = current_until(here, high_, out.charge[index]);
+  }
+
+  [[nodiscard]] const SocFilter& filter() const { return s_.soc.filter; }
+
+ private:
+  State& s_;
+  HorizonBound low_, high_;
+};
+
+/// As many cells as the filter steps, in a round of their own.
+void look_beside(const Config& config, const PartFactors& change, Look& look, Ahead& ahead) {
+  const std::size_t index = ahead.other / 2;
+  const Horizon horizon = make_horizon(config, look.filter(), kLimitHorizons[index], change);
+  const bool out = ahead.other % 2 == 0;
+  for (std::size_t turn = cells_in_turn(config.cells_in_series); turn > 0; --turn) {
+    look.at(ahead.other_cell, index, horizon, out, !out);
+    if (++ahead.other_cell < config.cells_in_series) continue;
+    ahead.other_cell = 0;
+    ahead.other = next_of(ahead.other, horizon_of(config));
+    return;
+  }
 }
 
 std::int32_t mean_scale(const Config& config, const SocFilter& filter) {
@@ -64,19 +97,21 @@ AheadLimit ahead_limit(const Config& config, const State& s, Direction direction
 void look_ahead(const Config& config, State& s) {
   if (config.limit_method != LimitMethod::kAhead || !s.soc.valid) return;
   const SocFilter& filter = s.soc.filter;
-  const std::size_t cells = config.cells_in_series, binding = horizon_of(config), other = s.ahead.other;
-  const Horizon now = make_horizon(config, filter, kLimitHorizons[binding]);
-  const Horizon beside = make_horizon(config, filter, kLimitHorizons[other]);
+  const std::size_t cells = config.cells_in_series, binding = horizon_of(config);
+  const PartFactors change = heat_change(filter);
+  const Horizon now = make_horizon(config, filter, kLimitHorizons[binding], change);
+  Look look(config, s);
   for (std::size_t turn = cells_in_turn(config.cells_in_series); turn > 0; --turn) {
-    const std::size_t cell = (filter.next + cells - turn) % cells;
-    look(config, cell, binding, now, s);
-    if (other != binding) look(config, cell, other, beside, s);
+    look.at((filter.next + cells - turn) % cells, binding, now, true, true);
   }
-  look(config, ahead_limit(config, s, Direction::kDischarge, binding).cell, binding, now, s);
+  look.at(ahead_limit(config, s, Direction::kDischarge, binding).cell, binding, now, true, true);
+  if (s.ahead.other / 2 == binding) s.ahead.other = next_of(s.ahead.other, binding);
+  // The others give way to what a step may have to do beside: the start of the filters, what comes 10 times a second.
+  const bool has_time = s.ahead.began && s.steps % kSlowSteps != 0;
+  s.ahead.began = true;
+  if (has_time) look_beside(config, change, look, s.ahead);
   // A round has ended with the last cell.
-  if (filter.next >= cells_in_turn(config.cells_in_series)) return;
-  s.ahead.other = next_of(other);
-  s.ahead.scale = mean_scale(config, filter);
+  if (filter.next < cells_in_turn(config.cells_in_series)) s.ahead.scale = mean_scale(config, filter);
 }
 
 // BMS-045

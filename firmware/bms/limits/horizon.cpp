@@ -157,7 +157,16 @@ std::int32_t prudent_fade(const CellFilter& filter) {
   return held(filter.fade + std::int64_t{deviation} * (1 << (kUnitBits - kVarianceBits / 2)), kFadeLow, kFadeHigh);
 }
 
-Horizon make_horizon(const Config& config, const SocFilter& filter, Duration time) {
+PartFactors heat_change(const SocFilter& filter) {
+  const auto share = [](std::int32_t per_count, std::int32_t factor) {
+    return saturated32((std::int64_t{per_count} << kUnitBits) / (factor < kLeastFactor ? kLeastFactor : factor));
+  };
+  const PartFactors &k = filter.model.by_temperature.per_count, &now = filter.warm;
+  return {share(k.r0, now.r0), share(k.r1, now.r1), share(k.r2, now.r2), share(k.time1, now.time1),
+          share(k.time2, now.time2)};
+}
+
+Horizon make_horizon(const Config& config, const SocFilter& filter, Duration time, const PartFactors& change) {
   Horizon out;
   out.ms = time.ms();
   // Half milliampere milliseconds: two for each.
@@ -170,12 +179,7 @@ Horizon make_horizon(const Config& config, const SocFilter& filter, Duration tim
   const PartLaw& law = filter.model.by_temperature;
   out.heat.low = law.low - filter.heat_of.raw();
   out.heat.high = law.high - filter.heat_of.raw();
-  const auto share = [](std::int32_t per_count, std::int32_t factor) {
-    return saturated32((std::int64_t{per_count} << kUnitBits) / (factor < kLeastFactor ? kLeastFactor : factor));
-  };
-  const PartFactors &k = law.per_count, &now = filter.warm;
-  out.heat.change = {share(k.r0, now.r0), share(k.r1, now.r1), share(k.r2, now.r2), share(k.time1, now.time1),
-                     share(k.time2, now.time2)};
+  out.heat.change = change;
   return out;
 }
 

@@ -24,7 +24,7 @@ namespace voltlap::bms {
 struct HorizonHeat {
   std::int32_t rise = 0;                    ///< of its temperature [0.1 K 2^-36] by a milliampere and a q 2^-28 of drop
   std::int32_t low = 0, high = 0;           ///< counts of 0.1 K from now to where the temperature's law begins, ends
-  PartFactors change{0, 0, 0, 0, 0};        ///< of each part by a count, as a share of it [2^-36]
+  PartFactors change{0, 0, 0, 0, 0};        ///< heat_change()
 };
 
 /// A time ahead, the same for all cells in a step.
@@ -33,7 +33,11 @@ struct Horizon {
   std::int32_t share = 0;  ///< of the configured capacity that a milliampere draws until then [2^-44]
   HorizonHeat heat{};
 };
-[[nodiscard]] Horizon make_horizon(const Config& config, const SocFilter& filter, Duration time);
+/// Of each part by a count of heat, as a share of it [2^-36]: the same for every horizon of a step.
+[[nodiscard]] PartFactors heat_change(const SocFilter& filter);
+/// `change`: heat_change() of this step.
+[[nodiscard]] Horizon make_horizon(const Config& config, const SocFilter& filter, Duration time,
+                                   const PartFactors& change);
 
 /// One cell before a current that lasts.
 struct HorizonCell {

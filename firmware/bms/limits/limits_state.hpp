@@ -17,7 +17,9 @@ struct CellAhead {
 
 struct Ahead {
   CellAhead cell[kMaxCells] = {};
-  std::uint8_t other = 0;  ///< the horizon beside the one that limits, whose turn it is
+  std::uint8_t other = 0;  ///< whose turn it is beside the horizon that limits: 2 horizon + direction
+  std::uint16_t other_cell = 0;  ///< the cell whose turn it is there
+  bool began = false;            ///< some cell has been looked at
   std::int32_t scale = 0;  ///< of the cells' resistances, their mean [2^-28]
 };
 

@@ -11,11 +11,28 @@ bool aligned(const void* at) { return (reinterpret_cast<std::uintptr_t>(at) & 3U
 /// Words where both ends allow it: states and queues of frames are copied so.
 std::size_t copy_words(std::uint8_t* to, const std::uint8_t* from, std::size_t count) {
   if (!aligned(to) || !aligned(from)) return 0;
-  std::size_t done = 0;
-  for (; done + 4 <= count; done += 4) {
-    *reinterpret_cast<std::uint32_t*>(to + done) = *reinterpret_cast<const std::uint32_t*>(from + done);
+  auto* out = reinterpret_cast<std::uint32_t*>(to);
+  const auto* in = reinterpret_cast<const std::uint32_t*>(from);
+  const std::size_t words = count / 4;
+  std::size_t i = 0;
+  for (; i + 4 <= words; i += 4) {
+    const std::uint32_t a = in[i], b = in[i + 1], c = in[i + 2], d = in[i + 3];
+    out[i] = a;
+    out[i + 1] = b;
+    out[i + 2] = c;
+    out[i + 3] = d;
   }
-  return done;
+  for (; i < words; ++i) out[i] = in[i];
+  return 4 * words;
+}
+
+std::size_t set_words(std::uint8_t* to, std::uint32_t value, std::size_t count) {
+  auto* out = reinterpret_cast<std::uint32_t*>(to);
+  const std::size_t words = count / 4;
+  std::size_t i = 0;
+  for (; i + 4 <= words; i += 4) out[i] = out[i + 1] = out[i + 2] = out[i + 3] = value;
+  for (; i < words; ++i) out[i] = value;
+  return 4 * words;
 }
 
 }  // namespace
@@ -43,11 +60,7 @@ void* memmove(void* to, const void* from, std::size_t count) {
 void* memset(void* to, int value, std::size_t count) {
   auto* out = static_cast<std::uint8_t*>(to);
   const auto byte = static_cast<std::uint8_t>(value);
-  std::size_t i = 0;
-  if (aligned(out)) {
-    for (; i + 4 <= count; i += 4) *reinterpret_cast<std::uint32_t*>(out + i) = 0x0101'0101U * byte;
-  }
-  for (; i < count; ++i) out[i] = byte;
+  for (std::size_t i = aligned(out) ? set_words(out, 0x0101'0101U * byte, count) : 0; i < count; ++i) out[i] = byte;
   return to;
 }
 

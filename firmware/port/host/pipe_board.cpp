@@ -64,7 +64,11 @@ LockstepBoard start_lockstep_board() {
   return {{plant, plant, pins, nvm, watchdog}, plant};
 }
 
-Board start_board() { return start_lockstep_board().board; }
+Board start_board() {
+  const LockstepBoard lockstep = start_lockstep_board();
+  lockstep.plant.greet(nullptr, 0, nullptr, 0, 0);
+  return lockstep.board;
+}
 
 }  // namespace voltlap::port
 

@@ -18,13 +18,13 @@ inline constexpr std::uint32_t kConfigurationMark = 0x4346'4C56;  ///< "VLFC"
 
 struct Greeting {
   std::uint32_t mark = kGreetingMark;
-  std::uint32_t config_layout = 0;
+  std::uint32_t config_layout = 0, node_sources = 0;            ///< port/source_numbers.hpp
   std::uint32_t bms_config_bytes = 0, master_config_bytes = 0;  ///< 0: the image has its own
   std::uint16_t cells_max = 0, temperatures_max = 0;
   std::uint8_t has_bms = 0, has_master = 0;
   std::uint8_t reserved[2] = {};
 };
-static_assert(sizeof(Greeting) == 24, "no padding: it goes onto the stream as it lies in memory");
+static_assert(sizeof(Greeting) == 28, "no padding: it goes onto the stream as it lies in memory");
 
 struct ConfigurationHead {
   std::uint32_t mark = kConfigurationMark;

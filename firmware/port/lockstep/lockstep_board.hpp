@@ -11,7 +11,8 @@ struct LockstepBoard {
   LockstepPort& plant;
 };
 
-/// As start_board(); each board in lockstep defines both.
+/// As start_board(), which greets the plant as an image with a configuration of its own; here that is left to the
+/// image. Each board in lockstep defines both.
 [[nodiscard]] LockstepBoard start_lockstep_board();
 
 }  // namespace voltlap::port

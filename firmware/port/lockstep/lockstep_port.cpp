@@ -13,6 +13,7 @@ void LockstepPort::greet(void* bms, std::size_t bms_bytes, void* master, std::si
   const bool asks = bms != nullptr;
   Greeting greeting;
   greeting.config_layout = image_.config_layout;
+  greeting.node_sources = image_.node_sources;
   greeting.bms_config_bytes = asks ? static_cast<std::uint32_t>(bms_bytes) : 0;
   greeting.master_config_bytes = asks ? static_cast<std::uint32_t>(master_bytes) : 0;
   greeting.cells_max = image_.cells_max;
@@ -32,7 +33,7 @@ void LockstepPort::greet(void* bms, std::size_t bms_bytes, void* master, std::si
 }
 
 void LockstepPort::sleep_until(Instant /*at*/) {
-  if (!greeted_) greet(nullptr, 0, nullptr, 0, 0);
+  VOLTLAP_REQUIRE(greeted_);
   if (!started_) announce();
   const std::uint8_t nodes = static_cast<std::uint8_t>((image_.has_bms ? 1 : 0) + (image_.has_master ? 1 : 0));
   VOLTLAP_REQUIRE(!started_ || turns_ == nodes);  // every node sends once a tick, an empty queue if need be

@@ -2,9 +2,10 @@
 // ARM MPS2 with the FPGA image AN386, as QEMU emulates it: a Cortex-M4 without a CAN controller. Bus and clock are the
 // plant's, at the other end of two files that the command line names, by semihosting:
 //
-//   qemu-system-arm -M mps2-an386 -kernel IMAGE.elf -semihosting-config enable=on,target=native,arg=IMAGE,arg=IN,arg=OUT
+//   qemu-system-arm -M mps2-an386 -kernel IMAGE.elf
+//                   -semihosting-config enable=on,target=native,arg=IMAGE,arg=IN,arg=OUT
 //
-// with the word `count` behind OUT where QEMU runs with -icount shift=0: a nanosecond of virtual time is an instruction.
+// with the word `count` behind OUT where QEMU runs with -icount shift=0: an instruction is a nanosecond there.
 #include "port/board.hpp"
 
 #include "port/cortex_m/stack.hpp"
@@ -113,7 +114,11 @@ LockstepBoard start_lockstep_board() {
   return {{plant, plant, pins, nvm, watchdog}, plant};
 }
 
-Board start_board() { return start_lockstep_board().board; }
+Board start_board() {
+  const LockstepBoard lockstep = start_lockstep_board();
+  lockstep.plant.greet(nullptr, 0, nullptr, 0, 0);
+  return lockstep.board;
+}
 
 }  // namespace voltlap::port
 

@@ -193,8 +193,8 @@ bool StreamBus::read_some() {
 
 void StreamBus::fail(const std::string& what) {
   failed_ = true;
-  throw BusFailure(fmt::format("the firmware outside of this process {} (tick {}, {:.2f} s after power-on)", what, tick_,
-                               tick_ * can::kTickMs * 1e-3));
+  throw BusFailure(fmt::format("the firmware outside of this process {} (tick {}, {:.2f} s after power-on)", what,
+                               tick_, tick_ * can::kTickMs * 1e-3));
 }
 
 }  // namespace voltlap::plant

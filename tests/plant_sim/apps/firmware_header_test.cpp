@@ -4,6 +4,7 @@
 #include "app/bms_node.hpp"
 #include "app/master_node.hpp"
 #include "apps/firmware_config.hpp"
+#include "apps/master_header.hpp"
 #include "core/parameter_file.hpp"
 #include "pack_config.hpp"
 #include "plant_sim/core/scratch.hpp"
@@ -112,6 +113,20 @@ TEST(FirmwareHeader, EveryFieldOfTheConfigurationIsInIt) {
   const std::size_t unused = (points * 2 + branch_points * 5) * sizeof(std::int32_t);
   CHECK(silent >= unused);
   CHECK(silent <= unused + 16);
+}
+
+// The same of master_header.cpp.
+TEST(FirmwareHeader, EveryFieldOfTheMastersConfigurationIsInItsHeader) {
+  master::Config changed = master_config(car);
+  auto* bytes = reinterpret_cast<unsigned char*>(&changed);
+  const std::string before = master_header(car.name, changed, {});
+  std::size_t silent = 0;
+  for (std::size_t i = 0; i < sizeof(master::Config); ++i) {
+    bytes[i] ^= 1U;
+    silent += master_header(car.name, changed, {}) == before ? 1U : 0U;
+    bytes[i] ^= 1U;
+  }
+  CHECK(silent <= 3);  // what the compiler leaves behind the one byte of Arbitration
 }
 
 TEST(FirmwareHeader, BmsWithTheHeaderCountsAndSendsTheSameBitForBit) {

@@ -111,7 +111,7 @@ TEST(LimitBisection, TheIntegersAreWithinHalfAPerCentOfItOrAFewMilliamperes) {
     const bms::HorizonBound bound =
         discharge ? bms::HorizonBound{bms::Direction::kDischarge, at(draw.uniform(2.2, 3.2)), config.capacity_mah * 10}
                   : bms::HorizonBound{bms::Direction::kCharge, at(draw.uniform(3.6, 4.5)), config.capacity_mah * 5};
-    const bms::Horizon horizon = bms::make_horizon(config, filter, time);
+    const bms::Horizon horizon = bms::make_horizon(config, filter, time, bms::heat_change(filter));
     const std::int32_t from = draw.whole(0, bound.most_ma);
     const std::int32_t warmer = draw.whole(-50, 50);
     const bms::CellFilter& own = filter.cell[0].filter;

@@ -30,6 +30,16 @@ TEST(CellModel, ReadsTheOcvOfTheConfigurationFromWhereverTheLastSearchEnded) {
   }
 }
 
+TEST(CellModel, GrownInTurnsItIsTheOneThatIsMadeAtOnce) {
+  CellModel grown{};
+  int turns = 1;
+  for (; !grow_model(config, grown); ++turns) CHECK(grown.points > 0 && grown.points <= kCircuitSteps);
+  LONGS_EQUAL(3, turns);
+  MEMCMP_EQUAL(&model, &grown, sizeof model);
+  CHECK(grow_model(config, grown));
+  MEMCMP_EQUAL(&model, &grown, sizeof model);
+}
+
 TEST(CellModel, GoesOnWithTheEndsSlopeBeyondTheTable) {
   DOUBLES_EQUAL(3.0 - 0.05 * 4.5, ocv_v(-0.05), 1e-5);
   DOUBLES_EQUAL(4.18 + 0.05 * 0.44 / 0.3, ocv_v(1.05), 1e-5);

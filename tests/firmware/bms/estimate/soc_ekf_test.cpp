@@ -16,8 +16,10 @@ TEST_GROUP(SocEkf) {
   Current at_sample[kMaxCells] = {};
   std::uint32_t ms = 0;
   bool lost = false;
+  bool model_is_whole = true;  ///< from the first step on, as it is on a car before its first frames
 
   void step(double amperes) {
+    if (model_is_whole && soc.filter.model.points == 0) make_model(config, soc.filter.model);
     ms += 10;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       cells[i].advance(amperes, 0.01);
@@ -48,6 +50,15 @@ TEST_GROUP(SocEkf) {
     if (with_record) restore(config, record, soc);
   }
 };
+
+// BMS-080
+TEST(SocEkf, NothingStartsBeforeTheModelIsWhole) {
+  model_is_whole = false;
+  int steps = 0;
+  for (; !soc.valid && steps < 100; ++steps) step(0.0);
+  LONGS_EQUAL(3, steps);
+  DOUBLES_EQUAL(0.9, 1e-6 * cell_soc(soc, 4).raw(), 1e-3);
+}
 
 // BMS-080
 TEST(SocEkf, StartsAtEveryCellsOwnOpenCircuitVoltage) {

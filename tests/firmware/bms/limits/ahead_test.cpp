@@ -39,6 +39,7 @@ TEST_GROUP(AheadLimit) {
     soc_ekf(config, {state.measured.cell, true, state.measured.current, state.measured.cell_current,
                      Instant::from_ms(ms), Temperature::from_raw(250), true}, state.soc);
     update_limits(config, Duration::from_ms(10), state);
+    ++state.steps;
   }
   Current discharge(std::size_t horizon) const {
     return ahead_limit(config, state, Direction::kDischarge, horizon).value;

@@ -32,7 +32,7 @@ TEST_GROUP(Horizon) {
   }
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
   std::int32_t limit(const CellFilter& cell, const HorizonBound& bound, std::int32_t ms, std::int32_t from = 0) const {
-    const Horizon horizon = make_horizon(config, filter, Duration::from_ms(ms));
+    const Horizon horizon = make_horizon(config, filter, Duration::from_ms(ms), heat_change(filter));
     return current_until({filter, cell, horizon, prudent_fade(cell)}, bound, from);
   }
   static CellFilter rested(double soc) {

@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes an image into the flash of a board, by OpenOCD, st-flash or probe-rs, whichever is installed.
+
+Without IMAGE it is the project's own for the board, which is built when it is not there (./voltlap image). Before
+anything is written the image is looked at: that it is one, for this board's flash, with what it says of itself.
+--dry-run prints the command and runs nothing.
+"""
+import argparse
+import shlex
+import shutil
+import struct
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import image_build
+from image_build import Kind, Refused
+
+IMAGE_MARK = 0x314C5456            # firmware/port/image_info.hpp
+INFO = struct.Struct("<IHBBII24s16s")
+SEARCHED = 1024                    # bytes behind the vector table
+EXIT_USAGE, EXIT_FAILED, EXIT_MISSING = 2, 3, 4
+
+
+@dataclass
+class Board:
+    what: str
+    image: str            # of the project
+    flash: int            # its first address
+    size: int             # for an image [byte]
+    openocd: str = ""     # target of its scripts
+    probe_rs: str = ""    # name of the chip
+    st_flash: bool = False
+
+
+BOARDS = {
+    "stm32f407": Board("STM32F407xG: STM32F4DISCOVERY, Olimex STM32-H407 and others", "both_nodes_stm32f4",
+                       0x0800_0000, 512 * 1024, "target/stm32f4x.cfg", "STM32F407VGTx", True),
+    "mps2-an386": Board("ARM MPS2 with AN386, as QEMU emulates it; nothing is written: it is run", "driven_by_plant",
+                        0, 4 * 1024 * 1024),
+}
+TOOLS = {"openocd": "openocd", "st-flash": "stlink-tools",
+         "probe-rs": "https://probe.rs/docs/getting-started/installation"}
+EPILOG = f"""\
+boards:
+{chr(10).join(f"  {name:<12}{board.what}" for name, board in BOARDS.items())}
+Example: ./voltlap flash --board stm32f407 --dry-run
+Exit codes: 0 written, 2 usage, or an image that does not fit, 3 the tool failed, 4 a program is missing, 5 the build
+failed, 130 interrupted"""
+
+
+@dataclass
+class Image:
+    path: Path
+    first: int            # address of its first byte
+    size: int
+    name: str
+    version: str
+    cells: int
+    nodes: str
+
+
+def load_parts(data):
+    """[(address in flash, bytes)] of an ELF."""
+    offset, size, count = struct.unpack_from("<I", data, 28)[0], *struct.unpack_from("<HH", data, 42)
+    parts = []
+    for k in range(count):
+        kind, at, _, address, length = struct.unpack_from("<5I", data, offset + k * size)
+        if kind == 1 and length:
+            parts.append((address, data[at:at + length]))
+    return sorted(parts)
+
+
+def read_image(path):
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise Refused(EXIT_USAGE, f"{path}: found that it cannot be read ({error.strerror}); expected an ELF image. "
+                                  "Check the name.") from error
+    if data[:6] != b"\x7fELF\x01\x01" or len(data) < 52:
+        raise Refused(EXIT_USAGE, f"{path}: found no 32-bit little-endian ELF; expected an image. ./voltlap image "
+                                  "builds them: IMAGE is the file that ends with .elf.")
+    parts = load_parts(data)
+    mark = struct.pack("<I", IMAGE_MARK)
+    at = parts[0][1][:SEARCHED].find(mark) if parts else -1
+    if at < 0:
+        raise Refused(EXIT_USAGE, f"{path}: found no mark of the project behind the vector table; expected an image of "
+                                  "firmware/examples. Other programs are written with their own tools.")
+    _, cells, bms, master, _, _, name, version = INFO.unpack_from(parts[0][1], at)
+    nodes = " and ".join(word for word, there in (("BMS", bms), ("master controller", master)) if there)
+    text = [bytes_.split(b"\0")[0].decode("ascii", "replace") for bytes_ in (name, version)]
+    end = parts[-1][0] + len(parts[-1][1])
+    return Image(path, parts[0][0], end - parts[0][0], text[0], text[1], cells, nodes)
+
+
+def locate(given, board):
+    """The image that was named, or the project's own, built."""
+    if given.image:
+        return given.image
+    kind = Kind()
+    image_build.build(kind)
+    return kind.image(board.image)
+
+
+def check(image, board, name):
+    if image.first != board.flash:
+        raise Refused(EXIT_USAGE, f"{image.path}: found an image linked for address 0x{image.first:08x}; expected "
+                                  f"0x{board.flash:08x}, where the flash of {name} begins. Take the image of that "
+                                  f"board: {board.image}.elf.")
+    if image.size > board.size:
+        raise Refused(EXIT_USAGE, f"{image.path}: found {image.size} bytes; expected at most {board.size}, the flash "
+                                  f"of {name} that is for an image. Build a smaller one.")
+
+
+def command_of(tool, image, board):
+    if tool == "openocd":
+        # OpenOCD User's Guide, 12.4: `program` writes, verifies and starts.
+        return ["openocd", "-f", "interface/stlink.cfg", "-f", board.openocd, "-c",
+                f"program {{{image.path}}} verify reset exit"]
+    if tool == "st-flash":
+        return ["st-flash", "--reset", "write", str(image.path.with_suffix(".bin")), f"0x{board.flash:08x}"]
+    return ["probe-rs", "download", "--chip", board.probe_rs, "--verify", str(image.path)]
+
+
+def choose_tool(given):
+    if given.tool:
+        if shutil.which(given.tool) is None and not given.dry_run:
+            raise Refused(EXIT_MISSING, f"found no {given.tool}; expected it on the PATH. {how_to_install(given.tool)}")
+        return given.tool
+    there = [tool for tool in TOOLS if shutil.which(tool)]
+    if there:
+        return there[0]
+    if given.dry_run:
+        return "openocd"
+    words = "; ".join(how_to_install(tool) for tool in TOOLS)
+    raise Refused(EXIT_MISSING, f"found none of {', '.join(TOOLS)}; expected one of them on the PATH. {words}.")
+
+
+def how_to_install(tool):
+    source = TOOLS[tool]
+    return f"{tool}: {source}" if source.startswith("http") else f"{tool}: apt-get install {source}"
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="voltlap flash", description=__doc__, epilog=EPILOG,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("image", nargs="?", type=Path, metavar="IMAGE.elf", help="(default: the project's own)")
+    parser.add_argument("--board", default="stm32f407", choices=BOARDS, help="(default: %(default)s)")
+    parser.add_argument("--tool", choices=TOOLS, help="(default: the first that is installed)")
+    parser.add_argument("--dry-run", action="store_true", help="print the command, run nothing")
+    return parser.parse_args()
+
+
+def flash(given):
+    board = BOARDS[given.board]
+    image = read_image(locate(given, board))
+    check(image, board, given.board)
+    print(f"{image.path}: {image.name} {image.version}, {image.nodes}, at most {image.cells} cells, {image.size} bytes "
+          f"from 0x{image.first:08x}")
+    if given.board == "mps2-an386":
+        print(f"this board is emulated: ./voltlap endurance --ecu qemu --image {image.path}")
+        return 0
+    command = command_of(choose_tool(given), image, board)
+    print(shlex.join(command), flush=True)
+    if given.dry_run:
+        return 0
+    code = subprocess.run(command).returncode
+    if code != 0:
+        raise Refused(EXIT_FAILED, f"{command[0]} ended with exit code {code}. Is the probe plugged in, the board "
+                                   "supplied, no other program on the probe?")
+    return 0
+
+
+def main():
+    try:
+        return flash(arguments())
+    except Refused as error:
+        print(f"voltlap flash: {error}", file=sys.stderr)
+        return error.code
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())
