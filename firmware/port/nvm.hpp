@@ -24,7 +24,8 @@ enum class NvmResult : std::uint8_t {
 class Nvm {
  public:
   /// Brings the memory in order; may take seconds (erasing). Before the first tick and before the watchdog runs, with
-  /// open contactors. False when it cannot be used: reads are then blank and writes fail.
+  /// open contactors. False when it cannot be used: writes fail, and reads are blank, of trips unknown bytes where
+  /// something stood there.
   virtual bool prepare() = 0;
   /// The slot as it was last written whole; bytes of 0xFF when it never was.
   virtual void read(NvmRecord record, std::size_t slot, std::uint8_t* bytes, std::size_t count) = 0;
