@@ -51,6 +51,8 @@ def car_headers(given):
         command += ["--set", setting]
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
     if done.returncode != 0:
+        if not any(folder.iterdir()):
+            folder.rmdir()
         raise Refused(2, done.stderr.strip().removeprefix("voltlap: "))
     return folder, name
 

@@ -3,6 +3,7 @@
 import os
 import re
 import stat
+import subprocess
 import sys
 
 import pytest
@@ -32,6 +33,7 @@ def test_cells_that_no_frame_carries_are_refused(cells):
 def test_a_car_that_does_not_exist_is_said_by_the_program_that_reads_it():
     result = tool(PROGRAM, "--vehicle", "no_such_car")
     assert result.returncode == 2 and "no_such_car" in result.stderr and "expected" in result.stderr
+    assert not (ROOT / "build" / "images_of" / "no_such_car").exists()
 
 
 def test_a_missing_compiler_is_said_with_its_package(tmp_path):
@@ -49,7 +51,6 @@ def test_a_build_that_fails_says_why(tmp_path):
 
 def test_the_shipped_headers_are_those_of_the_example_car(tmp_path):
     """firmware/examples/pack_config.hpp and master_config.hpp; this line makes them again."""
-    import subprocess
     subprocess.run([VOLTLAP, "firmware-tables", "--out", tmp_path / "pack_config.hpp", "--master-out",
                     tmp_path / "master_config.hpp"], check=True, stdout=subprocess.DEVNULL)
     for name in ("pack_config.hpp", "master_config.hpp"):
@@ -65,7 +66,6 @@ def test_a_smaller_capacity_takes_less_memory_and_the_same_flash(kind_of):
 
 @pytest.mark.parametrize("value", ["0", "145", "x", "024"])
 def test_a_capacity_that_no_frame_carries_is_refused_by_cmake(tmp_path, value):
-    import subprocess
     done = subprocess.run(["cmake", "-S", ROOT, "-B", tmp_path, "-G", "Ninja",
                            f"--toolchain={ROOT}/toolchain/arm-none-eabi.cmake", "-DVOLTLAP_TESTS=OFF",
                            f"-DVOLTLAP_PYTHON={sys.executable}", f"-DVOLTLAP_CELLS_MAX={value}"],
