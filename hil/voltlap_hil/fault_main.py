@@ -62,7 +62,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="another table (hil/faults.yaml)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="everything that was measured")
     parser.add_argument("--report", type=Path, metavar="FILE",
-                        help="one page with the curves of each row (.html), or the table of docs/fault_matrix.md (.md)")
+                        help="one page with the curves of each row (.html), or the table (.md), which takes the place of the "
+                        "one between its marks in a file such as docs/fault_matrix.md")
     parser.add_argument("--jobs", type=partial(_number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
                         help="rows at a time; one on a CAN interface (all processors)")
     parser.add_argument("--bus", metavar="IF", help="on this CAN interface, with processes for plant and ECUs, the rows "
@@ -95,8 +96,9 @@ def _run(options: argparse.Namespace) -> int:
     if options.json:
         fault_report.write(options.json, fault_report.json_text(done))
     if options.report:
-        make = fault_report.markdown if options.report.suffix == ".md" else fault_report.page
-        fault_report.write(options.report, make(done))
+        markdown = options.report.suffix == ".md"
+        fault_report.write(options.report, fault_report.renewed(options.report, fault_report.markdown(done))
+                           if markdown else fault_report.page(done))
     if any(result.error for result in results):
         return 3
     return 0 if all(result.verdict == PASSED for result in results) else 1

@@ -133,6 +133,21 @@ def page(matrix: Matrix) -> str:
                      [(row, result, cells(row, result), reasons(result)) for row, result in matrix.failures_first()])
 
 
+BEGIN, END = "<!-- rows of hil/faults.yaml: begin -->\n", "<!-- rows of hil/faults.yaml: end -->\n"
+
+
+def renewed(path: Path, table: str) -> str:
+    """The table alone, or in its place in a document that has marks for it."""
+    if not path.exists():
+        return table
+    old = path.read_text(encoding="utf-8")
+    if BEGIN not in old or END not in old:
+        raise InputError(f"{path}: found a file without the marks {BEGIN.strip()} and {END.strip()}, expected one with "
+                         "them or none; name another file")
+    head, _, rest = old.partition(BEGIN)
+    return f"{head}{BEGIN}\n{table}\n{END}{rest.partition(END)[2]}"
+
+
 def write(path: Path, content: str) -> None:
     """The file is there whole or not at all."""
     part = path.with_name(path.name + ".part")
