@@ -25,7 +25,8 @@ def test_a_gateway_that_does_nothing_changes_no_frame(open_rig):
 
 
 def test_only_the_ecu_behind_the_gateway_misses_a_frame(open_rig):
-    for behind, fault in ((["bms"], "BmsStatus.Faults has VehicleIoLost"), (["master"], "MasterStatus.Faults has VehicleIoLost")):
+    for behind, fault in ((["bms"], "BmsStatus.Faults has VehicleIoLost"),
+                          (["master"], "MasterStatus.Faults has VehicleIoLost")):
         with open_rig(gateway=True, behind=behind) as rig:
             rig.start_up("ready_to_drive")
             rig.gateway("drop", ["VehicleIo"])

@@ -62,12 +62,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="another table (hil/faults.yaml)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="everything that was measured")
     parser.add_argument("--report", type=Path, metavar="FILE",
-                        help="one page with the curves of each row (.html), or the table (.md), which takes the place of the "
-                        "one between its marks in a file such as docs/fault_matrix.md")
+                        help="one page with the curves of each row (.html), or the table (.md), which takes the place "
+                        "of the one between its marks in a file such as docs/fault_matrix.md")
     parser.add_argument("--jobs", type=partial(_number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
                         help="rows at a time; one on a CAN interface (all processors)")
-    parser.add_argument("--bus", metavar="IF", help="on this CAN interface, with processes for plant and ECUs, the rows "
-                        "that say vcan: true; without it in one process")
+    parser.add_argument("--bus", metavar="IF", help="on this CAN interface, with processes for plant and ECUs, the "
+                        "rows that say vcan: true; without it in one process")
     parser.add_argument("--far", metavar="IF", help="the interface behind the gateway (vcan1 with --bus vcan0)")
     parser.add_argument("--seed", type=partial(_number, 0, _SEEDS), default=1, metavar="N",
                         help="of losses, noise and --draw; the same seed gives the same run (1)")
@@ -162,7 +162,8 @@ def _progress(rows: list[Row], results: Iterator[RowResult]) -> Iterator[RowResu
         bad = result.verdict != PASSED
         failed += bad
         if live:
-            print(f"\r\033[K[{i + 1}/{len(rows)}] {failed} not passed, {rows[i].id}", end="", file=sys.stderr, flush=True)
+            print(f"\r\033[K[{i + 1}/{len(rows)}] {failed} not passed, {rows[i].id}", end="", file=sys.stderr,
+                  flush=True)
         elif bad or (i + 1) % 25 == 0:
             print(f"[{i + 1}/{len(rows)}] {result.verdict:7} {rows[i].id}", file=sys.stderr, flush=True)
         yield result

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from .quantity import with_unit
+
 _STYLE = Path(__file__).resolve().parents[2] / "plant_sim" / "io" / "page" / "html" / "page.css"
 _OWN_STYLE = """
 .matrix > summary, .row > summary { cursor: pointer; list-style: none; }
@@ -61,7 +63,7 @@ def html_page(summary: str, facts: str, rows: Sequence[tuple[Any, Any, Sequence[
             f'<p class="status {chip}">{html.escape(summary)}</p>\n<h1>What the car does when something breaks</h1>\n'
             f'<p class="facts">Plant and firmware in the loop, {html.escape(facts)}. Times count from the fault and '
             "stand beside their bound; failures come first. A row opens to what was checked and to the curves: the "
-            "fault is at 0 s (dashed).</p>\n"
+            "fault is at 0 s (dashed orange), the bound of what is asserted purple.</p>\n"
             f'<dl class="tiles">{tiles}</dl>\n{groups}\n</main></body></html>\n')
 
 
@@ -82,20 +84,21 @@ def _row(row: Any, result: Any, cells: Sequence[str], reasons: Sequence[str]) ->
         checked += f"<li>the same drive without the fault: {html.escape(result.sound_car)}</li>"
     if row.known:
         checked += f"<li>known: {html.escape(row.known)}</li>"
-    curves = "".join(_curve(name, points) for name, points in result.curves.items() if len(points) > 1)
-    return (f'<details class="row"{" open" if result.verdict == "failed" else ""}><summary>'
-            f'<span><span class="status {_CHIP[result.verdict]}">{result.verdict}</span></span>'
-            f'<span>{html.escape(row.what)}<span class="id">{row.id}; {html.escape(row.situation.what)}</span></span>'
-            f'{labelled}</summary><div class="more"><ul>{checked}</ul><div class="curves">{curves}</div></div></details>')
+    curves = "".join(_curve(name, curve) for name, curve in result.curves.items() if curve.points)
+    chip = f'<span><span class="status {_CHIP[result.verdict]}">{result.verdict}</span></span>'
+    name = f'<span>{html.escape(row.what)}<span class="id">{row.id}; {html.escape(row.situation.what)}</span></span>'
+    return (f'<details class="row"{" open" if result.verdict == "failed" else ""}><summary>{chip}{name}{labelled}'
+            f'</summary><div class="more"><ul>{checked}</ul><div class="curves">{curves}</div></div></details>')
 
 
-def _curve(name: str, points: Sequence[tuple[float, float]]) -> str:
-    """Steps from value to value, as a bus holds them."""
+def _curve(name: str, curve: Any) -> str:
+    """Steps from value to value, as a bus holds them; what never changes is a line of words."""
+    points, title = curve.points, html.escape(name)
     first, last = points[0][0], points[-1][0]
-    low, high = min(v for _, v in points), max(v for _, v in points)
-    low, high = min(low, 0.0), max(high, low + 1e-9, 0.0)
-    if last <= first or high <= low:
-        return ""
+    low, high = min(0.0, *(v for _, v in points)), max(0.0, *(v for _, v in points))
+    if all(v == points[0][1] for _, v in points) or last <= first:
+        value = with_unit(points[0][1], curve.unit)
+        return f'<figure class="curve"><figcaption>{title}: {value} all the while</figcaption></figure>'
 
     def x(time_s: float) -> str:
         return f"{(time_s - first) / (last - first) * _WIDTH:.1f}"
@@ -104,9 +107,11 @@ def _curve(name: str, points: Sequence[tuple[float, float]]) -> str:
         return f"{_HEIGHT - (value - low) / (high - low) * (_HEIGHT - 4) - 2:.1f}"
 
     path = f"M{x(first)} {y(points[0][1])}" + "".join(f"H{x(t)}V{y(v)}" for t, v in points[1:])
+    marks = [("event", 0.0), *(("bound", ms * 1e-3) for ms in sorted(set(curve.bounds_ms)))]
     lines = f'<line class="axis" x1="0" x2="{_WIDTH:g}" y1="{y(0.0)}" y2="{y(0.0)}"/>'
-    if first < 0.0 < last:
-        lines += f'<line class="event" x1="{x(0.0)}" x2="{x(0.0)}" y1="0" y2="{_HEIGHT:g}"/>'
-    return (f'<figure class="curve"><figcaption>{html.escape(name)}: {low:.6g} to {high:.6g}; {first:g} to {last:g} s'
-            f'</figcaption><svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" preserveAspectRatio="none" role="img" '
-            f'aria-label="{html.escape(name)}">{lines}<path class="line" d="{path}"/></svg></figure>')
+    lines += "".join(f'<line class="{kind}" x1="{x(t)}" x2="{x(t)}" y1="0" y2="{_HEIGHT:g}"/>'
+                     for kind, t in marks if first < t < last)
+    span = f"{low:.6g} to {with_unit(high, curve.unit)}, {first:g} to {last:g} s"
+    return (f'<figure class="curve"><figcaption>{title}: {span}</figcaption>'
+            f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" preserveAspectRatio="none" role="img" '
+            f'aria-label="{title}">{lines}<path class="line" d="{path}"/></svg></figure>')

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from .errors import InputError
 from .fault_page import html_page
-from .fault_run import FAILED, KNOWN, PASSED, RowResult
+from .fault_run import FAILED, KNOWN, PASSED, RowResult, bound_ms
 from .fault_table import Row
+from .in_process import PROCESS
 
 _ORDER = {FAILED: 0, KNOWN: 1, PASSED: 2}
 
@@ -31,6 +32,10 @@ class Matrix:
         return sorted(zip(self.rows, self.results, strict=True), key=lambda pair: _ORDER[pair[1].verdict])
 
     @property
+    def where(self) -> str:
+        return "in one process" if self.bus == PROCESS else f"as processes on {self.bus}"
+
+    @property
     def summary(self) -> str:
         known = f", {self.count(KNOWN)} known" if self.count(KNOWN) else ""
         return f"{len(self.rows)} faults: {self.count(PASSED)} passed, {self.count(FAILED)} failed{known}"
@@ -44,9 +49,9 @@ def bounds(row: Row) -> dict[str, str]:
     """What the table asks: name of the column -> bound in ms."""
     out = {}
     if row.seen:
-        out["seen"] = f"{row.seen.lasts_ms:g}"
+        out["seen"] = f"{bound_ms(row, row.seen):g}"
     for name, check in row.reactions.items():
-        out[name] = f"{check.lasts_ms - 100.0:g}"
+        out[name] = f"{bound_ms(row, check):g}"
     if row.goes_on_ms:
         out["goes_on"] = f"{row.goes_on_ms:g}"
     return out
@@ -96,7 +101,7 @@ def text(matrix: Matrix) -> str:
             lines += [f"{'':{widths[0]}}    {reason}" for reason in reasons(pair[1])]
             if pair[0].known:
                 lines.append(f"{'':{widths[0]}}    known: {pair[0].known}")
-    return "\n".join([*lines, "", f"{matrix.summary}; seed {matrix.seed}, on {matrix.bus}, {matrix.wall_s:.0f} s"])
+    return "\n".join([*lines, "", f"{matrix.summary}; seed {matrix.seed}, {matrix.where}, {matrix.wall_s:.0f} s"])
 
 
 def json_text(matrix: Matrix) -> str:
@@ -129,7 +134,7 @@ def markdown(matrix: Matrix) -> str:
 
 
 def page(matrix: Matrix) -> str:
-    return html_page(matrix.summary, f"seed {matrix.seed}, on {matrix.bus}",
+    return html_page(matrix.summary, f"{matrix.where}, seed {matrix.seed}",
                      [(row, result, cells(row, result), reasons(result)) for row, result in matrix.failures_first()])
 
 

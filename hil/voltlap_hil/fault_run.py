@@ -30,6 +30,15 @@ _BEFORE_MS, _POINTS = 200.0, 400
 
 
 @dataclass
+class Curve:
+    """Of one signal over the row: (s from the fault, value) where it changes, and the bounds on it in ms."""
+
+    unit: str
+    points: list[tuple[float, float]]
+    bounds_ms: list[float]
+
+
+@dataclass
 class RowResult:
     """Times in ms from the fault; None: never. `did` is what the car did, in words; `results` each check."""
 
@@ -44,7 +53,7 @@ class RowResult:
     event_ms: float = 0.0
     wall_s: float = 0.0
     error: str = ""
-    curves: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
+    curves: dict[str, Curve] = field(default_factory=dict)
 
 
 OpenRig = Callable[..., Rig]
@@ -71,6 +80,11 @@ def run_row(row: Row, dbc: Dbc, open_rig: OpenRig, twins: Twins) -> RowResult:
 
 def expected(row: Row) -> list[checks.Check]:
     return [*([row.seen] if row.seen else []), *row.reactions.values()]
+
+
+def bound_ms(row: Row, check: checks.Check) -> float:
+    """A reaction is watched for a while longer, to see that it lasts."""
+    return check.lasts_ms if check is row.seen else check.lasts_ms - checks.HOLD_MS
 
 
 def only_with_fault(row: Row) -> list[checks.Check]:
@@ -103,8 +117,10 @@ def _judge(row: Row, dbc: Dbc, trace: Trace, out: RowResult) -> None:
     if row.goes_on_ms:
         out.results.append(checks.stays(row.situation.sound, row.goes_on_ms).measure(trace, out.event_ms))
         out.did = "drove on" if out.results[-1].held else f"{out.did}: stopped by it"
-    names = [*CURVES, *(name for check in [*expected(row), *row.more] for name in check.needs if "." in name)]
-    out.curves = {name: _curve(trace, dbc, name, out.event_ms) for name in dict.fromkeys(names) if name[-1] != "."}
+    asserted = {name: [bound_ms(row, check) for check in expected(row) if name in check.needs]
+                for check in [*expected(row), *row.more] for name in check.needs if name[-1] != "."}
+    for name in dict.fromkeys([*asserted, *CURVES]):
+        out.curves[name] = Curve(dbc.signal(name).unit, _curve(trace, dbc, name, out.event_ms), asserted.get(name, []))
 
 
 def _since(trace: Trace, dbc: Dbc, text: str, event_ms: float) -> float | None:

@@ -17,7 +17,8 @@ from .step import Step
 from .yaml_node import YamlNode
 
 # What each fault of the bus may say besides its messages and `for`, and what Fault calls it.
-_WORDS = {"drop": {"every": "every", "share": "share"}, "silence": {}, "delay": {"by": "delay_ticks"}, "duplicate": {"copies": "copies"},
+_WORDS = {"drop": {"every": "every", "share": "share"},
+          "silence": {}, "delay": {"by": "delay_ticks"}, "duplicate": {"copies": "copies"},
           "corrupt": {"bit": "bit"}, "replay": {"frames": "copies"}, "stuck_counter": {},
           "babble": {"frames": "copies"},
           "second_sender": {"signals": "signals", "counter_ahead": "counter_ahead"}}

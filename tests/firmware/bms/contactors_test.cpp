@@ -105,8 +105,8 @@ TEST(Contactor, ContactsThatTravelDoNotHideAWeldedAirPlus) {
   CHECK(bench.out.state == BmsState::kPrecharge);
   bench.io.air_minus_aux = bench.io.precharge_aux = true;
   bench.inverter.dc_link_voltage_100uv = 24 * 39'000;
-  expect_time("BMS-018 travel", bench.until([](const Output& o) { return has(o, can::BmsFault::kContactorWelded); }, 1000),
-              0, 20);
+  const auto told = [](const Output& o) { return has(o, can::BmsFault::kContactorWelded); };
+  expect_time("BMS-018 travel", bench.until(told, 1000), 0, 20);
   CHECK(!bench.out.contactors.air_minus && !bench.out.contactors.precharge);
 }
 
