@@ -43,7 +43,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
-def _number(low: int, high: int, text: str) -> int:
+def number(low: int, high: int, text: str) -> int:
     try:
         return whole(text, low, high)
     except InputError as error:
@@ -56,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--row", action="append", default=[], metavar="ID", help="only this row; may be repeated")
     parser.add_argument("--group", action="append", default=[], metavar="NAME",
                         help="only the rows of this group; may be repeated")
-    parser.add_argument("--draw", type=partial(_number, 1, 10_000), metavar="N",
+    parser.add_argument("--draw", type=partial(number, 1, 10_000), metavar="N",
                         help="only so many of them, drawn by --seed")
     parser.add_argument("--list", action="store_true", help="say which rows there are, and run nothing")
     parser.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="another table (hil/faults.yaml)")
@@ -64,12 +64,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--report", type=Path, metavar="FILE",
                         help="one page with the curves of each row (.html), or the table (.md), which takes the place "
                         "of the one between its marks in a file such as docs/fault_matrix.md")
-    parser.add_argument("--jobs", type=partial(_number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
+    parser.add_argument("--jobs", type=partial(number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
                         help="rows at a time; one on a CAN interface (all processors)")
     parser.add_argument("--bus", metavar="IF", help="on this CAN interface, with processes for plant and ECUs, the "
                         "rows that say vcan: true; without it in one process")
     parser.add_argument("--far", metavar="IF", help="the interface behind the gateway (vcan1 with --bus vcan0)")
-    parser.add_argument("--seed", type=partial(_number, 0, _SEEDS), default=1, metavar="N",
+    parser.add_argument("--seed", type=partial(number, 0, _SEEDS), default=1, metavar="N",
                         help="of losses, noise and --draw; the same seed gives the same run (1)")
     return parser
 

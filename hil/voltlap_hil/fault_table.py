@@ -72,6 +72,7 @@ class Row:
     vcan: bool = False
     known: str = ""
     own_meanwhile: bool = False
+    fault: str = ""  # the text of `when`
 
     @property
     def answers_to(self) -> str:
@@ -137,6 +138,7 @@ def _row(node: YamlNode, situations: dict[str, Situation], dbc: Dbc) -> Row:
     row.rule = [n.value(_rule) for n in fields["rule"].items()] if "rule" in fields else []
     if not row.rule and not scenario.proves:
         raise node.error("found neither 'rule' nor 'proves', expected the rule or the requirement that it is about")
+    row.fault = yaml.serialize(fields["when"].raw)
     row.own_meanwhile = "meanwhile" in fields
     row.vcan = "vcan" in fields and fields["vcan"].one_of(["true", "false"]) == "true"
     row.known = fields["known"].words() if "known" in fields else ""

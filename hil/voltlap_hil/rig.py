@@ -120,7 +120,7 @@ class Rig:
         self._closers.append(self._recorder.close)
 
     def _open_gateway(self, far: str) -> None:
-        self._gateway = GatewayProcess(self.bench.channel, far, self.dbc, lockstep=self.bench.start)
+        self._gateway = GatewayProcess(self.bench.channel, far, self.dbc, self.bench.start, self._seed)
         self._closers.append(self._gateway.close)
 
     def _open_clock(self, ids: list[int] | None) -> Clock:
