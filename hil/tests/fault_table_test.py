@@ -76,6 +76,7 @@ def test_a_row_becomes_a_scenario(load):
     ("seen_within: 100 ms", "seen_within: 15 ms", ":7: row one.seen_within: found '15 ms', expected a multiple"),
     (", seen_within: 100 ms", "", ":7: row one: 'sees' and 'seen_within' go together"),
     ("seen_within: 100 ms", "seen_within: 100 ms, observe: 150 ms", ":7: row one.observe: found 150 ms"),
+    ("{kill: bms}", "{reset: bms}, vcan: true", ":7: row one.vcan: found true beside 'reset'"),
     ("seen_within: 100 ms", "seen_within: 100 ms, vcan: maybe", ":7: row one.vcan: found 'maybe'"),
     ("sees: BmsStatus.State = Fault, seen_within: 100 ms", "torque_zero_within: 10 ms, goes_on: 1 s",
      ":7: row one.goes_on: found a car that goes on and one that is stopped"),

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """On a CAN interface a car does what it does in one process: frame by frame in a scenario with a fault of the bus, and
-row by row of a few drawn faults. VOLTLAP_TEST_SEED draws others; `./voltlap faults --bus vcan0` runs all that are marked.
+row by row of a few drawn faults. VOLTLAP_TEST_SEED draws others; `./voltlap faults --bus vcan0` runs all that are
+marked.
 """
 import json
 import os

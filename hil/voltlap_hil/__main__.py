@@ -109,6 +109,10 @@ def _run(options: argparse.Namespace) -> int:
         raise InputError(f"--record takes one scenario, found {len(scenarios)}")
     if options.record:
         _check_flag("--record", record.check_name, options.record)
+    for scenario in scenarios:
+        if scenario.needs_process and options.channel != PROCESS:
+            raise InputError(f"{scenario.path}: 'reset' takes the supply of a node, which --channel {options.channel} "
+                             f"cannot; expected --channel {PROCESS}")
     if options.check_only:
         print(f"{len(scenarios)} scenario files are right")
         return 0

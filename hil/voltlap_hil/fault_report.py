@@ -90,7 +90,7 @@ def listing(rows: Sequence[Row]) -> str:
 
 def text(matrix: Matrix) -> str:
     head = ("", "fault", "told", "torque zero", "contactors open", "the car")
-    table = [head]
+    table: list[tuple[str, ...]] = [head]
     for row, result in matrix.failures_first():
         table.append((result.verdict, row.id, *cells(row, result), result.did))
     widths = [max(len(line[i]) for line in table) for i in range(len(head))]

@@ -141,6 +141,9 @@ def _row(node: YamlNode, situations: dict[str, Situation], dbc: Dbc) -> Row:
     row.fault = yaml.serialize(fields["when"].raw)
     row.own_meanwhile = "meanwhile" in fields
     row.vcan = "vcan" in fields and fields["vcan"].one_of(["true", "false"]) == "true"
+    if row.vcan and scenario.needs_process:
+        raise fields["vcan"].error("found true beside 'reset', which needs car and firmware in one process; leave it "
+                                   "out")
     row.known = fields["known"].words() if "known" in fields else ""
     _read_expectations(row, node, fields, dbc)
     return row

@@ -116,7 +116,7 @@ class Rig:
             raise
 
     def _open_recorder(self, path: str | Path) -> None:
-        self._recorder = Recorder(path, self.bench.channel)
+        self._recorder = Recorder(path, "vcan0" if self.bench.in_process else self.bench.channel)
         self._closers.append(self._recorder.close)
 
     def _open_gateway(self, far: str) -> None:
@@ -267,7 +267,7 @@ class Rig:
     def clear_gateway(self) -> None:
         self._need_gateway().clear()
 
-    def _need_gateway(self) -> GatewayProcess:
+    def _need_gateway(self) -> GatewayProcess | CarProcess:
         if self._gateway is None:
             raise InputError("there is no gateway: a second channel is needed for it (far='vcan1', --far vcan1)")
         return self._gateway

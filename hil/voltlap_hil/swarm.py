@@ -6,6 +6,8 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
 
 from .errors import HilError
 from .fault_table import Row
@@ -16,7 +18,7 @@ VEHICLES = ("vtm16e", "vtm17e")
 TRACKS = ("michigan_2014", "michigan_2015")
 _DRIVING = ("full", "rolling", "stand", "lifts", "lifts_rolling", "lap")
 _LONGEST_MS, _PIECE_MS, _AFTER_MS = 9000, (100, 1500), 1500
-_USUAL = {"vehicle": VEHICLES[0], "soc": 1.0, "celsius": 27, "weak": 1.0, "noise": False, "loss": 0}
+_USUAL: dict[str, Any] = {"vehicle": VEHICLES[0], "soc": 1.0, "celsius": 27, "weak": 1.0, "noise": False, "loss": 0}
 
 
 @dataclass(frozen=True)
@@ -44,10 +46,12 @@ class Drawn:
     faults: tuple[tuple[str, int], ...] = field(default=())
 
     def __str__(self) -> str:
-        foot = ", ".join(f"{p.ms} ms {p.accelerator} %/{p.brake} %" for p in self.foot) or f"laps of {self.track}"
+        pieces = [f"{p.ms} ms {p.accelerator} %/{p.brake} %" for p in self.foot]
+        foot = ", ".join(pieces) or f"laps of {self.track}"
         faults = ", ".join(f"{row} at {ms} ms" for row, ms in self.faults) or "none"
-        return (f"{self.vehicle}, charge {100 * self.soc:.0f} %, {self.celsius} degC, a cell with {self.weak:g} times the "
-                f"resistance, {'noise' if self.noise else 'no noise'}, {self.loss} % of the frames lost; foot: {foot}; "
+        car = (f"{self.vehicle}, charge {100 * self.soc:.0f} %, {self.celsius} degC, a cell with {self.weak:g} times the "
+               "resistance")
+        return (f"{car}, {'noise' if self.noise else 'no noise'}, {self.loss} % of the frames lost; foot: {foot}; "
                 f"faults: {faults}")
 
     @property
@@ -108,15 +112,20 @@ def _act(drawn: Drawn, rows: dict[str, Row], rig: Rig) -> None:
     events: list[tuple[int, Callable[[], None]]] = []
     at_ms = 0
     for piece in drawn.foot:
-        events.append((at_ms, lambda p=piece: rig.driver(accelerator=p.accelerator, brake=p.brake)))
+        events.append((at_ms, partial(rig.driver, piece.accelerator, piece.brake)))
         at_ms += piece.ms
     for name, ms in drawn.faults:
-        events.append((ms, lambda r=rows[name]: [step.act(rig) for step in r.scenario.when] and None))
+        events.append((ms, partial(_break, rows[name], rig)))
     begin_ms = rig.now_ms
     for ms, act in sorted(events, key=lambda event: event[0]):
         rig.run(f"{max(0.0, begin_ms + ms - rig.now_ms):g} ms")
         act()
     rig.run(f"{max(0.0, begin_ms + _LONGEST_MS - rig.now_ms):g} ms")
+
+
+def _break(row: Row, rig: Rig) -> None:
+    for step in row.scenario.when:
+        step.act(rig)
 
 
 def smallest(drawn: Drawn, fails: Callable[[Drawn], bool]) -> Drawn:

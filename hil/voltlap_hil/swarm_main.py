@@ -109,8 +109,8 @@ def _outcomes(options: argparse.Namespace, first: int, begin: float) -> Iterator
 
 def _show(options: argparse.Namespace, begin: float, runs: int) -> None:
     if sys.stderr.isatty():
-        print(f"\r\033[K{runs} scenarios, {time.monotonic() - begin:.0f} of {options.seconds} s", end="", file=sys.stderr,
-              flush=True)
+        print(f"\r\033[K{runs} scenarios, {time.monotonic() - begin:.0f} of {options.seconds} s", end="",
+              file=sys.stderr, flush=True)
     elif runs % 100 == 0:
         print(f"{runs} scenarios", file=sys.stderr, flush=True)
 
