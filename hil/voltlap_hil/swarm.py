@@ -49,8 +49,8 @@ class Drawn:
         pieces = [f"{p.ms} ms {p.accelerator} %/{p.brake} %" for p in self.foot]
         foot = ", ".join(pieces) or f"laps of {self.track}"
         faults = ", ".join(f"{row} at {ms} ms" for row, ms in self.faults) or "none"
-        car = (f"{self.vehicle}, charge {100 * self.soc:.0f} %, {self.celsius} degC, a cell with {self.weak:g} times the "
-               "resistance")
+        car = (f"{self.vehicle}, charge {100 * self.soc:.0f} %, {self.celsius} degC, a cell with {self.weak:g} times "
+               "the resistance")
         return (f"{car}, {'noise' if self.noise else 'no noise'}, {self.loss} % of the frames lost; foot: {foot}; "
                 f"faults: {faults}")
 

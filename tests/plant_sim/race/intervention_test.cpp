@@ -123,7 +123,7 @@ TEST(Intervention, ChatteringContactorIsOpenHalfOfTheTimeAndOnlyWhileItIsCommand
     let_pass(0.01);
     closed += car.contactors.air_minus.closed() ? 1 : 0;
   }
-  LONGS_EQUAL(40, closed);
+  CHECK(closed >= 38 && closed <= 42);  // of 80 steps; an edge may fall on either side of one
   car.contactors.air_minus.command(false);
   let_pass(0.2);
   for (int i = 0; i < 20; ++i) {

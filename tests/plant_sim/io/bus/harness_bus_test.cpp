@@ -67,7 +67,7 @@ TEST_GROUP(HarnessBus) {
     }
     LONGS_EQUAL(bytes.size(), write(to_car[1], bytes.data(), bytes.size()));
   }
-  void say(const Frame& frame) {
+  void request(const Frame& frame) {
     std::uint8_t bytes[24] = {1};
     std::memcpy(bytes + 8, &frame.id, 4);
     bytes[12] = frame.dlc;
@@ -119,20 +119,20 @@ TEST(HarnessBus, RequestsOfTheHarnessActInTheTickTheyBegin) {
   reset.off_ms = 250;
   Frame frame;
   encode(reset, frame);
-  say(frame);
+  request(frame);
   bus.begin_tick(0);
   LONGS_EQUAL(250, nodes.off_ms);
   can::MemberLost lost;
   lost.member = can::Member::kMaster;
   encode(lost, frame);
-  say(frame);
+  request(frame);
   bus.begin_tick(1);
   CHECK(nodes.lost == std::vector<Sender>{Sender::kMaster});
   LONGS_EQUAL(1, bus.lost().size());
   can::PlantFault fault;
   fault.fault = can::PlantFaultKind::kAirPlusWelded;
   encode(fault, frame);
-  say(frame);
+  request(frame);
   LONGS_EQUAL(1, bus.begin_tick(2).faults.size());
   say({});
   LONGS_EQUAL(0, bus.begin_tick(3).faults.size());
