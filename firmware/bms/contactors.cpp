@@ -103,7 +103,20 @@ void from_idle(const Config& config, Instant now, State& s) {
   if (c.precharges == 0) c.credit_at = now;
   ++c.precharges;
   c.dc_link_was_low = !dc_link_above(s.measured, config.dc_link_welded);
+  c.path_closed = false;
   enter(BmsState::kPrecharge, now, c);
+}
+
+/// Nothing rises before the contacts have travelled: their time is no part of that of the resistor.
+void note_path(Instant now, const Measured& m, Contactors& c) {
+  if (c.path_closed || !m.io.good() || !m.io.value.air_minus_aux || !m.io.value.precharge_aux) return;
+  c.path_closed = true;
+  c.path_closed_at = now;
+}
+
+// BMS-018: up in no time, through a welded AIR+ and no resistor.
+bool too_fast(const Config& config, Instant now, const Contactors& c) {
+  return c.dc_link_was_low && now - (c.path_closed ? c.path_closed_at : c.entered) < config.precharge_time_min;
 }
 
 // BMS-031, EV.5.6: the second AIR closes on the measured DC-link voltage, never on time alone.
@@ -115,10 +128,11 @@ void from_precharge(const Config& config, Instant now, State& s) {
     if (s.measured.io.value.air_plus_aux) enter(c.for_charge ? BmsState::kCharging : BmsState::kTsActive, now, c);
     return;
   }
+  note_path(now, s.measured, c);
   // BMS-032: what was not seen to rise has the time in which it rises.
   const bool seen = c.dc_link_was_low || elapsed >= config.precharge_time_unseen;
   if (dc_link_above(s.measured, config.precharge_ratio) && seen) {
-    c.precharge_too_fast = c.dc_link_was_low && elapsed < config.precharge_time_min;
+    c.precharge_too_fast = too_fast(config, now, c);
     if (c.precharge_too_fast) {
       enter(BmsState::kFault, now, c);
     } else {

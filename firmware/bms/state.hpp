@@ -130,6 +130,8 @@ struct Contactors {
   bool opening = false;           ///< limits and torque are zero, the contactors follow
   bool closed_once = false;       ///< since power-on
   bool dc_link_was_low = false;   ///< at the begin of precharge
+  bool path_closed = false;       ///< AIR- and the precharge relay were seen closed in this precharge ...
+  Instant path_closed_at{};       ///< ... since then
   bool precharge_failed = false;  ///< for one step: too slow
   bool precharge_too_fast = false;
 };

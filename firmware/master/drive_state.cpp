@@ -29,8 +29,10 @@ Faults find_faults(const Input& input, const DriveStateState& state) {
   f.set(MasterFault::kBmsLost, !input.bms_state.good());
   f.set(MasterFault::kVehicleIoLost, !input.switches.good());
   f.set(MasterFault::kInverterLost, !input.inverter_state.good());
+  // MST-041: an inverter that does not do as it is told is one that has failed, whatever it says of itself.
   f.set(MasterFault::kInverterFault,
-        input.inverter_state.good() && input.inverter_state.value == InverterState::kFault);
+        state.inverter_disobeys ||
+            (input.inverter_state.good() && input.inverter_state.value == InverterState::kFault));
   f.set(MasterFault::kBmsFault, bms_is(input, BmsState::kFault));
   return f;
 }

@@ -34,6 +34,7 @@ void take_inverter(const Frame& frame, Input& in) {
   refresh(in.motor_speed, m.motor_speed_ok, MotorSpeed::from_raw(m.motor_speed_rpm), in.now);
   refresh(in.dc_link_voltage, m.dc_link_voltage_ok, PackVoltage::from_raw(m.dc_link_voltage_100uv), in.now);
   refresh(in.inverter_state, true, m.state, in.now);
+  refresh(in.phase_current, m.phase_current_ok, Current::from_raw(m.phase_current_ma), in.now);
 }
 
 void take_pack(const Frame& frame, Input& in) {
@@ -97,6 +98,7 @@ void expire_all(Input& in) {
   expire(in.motor_speed, can::InverterStatus::kTimeoutMs, in.now);
   expire(in.dc_link_voltage, can::InverterStatus::kTimeoutMs, in.now);
   expire(in.inverter_state, can::InverterStatus::kTimeoutMs, in.now);
+  expire(in.phase_current, can::InverterStatus::kTimeoutMs, in.now);
   expire(in.pack_current, can::PackSensor::kTimeoutMs, in.now);
   expire(in.pack_voltage, can::PackSensor::kTimeoutMs, in.now);
   expire(in.switches, can::VehicleIo::kTimeoutMs, in.now);

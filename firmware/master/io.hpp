@@ -31,6 +31,7 @@ struct Input {
   Sample<MotorSpeed> motor_speed;
   Sample<PackVoltage> dc_link_voltage;
   Sample<InverterState> inverter_state;
+  Sample<Current> phase_current;  ///< as the inverter reports it
   Sample<PackVoltage> pack_voltage;
   Sample<Current> pack_current;
   Sample<Current> discharge_limit, charge_limit;  ///< DC, both >= 0

@@ -55,12 +55,17 @@ Output report(const State& state, const InverterCommand& command, bool allowed, 
 Output step(const Config& config, const Input& input, State& state) {
   const Duration elapsed = advance(input.now, state);
   pedals_step(config, input, state.pedals);
+  watch_inverter(input, state.inverter_watch);
+  state.drive.inverter_disobeys = state.inverter_watch.disobeys;
   drive_state_step(config, input, state.pedals, state.drive);
   request_step(config, input, state.pedals, state.drive.mode, elapsed, state.request);
   arbitration_step(config, input, state.request.current, elapsed, state.arbitration);
   const InverterCommand command =
       inverter_command(state.arbitration.current, state.drive.mode, input.inverter_state);
-  return report(state, command, command_allowed(config, input, command), late_inputs(config, input));
+  const Output output =
+      report(state, command, command_allowed(config, input, command), late_inputs(config, input));
+  note_asked(output.phase_current, elapsed, state.inverter_watch);
+  return output;
 }
 
 }  // namespace voltlap::master

@@ -3,6 +3,7 @@
 #pragma once
 #include "master/arbitration.hpp"
 #include "master/drive_state.hpp"
+#include "master/inverter_watch.hpp"
 #include "master/pedals.hpp"
 #include "master/request.hpp"
 
@@ -16,6 +17,7 @@ struct State {
   DriveStateState drive;
   RequestState request;
   ArbitrationState arbitration;
+  InverterWatchState inverter_watch;
 };
 
 /// Longest time between two steps that rate limits give credit for.

@@ -59,6 +59,7 @@ void pedals_step(const Config& config, const Input& input, PedalState& state) {
   // MST-001: pedals that are lost for their timeout, 100 ms, are believed again only when released. MST-050 has
   // stopped the torque before.
   active.set(MasterFault::kPedalsLost, a.lost);
+  // MST-006: what comes and goes, as a loose plug does, is counted on; it is there for its time in all.
   // MST-002 (T.4.2.10, T.4.2.5) and MST-003 (T.4.2.4, T.4.2.5): a sensor outside its range, two that disagree.
   active.set(MasterFault::kAppsRange, state.apps_range.held(!a.in_range, input.now, config.apps_implausible_time));
   active.set(MasterFault::kAppsImplausible,

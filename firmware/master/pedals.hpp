@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accelerator and brake: position from two sensors, and every reason not to believe it.
 #pragma once
-#include "base/persistence.hpp"
+#include "base/leaky_persistence.hpp"
 #include "master/config.hpp"
 #include "master/io.hpp"
 
 namespace voltlap::master {
 
 struct PedalState {
-  Persistence apps_disagree;
-  Persistence apps_range;
-  Persistence brake_sensor;
+  LeakyPersistence apps_disagree;
+  LeakyPersistence apps_range;
+  LeakyPersistence brake_sensor;
   // Computed by pedals_step.
   Ratio position{};            ///< 0 whenever a sensor cannot be believed
   Pressure brake_pressure{};   ///< the higher of the good circuits

@@ -4,6 +4,7 @@ import random
 
 from voltlap_hil.faults import Gateway
 from voltlap_hil.frame import Frame
+from voltlap_hil.odometer import Odometer
 from voltlap_hil.rig import Bench, Rig
 from voltlap_hil.signals import Signals
 from voltlap_hil.trace import Trace
@@ -55,7 +56,8 @@ class SyntheticRig(Rig):
         self.bench, self.dbc, self.trace, self.signals = Bench(far="vcan1"), dbc, Trace(dbc), Signals(dbc)
         self.clock = _DrawnClock(dbc, random.Random(seed))
         self._driver = {"Accelerator": None, "Brake": None}
-        self._recorder, self._gateway = None, self.clock.gateway
+        self._recorder, self._gateway, self._automatic = None, self.clock.gateway, True
+        self._odometer = Odometer(dbc)
         self._alive = {"bms", "master"}
 
     def run(self, duration):
@@ -67,6 +69,12 @@ class SyntheticRig(Rig):
 
     def start_up(self, to="ready_to_drive"):
         self.driver(accelerator=0, brake=50, ts_on="On")
+
+    def drive(self, to_m, within):
+        self.run(within)
+
+    def reset(self, node, off="10 ms"):
+        assert node in ("bms", "master")
 
     def kill(self, node):
         self._alive.remove(node)

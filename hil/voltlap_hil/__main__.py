@@ -16,6 +16,7 @@ from pathlib import Path
 from . import record, report
 from .dbc import Dbc
 from .errors import HilError, InputError
+from .in_process import PROCESS
 from .rig import Bench, Rig
 from .runner import Outcome, run
 from .scenario_file import Scenario, load
@@ -46,8 +47,9 @@ def _parser() -> argparse.ArgumentParser:
     runs = commands.add_parser("run", help="run scenario files and say what each check measured")
     runs.set_defaults(call=_run)
     runs.add_argument("scenario", nargs="+", type=_path, help="a YAML file, or a folder of them")
-    runs.add_argument("--channel", default="vcan0", help="the plant's channel (vcan0); with can0 the nodes are not "
-                      "started and times are those of the bus")
+    runs.add_argument("--channel", default="vcan0", help="the plant's channel (vcan0); process: car and firmware in "
+                      "one process, without any interface; with can0 the nodes are not started and times are those of "
+                      "the bus")
     runs.add_argument("--far", metavar="CHANNEL", help="channel behind the fault gateway (vcan1 with vcan0)")
     runs.add_argument("--nodes", choices=["started", "running"], help="whether plant and ECUs are started here; "
                       "default: started on a vcan channel")
@@ -107,6 +109,10 @@ def _run(options: argparse.Namespace) -> int:
         raise InputError(f"--record takes one scenario, found {len(scenarios)}")
     if options.record:
         _check_flag("--record", record.check_name, options.record)
+    for scenario in scenarios:
+        if scenario.needs_process and options.channel != PROCESS:
+            raise InputError(f"{scenario.path}: 'reset' takes the supply of a node, which --channel {options.channel} "
+                             f"cannot; expected --channel {PROCESS}")
     if options.check_only:
         print(f"{len(scenarios)} scenario files are right")
         return 0
@@ -136,8 +142,12 @@ def _run_one(scenario: Scenario, options: argparse.Namespace, dbc: Dbc) -> Outco
 
 
 def open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, behind: Sequence[str], **what: object) -> Rig:
-    start = options.nodes == "started" if options.nodes else options.channel.startswith(_SIMULATED)
+    start = options.nodes == "started" if options.nodes else options.channel.startswith((_SIMULATED, PROCESS))
     far = options.far
+    if options.channel == PROCESS:
+        if not start or far:
+            raise InputError("--channel process starts all there is: leave out --far and --nodes running")
+        far = PROCESS
     if gateway and far is None:
         if options.channel != "vcan0":
             raise InputError(f"this scenario plants faults of the bus: name the channel behind the gateway with --far, "

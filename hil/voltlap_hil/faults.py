@@ -15,9 +15,11 @@ from dataclasses import dataclass, field
 from .dbc import Dbc, Message, Value
 from .errors import InputError, did_you_mean
 from .frame import Frame, is_lockstep
+from .sensor_faults import MOST_CYCLES, LyingSensors, SensorFault
 
-KINDS = ("drop", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender", "silence")
-HISTORY = 64  # frames of one id that can be replayed
+KINDS = ("drop", "delay", "duplicate", "corrupt", "replay", "stuck_counter", "babble", "second_sender", "silence",
+         "sensor")
+HISTORY = MOST_CYCLES  # frames of one id that can be replayed
 MOST_BABBLE = 1000  # frames a tick on all its ids; a bus of 500 kbit/s carries 45
 _RANGES = {"every": (1, 1_000_000), "number of frames or copies": (1, 100), "delay": (0, 8_640_000),
            "counter_ahead": (0, 255)}
@@ -28,7 +30,7 @@ _MARKS = {"PLANT": "Sync", "BMS": "DoneBms", "MASTER": "DoneMaster"}
 class Fault:
     """One fault. It acts on frames of `ids` in ticks `from_tick` to `until_tick` (exclusive; None: for good).
 
-    drop           every `every`-th frame; silence is drop of all that a node sends
+    drop           every `every`-th frame, or a drawn `share` of them; silence is drop of all that a node sends
     delay          by `delay_ticks`
     duplicate      each frame `copies` times more
     corrupt        inverts `bit` of the payload (byte * 8 + bit) and leaves the CRC; None: damages the CRC itself
@@ -36,6 +38,7 @@ class Fault:
     stuck_counter  the counter of the last frame before the fault, with a CRC that fits
     babble         `copies` frames a tick with random content on each id
     second_sender  after each frame another one with `signals` changed and a counter `counter_ahead` of its own
+    sensor         readings that are wrong in frames that are right: see sensor_faults
     """
 
     kind: str
@@ -48,6 +51,8 @@ class Fault:
     bit: int | None = None
     counter_ahead: int = 1
     signals: Mapping[str, Value | None] = field(default_factory=dict)
+    share: float = 1.0
+    sensor: SensorFault | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -57,6 +62,9 @@ class Fault:
             least, most = _RANGES[what]
             if not least <= value <= most:
                 raise InputError(f"{self.kind}: found {what} {value}, expected at least {least} and at most {most}")
+        if not 0.0 < self.share <= 1.0:
+            raise InputError(f"{self.kind}: found a share of {100 * self.share:g} %, expected more than 0 and at most "
+                             "100 %")
         if self.bit is not None and self.bit < 0:
             raise InputError(f"{self.kind}: found bit {self.bit}, expected at least 0")
         if self.kind == "replay" and self.copies > HISTORY:
@@ -70,6 +78,8 @@ class Fault:
         if self.kind == "babble" and self.copies * len(self.ids) > MOST_BABBLE:
             raise InputError(f"found {self.copies} frames a tick on each of {len(self.ids)} identifiers, expected at "
                              f"most {MOST_BABBLE} in all")
+        if self.sensor is not None:
+            self.sensor.check_fits(dbc)
         if self.kind == "stuck_counter" and not any(message.counter for message in messages):
             raise InputError("found no message with a rolling counter, which could stand still")
         for message in messages:
@@ -105,6 +115,7 @@ class Gateway:
         self._history: dict[int, deque[Frame]] = {}
         self._seen: dict[tuple[int, int], int] = {}  # (fault, id): frames since the fault acts
         self._random = random.Random(seed)
+        self._sensors = LyingSensors(dbc, self._random)
         self.next_sync = 0
 
     def install(self, fault: Fault) -> None:
@@ -114,6 +125,7 @@ class Gateway:
         """Ends every fault. What is held back still comes, late."""
         self._faults.clear()
         self._seen.clear()
+        self._sensors.clear()
 
     @property
     def idle(self) -> bool:
@@ -164,7 +176,11 @@ class Gateway:
         count = self._seen.get((id(fault), frame.id), 0)
         self._seen[id(fault), frame.id] = count + 1
         if fault.kind in ("drop", "silence"):
+            if fault.share < 1.0:
+                return [] if self._random.random() < fault.share else [frame]
             return [] if count % fault.every == 0 else [frame]
+        if fault.sensor is not None:
+            return [self._sensors.changed(fault.sensor, frame, self._past)]
         if fault.kind == "delay":
             self._late.append((tick + fault.delay_ticks, self._sender.get(frame.id, "PLANT"), side, frame))
             return []
@@ -189,6 +205,10 @@ class Gateway:
         data = bytearray(frame.data)
         data[bit // 8] ^= 1 << bit % 8
         return frame._replace(data=bytes(data))
+
+    def _past(self, can_id: int, frames: int) -> Frame | None:
+        old = self._history.get(can_id, ())
+        return old[-frames] if len(old) >= frames else None
 
     def _of_dbc(self, frame: Frame) -> Message | None:
         """None for somebody else's frame: of no message, or of another length than the DBC files say."""

@@ -29,6 +29,7 @@ class _Channels(NamedTuple):
     near: str
     far: str
     lockstep: bool
+    seed: int
 
 
 class _Worker:
@@ -70,14 +71,14 @@ def _end_idle_workers() -> None:
 
 
 class GatewayProcess:
-    def __init__(self, near: str, far: str, dbc: Dbc, lockstep: bool = True) -> None:
+    def __init__(self, near: str, far: str, dbc: Dbc, lockstep: bool = True, seed: int = 1) -> None:
         """`near` is the plant's channel, `far` that of the nodes behind the gateway."""
         known = next((worker for worker in _idle if worker.dbc is dbc and worker.process.is_alive()), None)
         if known is not None:
             _idle.remove(known)
         self._worker = known or _Worker(dbc)
         try:
-            self._worker.ask(_Channels(near, far, lockstep))
+            self._worker.ask(_Channels(near, far, lockstep, seed))
         except HilError:
             self._worker.end()
             raise
@@ -127,12 +128,12 @@ def _forward(dbc: Dbc, channels: _Channels, pipe: Connection) -> None:
     with Bus(near, dbc=dbc) as first, Bus(far, dbc=dbc) as second:
         if not channels.lockstep:
             pipe.send("done")
-            _forward_at_once(Gateway(dbc), (first, second), pipe)
+            _forward_at_once(Gateway(dbc, channels.seed), (first, second), pipe)
             return
         marks = range(LOCKSTEP_FIRST, LOCKSTEP_LAST + 1)
         with Bus(near, dbc=dbc, ids=marks) as near_marks, Bus(far, dbc=dbc, ids=marks) as far_marks:
             pipe.send("done")
-            _forward_by_marks(Gateway(dbc), (first, second), (near_marks, far_marks), pipe)
+            _forward_by_marks(Gateway(dbc, channels.seed), (first, second), (near_marks, far_marks), pipe)
 
 
 def _forward_by_marks(gateway: Gateway, sides: tuple[Bus, Bus], marks: tuple[Bus, Bus], pipe: Connection) -> None:

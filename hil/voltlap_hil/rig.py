@@ -22,14 +22,17 @@ from .errors import HilError, InputError, did_you_mean
 from .faults import Fault
 from .frame import Frame
 from .gateway import GatewayProcess
+from .in_process import PROCESS, CarProcess
 from .lockstep import MEMBERS, BusClock, Clock, LockstepClock, ask_on_terminal
 from .nodes import ECUS, Nodes
+from .odometer import NEEDS as ODOMETER_NEEDS
+from .odometer import Odometer
 from .quantity import TICK_MS, duration_ms
 from .record import Recorder
 from .signals import Signals
 from .trace import Trace
 
-STAGES = ("low_voltage", "tractive_system", "ready_to_drive")
+STAGES = ("low_voltage", "tractive_system", "ready_to_drive", "automatic")
 SWITCHES = {"ts_on": "TsOn", "ready_to_drive": "ReadyToDrive", "reset": "Reset", "shutdown": "Shutdown"}
 _ALL_HEARD_MS = 300.0  # after power-on: every sensor has been heard
 _LOST_AFTER_S = "60"  # wall time that a busy machine may take over a tick
@@ -39,8 +42,8 @@ _LOST_AFTER_S = "60"  # wall time that a busy machine may take over a tick
 class Bench:
     """Where a run takes place.
 
-    channel     the bus: the plant's side when there is a gateway
-    far         the channel behind the gateway, None for a run without
+    channel     the bus: the plant's side when there is a gateway; "process": car and firmware in one process
+    far         the channel behind the gateway, None for a run without; "process" within one process
     behind      the ECUs behind the gateway
     start       False: the nodes run already, or the bus is a real one; then conditions use the bus's time
     interface   python-can's name of the kind of bus, for a run whose nodes are not started
@@ -55,11 +58,15 @@ class Bench:
     operator: Callable[[str], None] = ask_on_terminal
 
     def __post_init__(self) -> None:
-        if self.far == self.channel:
+        if self.far == self.channel and not self.in_process:
             raise InputError(f"found {self.channel} on both sides of the gateway, expected two channels")
         for ecu in self.behind:
             if ecu not in ECUS:
                 raise InputError(f"no ECU {ecu!r}.{did_you_mean(ecu, ECUS)} ECUs: {', '.join(ECUS)}")
+
+    @property
+    def in_process(self) -> bool:
+        return self.channel == PROCESS
 
     def channel_of(self, ecu: str) -> str:
         return self.far if self.far and ecu in self.behind else self.channel
@@ -71,10 +78,16 @@ class Rig:
     watch       names of signals or messages to listen to, None for all; a short list is quicker
     record      file of all frames (see record.Recorder)
     arguments   more for `voltlap plant` and the ECUs, for example ["--vehicle", "vtm17e"]
+    automatic   the plant's own driver powers up and drives laps, where no step takes a pedal or switch from him
+    seed        of what gateway and sensors draw
     """
 
     def __init__(self, bench: Bench | None = None, watch: Iterable[str] | None = None, record: str | Path | None = None,
-                 arguments: Sequence[str] = (), dbc: Dbc | None = None) -> None:
+                 arguments: Sequence[str] = (), dbc: Dbc | None = None, **run: bool | int) -> None:
+        self._automatic, self._seed = bool(run.pop("automatic", False)), int(run.pop("seed", 1))
+        if run:
+            raise InputError(f"no setting {', '.join(run)} of a rig")
+        self._odometer = Odometer(dbc if dbc is not None else Dbc.of_project())
         self.bench = bench if bench is not None else Bench()
         self.dbc = dbc if dbc is not None else Dbc.of_project()
         self.trace = Trace(self.dbc)
@@ -82,28 +95,32 @@ class Rig:
         self.nodes = Nodes()
         self._driver: dict[str, Value | None] = {"Accelerator": None, "Brake": None}
         self._recorder: Recorder | None = None
-        self._gateway: GatewayProcess | None = None
-        self._lockstep: LockstepClock | None = None
+        self._gateway: GatewayProcess | CarProcess | None = None
+        self._lockstep: LockstepClock | CarProcess | None = None
         self._closers: list[Callable[[], None]] = []
         try:
             if record:
                 self._open_recorder(record)
-            if self.bench.far:
-                self._open_gateway(self.bench.far)
-            self.clock = self._open_clock(None if watch is None or record else self._ids_of(watch))
-            if self.bench.start:
-                self._start_nodes(arguments)
+            ids = None if watch is None or record else self._ids_of(watch)
+            if self.bench.in_process:
+                self.clock: Clock = self._open_process(ids, arguments)
+            else:
+                if self.bench.far:
+                    self._open_gateway(self.bench.far)
+                self.clock = self._open_clock(ids)
+                if self.bench.start:
+                    self._start_nodes(arguments)
             self.step()
         except BaseException:
             self.close()
             raise
 
     def _open_recorder(self, path: str | Path) -> None:
-        self._recorder = Recorder(path, self.bench.channel)
+        self._recorder = Recorder(path, "vcan0" if self.bench.in_process else self.bench.channel)
         self._closers.append(self._recorder.close)
 
     def _open_gateway(self, far: str) -> None:
-        self._gateway = GatewayProcess(self.bench.channel, far, self.dbc, lockstep=self.bench.start)
+        self._gateway = GatewayProcess(self.bench.channel, far, self.dbc, self.bench.start, self._seed)
         self._closers.append(self._gateway.close)
 
     def _open_clock(self, ids: list[int] | None) -> Clock:
@@ -115,11 +132,23 @@ class Rig:
         self._closers.append(clock.close)
         return clock
 
+    def _open_process(self, ids: list[int] | None, arguments: Sequence[str]) -> CarProcess:
+        behind = self.bench.behind if self.bench.far else None
+        car = CarProcess(self.dbc, ids, behind, [*self._driver_flags(), *arguments], self._seed)
+        self._closers.append(car.close)
+        self._lockstep = car
+        self._gateway = car if behind is not None else None
+        return car
+
+    def _driver_flags(self) -> list[str]:
+        return ["--driver", "auto" if self._automatic else "none", "--seed", str(self._seed)]
+
     def _start_nodes(self, arguments: Sequence[str]) -> None:
         for ecu in ECUS:
             self.nodes.start(ecu, ["ecu", ecu, "--bus", self.bench.channel_of(ecu), *arguments])
         self.nodes.start("plant", ["plant", "--bus", self.bench.channel, "--members", "bms,master,hil",
-                                   "--driver", "none", "--lost-after", _LOST_AFTER_S, *arguments])
+                                   *self._driver_flags(), *(["--keep-going"] if self._automatic else []),
+                                   "--lost-after", _LOST_AFTER_S, *arguments])
 
     def _check_processes(self) -> None:
         if self._gateway:
@@ -157,6 +186,7 @@ class Rig:
         self.signals.now_ms = self.now_ms
         for frame in frames:
             self.signals.update(frame)
+            self._odometer.update(frame)
         self.trace.extend(frames)
         if self._recorder:
             self._recorder.write(frames)
@@ -176,6 +206,20 @@ class Rig:
                 raise HilError(f"'{wanted.text}' did not come within {within_ms:g} ms; at {self.now_ms:g} ms {seen}")
             self.step()
         return self.now_ms - start_ms
+
+    @property
+    def distance_m(self) -> float:
+        """What the front wheels have rolled since the start."""
+        return self._odometer.distance_m
+
+    def drive(self, to_m: float, within: object) -> None:
+        """Runs until the car has come so far; HilError when it does not in time."""
+        start_ms, within_ms = self.now_ms, duration_ms(within)
+        while self.distance_m < to_m:
+            if self.now_ms - start_ms >= within_ms:
+                raise HilError(f"the car did not come to {to_m:g} m within {within_ms:g} ms; at {self.now_ms:g} ms it "
+                               f"is at {self.distance_m:.1f} m")
+            self.step()
 
     def _seen(self, name: str) -> str:
         reading = self.signals[name]
@@ -198,6 +242,13 @@ class Rig:
             self._driver[SWITCHES[name]] = state
         self.clock.tell("DriverOverride", **self._driver)
 
+    def automatic(self) -> None:
+        """Pedals and switches back to the plant's own driver."""
+        if not self._automatic:
+            raise InputError("the plant runs without a driver of its own: open the rig with automatic=True")
+        self._driver = {"Accelerator": None, "Brake": None}
+        self.clock.tell("DriverOverride", **self._driver)
+
     def plant(self, fault: str, index: int = 0, value: int = 0) -> None:
         """A fault of the plant by its name in lockstep.dbc, for example CellLost; ClearAll ends all."""
         self.clock.tell("PlantFault", Fault=fault, Index=index, Value=value)
@@ -216,7 +267,7 @@ class Rig:
     def clear_gateway(self) -> None:
         self._need_gateway().clear()
 
-    def _need_gateway(self) -> GatewayProcess:
+    def _need_gateway(self) -> GatewayProcess | CarProcess:
         if self._gateway is None:
             raise InputError("there is no gateway: a second channel is needed for it (far='vcan1', --far vcan1)")
         return self._gateway
@@ -234,13 +285,25 @@ class Rig:
             raise InputError("only a node that the harness started can be killed")
         if node not in MEMBERS:
             raise InputError(f"no node {node!r}.{did_you_mean(node, MEMBERS)} Nodes: {', '.join(ECUS)}")
-        self.nodes.kill(node)
+        if not self.bench.in_process:
+            self.nodes.kill(node)
         self._lockstep.lost(node)
+
+    def reset(self, node: str, off: object = "10 ms") -> None:
+        """The supply of a control unit fails for so long; what it keeps over that is all it knows then."""
+        if not isinstance(self.clock, CarProcess):
+            raise InputError(f"the supply of {node} can be taken only where car and firmware are one process: channel "
+                             f"{PROCESS}")
+        self.clock.reset(node, round(duration_ms(off)))
 
     def start_up(self, to: str = "ready_to_drive") -> None:
         """Low voltage, tractive system, ready to drive, as the rules' procedure asks (EV.9), but without dawdling."""
         if to not in STAGES:
             raise InputError(f"no stage {to!r}.{did_you_mean(to, STAGES)} Stages: {', '.join(STAGES)}")
+        if to == "automatic":
+            self.automatic()
+            self.wait("MasterStatus.DriveState = ReadyToDrive", within="20 s")
+            return
         self.driver(accelerator=0, brake=0, ts_on="Off", ready_to_drive="Off", reset="Off", shutdown="On")
         self.run(f"{_ALL_HEARD_MS:g} ms")
         self.wait("BmsStatus.State = Idle and MasterStatus.DriveState = LvOn", within="2 s")
@@ -259,3 +322,4 @@ class Rig:
 
 
 START_UP_NEEDS = ("BmsStatus.State", "MasterStatus.DriveState", "Pedals.BrakeFront")
+DISTANCE_NEEDS = ODOMETER_NEEDS

@@ -50,8 +50,9 @@ def run(scenario: Scenario, open_rig: Callable[..., Rig], with_event: bool = Tru
             progress(f"{rig.now_ms / 1000.0:7.2f} s  {step.text}")
             step.act(rig)
 
+    driver = {"automatic": True} if scenario.automatic else {}
     with open_rig(watch=scenario.watch, behind=scenario.behind, arguments=scenario.arguments, record=record,
-                  gateway=scenario.needs_gateway) as rig:
+                  gateway=scenario.needs_gateway, **driver) as rig:
         take(scenario.given)
         outcome.event_ms = rig.now_ms
         if with_event:

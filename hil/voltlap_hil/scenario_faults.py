@@ -12,11 +12,13 @@ from .errors import InputError
 from .faults import Fault
 from .frame import EXTENDED, LOCKSTEP_FIRST, LOCKSTEP_LAST, is_lockstep
 from .quantity import TICK_MS, number, ticks, whole
+from .scenario_sensors import read_sensor
 from .step import Step
 from .yaml_node import YamlNode
 
 # What each fault of the bus may say besides its messages and `for`, and what Fault calls it.
-_WORDS = {"drop": {"every": "every"}, "silence": {}, "delay": {"by": "delay_ticks"}, "duplicate": {"copies": "copies"},
+_WORDS = {"drop": {"every": "every", "share": "share"},
+          "silence": {}, "delay": {"by": "delay_ticks"}, "duplicate": {"copies": "copies"},
           "corrupt": {"bit": "bit"}, "replay": {"frames": "copies"}, "stuck_counter": {},
           "babble": {"frames": "copies"},
           "second_sender": {"signals": "signals", "counter_ahead": "counter_ahead"}}
@@ -27,6 +29,8 @@ _USUAL: dict[str, dict[str, Any]] = {
 
 
 def read_gateway(node: YamlNode, car: Car) -> Step:
+    if node.has("sensor"):
+        return read_sensor(node, car)
     kind, fields = _kind_and_fields(node)
     targets = [n.value(partial(_target, kind=kind, dbc=car.dbc)) for n in fields[kind].items()]
     messages = car.dbc.select(t for t in targets if isinstance(t, str))
@@ -88,6 +92,8 @@ def _target(text: str, kind: str, dbc: Dbc) -> str | int:
 def _read_word(name: str, node: YamlNode, messages: list[Message]) -> Any:
     if name == "by":
         return node.value(partial(ticks, least=1))
+    if name == "share":
+        return 0.01 * float(node.value(partial(number, unit="%", low=0.0, high=100.0)))
     if name == "signals":
         return read_signals(node, messages)
     if name == "counter_ahead" and not all(message.counter for message in messages):

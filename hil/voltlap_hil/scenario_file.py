@@ -44,6 +44,14 @@ class Scenario:
         return any(step.needs_gateway for step in self.steps)
 
     @property
+    def needs_process(self) -> bool:
+        return any(step.needs_process for step in self.steps)
+
+    @property
+    def automatic(self) -> bool:
+        return any(step.automatic for step in self.steps)
+
+    @property
     def watch(self) -> list[str]:
         """Signals that a step or a check looks at."""
         return sorted({name for part in (self.steps, self.then, self.always) for one in part for name in one.needs})
@@ -54,7 +62,7 @@ _MOST_MISTAKES = 20
 TOP = ["scenario", "proves", "behind_gateway", "arguments", "given", "when", "meanwhile", "then", "always", "observe"]
 
 
-class _Mistakes:
+class Mistakes:
     """All that is wrong with a file, so that it is mended in one go."""
 
     def __init__(self, path: Path) -> None:
@@ -81,7 +89,7 @@ def load(path: str | Path, dbc: Dbc) -> Scenario:
     """Reads and checks a file whole, before anything runs."""
     path = Path(path)
     top = document(path).fields(TOP, needed=["scenario", "when", "then"])
-    scenario, mistakes = Scenario(path, ""), _Mistakes(path)
+    scenario, mistakes = Scenario(path, ""), Mistakes(path)
     with mistakes.noted():
         scenario.title = _title(top["scenario"])
     if "proves" in top:
@@ -131,7 +139,7 @@ def _arguments(node: YamlNode, dbc: Dbc) -> list[str]:
     return arguments
 
 
-def _entries(top: dict[str, YamlNode], parts: Iterable[str], mistakes: _Mistakes) -> Iterator[tuple[str, YamlNode]]:
+def _entries(top: dict[str, YamlNode], parts: Iterable[str], mistakes: Mistakes) -> Iterator[tuple[str, YamlNode]]:
     for part in parts:
         nodes: list[YamlNode] = []
         if part in top:
@@ -141,7 +149,7 @@ def _entries(top: dict[str, YamlNode], parts: Iterable[str], mistakes: _Mistakes
             yield part, node
 
 
-def _read_steps(scenario: Scenario, top: dict[str, YamlNode], car: Car, mistakes: _Mistakes) -> None:
+def _read_steps(scenario: Scenario, top: dict[str, YamlNode], car: Car, mistakes: Mistakes) -> None:
     killed: set[str] = set()
     for part, node in _entries(top, ("given", "when", "meanwhile"), mistakes):
         with mistakes.noted():

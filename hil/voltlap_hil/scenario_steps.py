@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+import yaml
+
 from .car import Car
 from .condition import Condition
 from .dbc import LOCKSTEP_FILE
 from .nodes import ECUS
 from .quantity import TICK_MS, duration_ms, number, ticks, whole
-from .rig import STAGES, START_UP_NEEDS, SWITCHES
+from .rig import DISTANCE_NEEDS, STAGES, START_UP_NEEDS, SWITCHES
 from .scenario_faults import read_gateway, read_signals
 from .step import Step
 from .yaml_node import YamlNode
@@ -23,13 +25,16 @@ def read_step(node: YamlNode, car: Car) -> Step:
 
 def _start_up(node: YamlNode, _: Car) -> Step:
     stage = node.one_of(list(STAGES))
-    return Step(f"start up to {stage}", lambda rig: rig.start_up(stage), START_UP_NEEDS)
+    return Step(f"start up to {stage}", lambda rig: rig.start_up(stage), START_UP_NEEDS, automatic=stage == "automatic")
 
 
 _SWITCH_STATES = {"released": "Off", "pressed": "On", "open": "Off", "closed": "On", "automatic": "Automatic"}
 
 
 def _driver(node: YamlNode, _: Car) -> Step:
+    if isinstance(node.raw, yaml.ScalarNode):
+        node.one_of(["automatic"])
+        return Step("driver: automatic", lambda rig: rig.automatic(), automatic=True)
     pedals: dict[str, float] = {}
     switches: dict[str, str] = {}
     known = ["accelerator", "brake", *SWITCHES]
@@ -47,8 +52,11 @@ def _driver(node: YamlNode, _: Car) -> Step:
 # Unit of a fault's value, and how many of its codes one unit is; factors stay above nothing.
 _FAULT_VALUES = {"CellOffset": ("mV", 1), "Apps1Offset": ("mV", 1), "ThermistorOffset": ("degC", 10),
                  "CellResistanceScale": ("", 100), "CellGain": ("", 1000), "CurrentOffset": ("A", 100),
-                 "DcLinkStuck": ("V", 10)}
-_ABOVE_NOTHING = ("CellResistanceScale", "CellGain")
+                 "DcLinkStuck": ("V", 10),
+                 "AirPlusSlow": ("ms", 1), "AirMinusSlow": ("ms", 1), "PrechargeSlow": ("ms", 1),
+                 "AirPlusChatters": ("ms", 1), "AirMinusChatters": ("ms", 1), "InverterFollows": ("%", 1)}
+_ABOVE_NOTHING = ("CellResistanceScale", "CellGain", "AirPlusChatters", "AirMinusChatters")
+_NOT_NEGATIVE = ("AirPlusSlow", "AirMinusSlow", "PrechargeSlow", "InverterFollows")
 _INDEXED = ("CellLost", "CellFrozen", "CellGain", "CellOffset", "CellResistanceScale", "ThermistorLost",
             "ThermistorOffset", "BrakeLost")
 _BRAKE_SENSORS = 2
@@ -64,7 +72,7 @@ def _plant(node: YamlNode, car: Car) -> Step:
         if "value" not in found:
             raise node.error(f"'value' is missing: {fault} needs one, with unit {unit or 'none'}")
         low, high = (limit / codes for limit in car.dbc.signal("PlantFault.Value").range)
-        low = 1.0 / codes if fault in _ABOVE_NOTHING else low
+        low = 1.0 / codes if fault in _ABOVE_NOTHING else 0.0 if fault in _NOT_NEGATIVE else low
         value = round(found["value"].value(partial(number, unit=unit, low=low, high=high)) * codes)
     elif "value" in found:
         raise found["value"].error(f"{fault} has no value")
@@ -98,6 +106,28 @@ def _kill(node: YamlNode, _: Car) -> Step:
     return Step(f"kill {name}", lambda rig: rig.kill(name), kills=name)
 
 
+_LONGEST_OFF_MS = 60_000.0  # what a supply may fail for in OffMs of MemberReset
+
+
+def _reset(node: YamlNode, _: Car) -> Step:
+    """`reset: bms`, or `reset: {node: bms, off: 200 ms}`."""
+    fields = {} if isinstance(node.raw, yaml.ScalarNode) else node.fields(["node", "off"], needed=["node"])
+    name = fields.get("node", node).one_of(list(ECUS))
+    off_ms = fields["off"].value(partial(ticks, least=1)) * TICK_MS if "off" in fields else TICK_MS
+    if off_ms > _LONGEST_OFF_MS:
+        raise fields["off"].error(f"found {off_ms} ms, expected at most {_LONGEST_OFF_MS:g} ms")
+    return Step(f"reset {name}", lambda rig: rig.reset(name, f"{off_ms} ms"), needs_process=True)
+
+
+def _drive(node: YamlNode, _: Car) -> Step:
+    """Until the front wheels have rolled so far since the start."""
+    found = node.fields(["to", "within"], needed=["to", "within"])
+    to_m = found["to"].value(partial(number, unit="m", low=0.0, high=1e6))
+    within = found["within"].text()
+    found["within"].value(partial(duration_ms, least_ms=TICK_MS))
+    return Step(f"drive to {to_m:g} m", lambda rig: rig.drive(to_m, within), DISTANCE_NEEDS)
+
+
 def _run(node: YamlNode, _: Car) -> Step:
     duration = node.text()
     node.value(partial(ticks, least=1))
@@ -119,4 +149,4 @@ def _ignore(_: object) -> None:
 
 _READERS: dict[str, Callable[[YamlNode, Car], Step]] = {
     "start_up": _start_up, "driver": _driver, "plant": _plant, "gateway": read_gateway, "send": _send, "clear": _clear,
-    "kill": _kill, "run": _run, "wait": _wait}
+    "kill": _kill, "reset": _reset, "run": _run, "drive": _drive, "wait": _wait}

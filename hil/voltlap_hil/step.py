@@ -10,10 +10,16 @@ from .rig import Rig
 
 @dataclass(frozen=True)
 class Step:
-    """`needs`: signals it looks at; `kills`: the node that is dead after it."""
+    """`needs`: signals it looks at; `kills`: the node that is dead after it.
+
+    needs_process  only where car and firmware are one process
+    automatic      the plant's own driver is asked for
+    """
 
     text: str
     act: Callable[[Rig], None]
     needs: tuple[str, ...] = ()
     needs_gateway: bool = False
     kills: str = ""
+    needs_process: bool = False
+    automatic: bool = False

@@ -88,6 +88,10 @@ class YamlNode:
                 raise self.error(f"{name!r} is missing")
         return found
 
+    def has(self, name: str) -> bool:
+        """Whether a mapping has the field; for a reader that looks which of two forms it has before it."""
+        return isinstance(self.raw, yaml.MappingNode) and any(str(key.value) == name for key, _ in self.raw.value)
+
     def _key(self, raw: yaml.Node, known: list[str]) -> str:
         here = YamlNode(raw, self.path, self.name)
         if not isinstance(raw, yaml.ScalarNode):

@@ -14,6 +14,7 @@
 #include "apps/other_programs.hpp"
 #include "apps/plant_command.hpp"
 #include "apps/program.hpp"
+#include "apps/rig_command.hpp"
 #include "apps/track_command.hpp"
 
 namespace {
@@ -24,8 +25,8 @@ int run(int argc, char** argv) {
   hand_over(argc, argv);
   return with_bus_errors([&] {
     return run_commands<EnduranceCommand, ChargeCommand, CompareCommand, FirmwareTablesCommand, LapCommand, ListCommand,
-                        NewCommand, PlantCommand, EcuCommand, LogRecordCommand, TrackCommand>(argc, argv,
-                                                                                              add_other_commands);
+                        NewCommand, PlantCommand, EcuCommand, LogRecordCommand, RigCommand, TrackCommand>(
+        argc, argv, add_other_commands);
   });
 }
 

@@ -13,7 +13,10 @@ void override_switch(can::SwitchOverride by, bool& state) {
 void clear_all(Car& car, SensorFaults& sensors) {
   for (Contactor* c : {&car.contactors.air_plus, &car.contactors.air_minus, &car.contactors.precharge}) {
     c->set_fault(ContactorFault::kNone);
+    c->set_slow(0.0);
   }
+  car.inverter.set_stuck(false);
+  car.inverter.set_share(1.0);
   car.contactors.precharge_resistor_open = false;
   for (std::size_t cell = 0; cell < car.pack().cells(); ++cell) car.pack().scale_resistance(cell, 1.0);
   sensors = {};
@@ -29,6 +32,12 @@ void clear_all(Car& car, SensorFaults& sensors) {
     case Kind::kThermistorLost:
     case Kind::kThermistorOffset: return fault.index < car.parameters().sensors.temperature_count;
     case Kind::kBrakeLost: return fault.index < 2;
+    case Kind::kAirPlusSlow:
+    case Kind::kAirMinusSlow:
+    case Kind::kPrechargeSlow:
+    case Kind::kInverterFollows: return fault.value >= 0;
+    case Kind::kAirPlusChatters:
+    case Kind::kAirMinusChatters: return fault.value > 0;
     default: return true;
   }
 }
@@ -60,6 +69,15 @@ bool apply_plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sen
     case Kind::kPrechargeWelded: car.contactors.precharge.set_fault(ContactorFault::kWelded); break;
     case Kind::kPrechargeResistorOpen: car.contactors.precharge_resistor_open = true; break;
     case Kind::kAirPlusStuckOpen: car.contactors.air_plus.set_fault(ContactorFault::kOpen); break;
+    case Kind::kAirMinusStuckOpen: car.contactors.air_minus.set_fault(ContactorFault::kOpen); break;
+    case Kind::kPrechargeStuckOpen: car.contactors.precharge.set_fault(ContactorFault::kOpen); break;
+    case Kind::kAirPlusSlow: car.contactors.air_plus.set_slow(fault.value * 1e-3); break;
+    case Kind::kAirMinusSlow: car.contactors.air_minus.set_slow(fault.value * 1e-3); break;
+    case Kind::kPrechargeSlow: car.contactors.precharge.set_slow(fault.value * 1e-3); break;
+    case Kind::kAirPlusChatters: car.contactors.air_plus.chatter(fault.value * 1e-3); break;
+    case Kind::kAirMinusChatters: car.contactors.air_minus.chatter(fault.value * 1e-3); break;
+    case Kind::kInverterStuck: car.inverter.set_stuck(true); break;
+    case Kind::kInverterFollows: car.inverter.set_share(fault.value * 0.01); break;
     case Kind::kCellLost: cell().lost = true; break;
     case Kind::kCellOffset: cell().offset = fault.value * 1e-3; break;
     case Kind::kThermistorLost: thermistor().lost = true; break;

@@ -32,7 +32,8 @@ NOT_RUN = {
     "toolchain/bare_root_test.sh": "it downloads a system and takes minutes; its short form has a suite of its own",
 }
 # What differs from run to run, in what is shown and in what is printed.
-VARIES = [(re.compile(r"computed in [\d.]+ s"), "computed in N s")]
+VARIES = [(re.compile(r"computed in [\d.]+ s"), "computed in N s"),
+          (re.compile(r"in one process, \d+ s"), "in one process, N s")]
 TEXTS = {name: (PROJECT / name).read_text() for name in documents()}
 WITH_COMMANDS = [name for name, text in TEXTS.items() if any(block.language == "sh" for block in blocks(text))]
 SEED = os.environ.get("VOLTLAP_TEST_SEED") or str(random.randrange(2**32))

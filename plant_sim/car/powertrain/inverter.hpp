@@ -39,12 +39,18 @@ class Inverter {
 
   /// A valid command arrived.
   void command(double current_a, bool enable) {
+    silence_s_ = 0.0;
+    if (stuck_) return;
     command_a_ = std::clamp(current_a, -inverter_.current_max_a, inverter_.current_max_a);
     enable_ = enable;
-    silence_s_ = 0.0;
   }
   /// Time passes; call once a control period before `current`.
-  void advance(double elapsed_s) { silence_s_ += elapsed_s; }
+  void advance(double elapsed_s) { silence_s_ = stuck_ ? 0.0 : silence_s_ + elapsed_s; }
+
+  /// Planted faults. Stuck: it goes on with what it was last told, whatever comes and whether anything comes.
+  void set_stuck(bool stuck) { stuck_ = stuck; }
+  /// It gives this share of the current that it is asked for; 1 without fault.
+  void set_share(double share) { share_ = share; }
 
   [[nodiscard]] InverterState state(double dc_voltage_v) const {
     if (dc_voltage_v < inverter_.dc_voltage_min_v) return InverterState::kOff;
@@ -53,7 +59,7 @@ class Inverter {
   }
   /// Phase current [A] that it drives now.
   [[nodiscard]] double current(double dc_voltage_v) const {
-    return state(dc_voltage_v) == InverterState::kEnabled ? command_a_ : 0.0;
+    return state(dc_voltage_v) == InverterState::kEnabled ? command_a_ * share_ : 0.0;
   }
   /// Power taken from the DC link [W] to feed the motor with `motor_power_w`, by the efficiency alone.
   [[nodiscard]] double dc_power(double motor_power_w) const { return inverter_dc_power(inverter_, motor_power_w); }
@@ -73,7 +79,8 @@ class Inverter {
  private:
   InverterSection inverter_;
   double command_a_ = 0.0, silence_s_;
-  bool enable_ = false;
+  double share_ = 1.0;
+  bool enable_ = false, stuck_ = false;
 };
 
 }  // namespace voltlap::plant

@@ -95,6 +95,22 @@ TEST(Contactor, PrechargeWaitsForAMeasuredDcLinkVoltage) {
 }
 
 // BMS-018
+TEST(Contactor, ContactsThatTravelDoNotHideAWeldedAirPlus) {
+  bench.idle();
+  bench.link_follows = false;
+  bench.request(true);
+  bench.aux_follow_command = false;
+  bench.tick();
+  bench.run(50);  // longer than precharge_time_min
+  CHECK(bench.out.state == BmsState::kPrecharge);
+  bench.io.air_minus_aux = bench.io.precharge_aux = true;
+  bench.inverter.dc_link_voltage_100uv = 24 * 39'000;
+  const auto told = [](const Output& o) { return has(o, can::BmsFault::kContactorWelded); };
+  expect_time("BMS-018 travel", bench.until(told, 1000), 0, 20);
+  CHECK(!bench.out.contactors.air_minus && !bench.out.contactors.precharge);
+}
+
+// BMS-018
 TEST(Contactor, DcLinkThatIsUpInNoTimeMeansAWeldedAirPlus) {
   bench.idle();
   bench.request(true);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/pedals.hpp"
 
+#include <utility>
+
 #include "CppUTest/TestHarness.h"
 #include "firmware/master/bench.hpp"
 
@@ -133,14 +135,43 @@ TEST(Pedals, DisagreementOfOneStepMoreThanTenPercentLatchesAfter100Ms) {
   CHECK_EQUAL(0, state.position.raw());
 }
 
-// MST-003
-TEST(Pedals, DisagreementThatPausesBegins100MsAnew) {
+// MST-006
+TEST(Pedals, DisagreementThatPausesTakesUpWhereItWas) {
   in.apps2.value = bench::volts(config.apps2, 200);
   run(10);  // 90 ms
   in.apps2.value = config.apps2.released;
-  run();
+  run();    // takes back 2.5 ms
   in.apps2.value = bench::volts(config.apps2, 200);
-  CHECK_EQUAL(100, ms_until_latched());
+  CHECK_EQUAL(20, ms_until_latched());
+}
+
+// MST-006
+TEST(Pedals, SensorThatFailsHalfOfTheTimeStopsTheTorque) {
+  for (const auto& [piece, bound_ms] : {std::pair{2, 800}, std::pair{5, 400}, std::pair{9, 400}}) {
+    state = PedalState{};
+    bench::set_pedal(config, 900, in);
+    const Potential good = in.apps1.value;
+    std::int32_t took = -1;
+    for (int i = 0; i < 200 && took < 0; ++i) {
+      in.apps1.value = i % (2 * piece) < piece ? Potential{} : good;
+      run();
+      if (state.latched.has(MasterFault::kAppsRange)) took = i * bench::kStepMs;
+    }
+    CHECK(took >= 100);
+    CHECK(took <= bound_ms);
+    UT_PRINT(StringFromFormat("MST-006: failed for %d ms of %d: %d ms", piece * 10, piece * 20, took).asCharString());
+  }
+}
+
+// MST-006
+TEST(Pedals, SensorThatFailsForAStepNowAndThenStopsNobody) {
+  bench::set_pedal(config, 900, in);
+  const Potential good = in.apps1.value;
+  for (int i = 0; i < 2000; ++i) {
+    in.apps1.value = i % 6 == 0 ? Potential{} : good;
+    run();
+    CHECK_FALSE(state.latched.any());
+  }
 }
 
 // MST-004

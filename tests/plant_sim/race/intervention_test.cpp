@@ -94,6 +94,58 @@ TEST(Intervention, WeldedContactorStaysClosedAndAStuckOneOpen) {
   CHECK_FALSE(car.contactors.air_plus.closed());
   plant(Kind::kAirPlusWelded);
   CHECK(car.contactors.air_plus.closed());
+  plant(Kind::kAirMinusStuckOpen);
+  plant(Kind::kPrechargeStuckOpen);
+  CHECK(!car.contactors.air_minus.closed() && !car.contactors.precharge.closed());
+}
+
+TEST(Intervention, SlowContactorsTravelForSoMuchLongerBothWays) {
+  plant(Kind::kAirPlusSlow, 0, 300);
+  car.contactors.air_plus.command(true);
+  car.contactors.air_minus.command(true);
+  let_pass(0.2);
+  CHECK(car.contactors.air_minus.closed() && !car.contactors.air_plus.closed());
+  let_pass(0.2);
+  CHECK(car.contactors.air_plus.closed());
+  car.contactors.air_plus.command(false);
+  let_pass(0.2);
+  CHECK(car.contactors.air_plus.closed());
+  let_pass(0.2);
+  CHECK_FALSE(car.contactors.air_plus.closed());
+}
+
+TEST(Intervention, ChatteringContactorIsOpenHalfOfTheTimeAndOnlyWhileItIsCommanded) {
+  car.contactors.air_minus.command(true);
+  let_pass(0.2);
+  plant(Kind::kAirMinusChatters, 0, 40);
+  int closed = 0;
+  for (int i = 0; i < 80; ++i) {
+    let_pass(0.01);
+    closed += car.contactors.air_minus.closed() ? 1 : 0;
+  }
+  CHECK(closed >= 38 && closed <= 42);  // of 80 steps; an edge may fall on either side of one
+  car.contactors.air_minus.command(false);
+  let_pass(0.2);
+  for (int i = 0; i < 20; ++i) {
+    let_pass(0.01);
+    CHECK_FALSE(car.contactors.air_minus.closed());
+  }
+}
+
+TEST(Intervention, StuckInverterGoesOnWithItsLastCommandAndAWeakOneGivesItsShare) {
+  Inverter& inverter = car.inverter;
+  inverter.command(200.0, true);
+  plant(Kind::kInverterFollows, 0, 50);
+  DOUBLES_EQUAL(100.0, inverter.current(90.0), 1e-12);
+  plant(Kind::kClearAll);
+  plant(Kind::kInverterStuck);
+  inverter.command(0.0, false);
+  inverter.advance(10.0);  // silence, too
+  DOUBLES_EQUAL(200.0, inverter.current(90.0), 1e-12);
+  DOUBLES_EQUAL(0.0, inverter.current(1.0), 0.0);  // without a DC link nothing flows
+  plant(Kind::kClearAll);
+  inverter.command(0.0, false);
+  DOUBLES_EQUAL(0.0, inverter.current(90.0), 0.0);
 }
 
 TEST(Intervention, OpenPrechargeResistorKeepsTheDcLinkAtZero) {
@@ -216,4 +268,6 @@ TEST(Intervention, PartThatTheCarDoesNotHaveIsRefused) {
   CHECK(frames.faults.cells.empty() && frames.faults.thermistors.empty());
   plant(Kind::kCellLost, static_cast<std::uint8_t>(cells - 1));
   plant(Kind::kThermistorLost, static_cast<std::uint8_t>(thermistors - 1));
+  CHECK(refuses(Kind::kAirPlusSlow, 0, -1) && refuses(Kind::kAirPlusChatters, 0, 0) &&
+        refuses(Kind::kInverterFollows, 0, -1));
 }

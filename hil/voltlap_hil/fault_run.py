@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs rows of the table of faults and measures each: when the fault was told, when the torque was gone, when the
+contactors were open, and what the car did.
+
+Every row that expects a reaction is also driven without its fault: what is expected must not be seen then, and the car
+must go on. So a check that holds anyway, and a limit that stops a sound car, are failures.
+"""
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+from . import checks
+from .condition import Condition
+from .dbc import Dbc
+from .errors import HilError
+from .fault_table import Row
+from .rig import Rig
+from .scenario_file import Scenario
+from .trace import Trace
+
+PASSED, FAILED, KNOWN = "passed", "failed", "known"
+CURVES = ("InverterStatus.PhaseCurrent", "PackSensor.PackCurrent", "BmsLimits.DischargeLimit", "MasterStatus.Faults",
+          "BmsStatus.Faults", "VehicleIo.AirPlusAux", "VehicleIo.AirMinusAux", "VehicleIo.PrechargeAux",
+          "MasterStatus.PedalRequest")
+_BEFORE_MS, _POINTS = 200.0, 400
+
+
+@dataclass
+class Curve:
+    """Of one signal over the row: (s from the fault, value) where it changes, and the bounds on it in ms."""
+
+    unit: str
+    points: list[tuple[float, float]]
+    bounds_ms: list[float]
+
+
+@dataclass
+class RowResult:
+    """Times in ms from the fault; None: never. `did` is what the car did, in words; `results` each check."""
+
+    id: str
+    verdict: str
+    results: list[checks.Result] = field(default_factory=list)
+    seen_ms: float | None = None
+    torque_zero_ms: float | None = None
+    contactors_open_ms: float | None = None
+    did: str = ""
+    sound_car: str = ""
+    event_ms: float = 0.0
+    wall_s: float = 0.0
+    error: str = ""
+    curves: dict[str, Curve] = field(default_factory=dict)
+
+
+OpenRig = Callable[..., Rig]
+
+
+def run_row(row: Row, dbc: Dbc, open_rig: OpenRig, twins: Twins) -> RowResult:
+    begin = time.monotonic()
+    out = RowResult(row.id, FAILED)
+    try:
+        trace, out.event_ms = _drive(row.scenario, open_rig, True)
+        _judge(row, dbc, trace, out)
+        held = all(result.held for result in out.results)
+        if only_with_fault(row):
+            out.sound_car = twins.verdict(row)
+        elif row.goes_on_ms:
+            out.sound_car = "goes on" if out.results[-1].held else "is stopped by it"
+        held = held and out.sound_car in ("", "goes on")
+        out.verdict = PASSED if held else KNOWN if row.known else FAILED
+    except HilError as error:
+        out.error = str(error)
+    out.wall_s = time.monotonic() - begin
+    return out
+
+
+def expected(row: Row) -> list[checks.Check]:
+    return [*([row.seen] if row.seen else []), *row.reactions.values()]
+
+
+def bound_ms(row: Row, check: checks.Check) -> float:
+    """A reaction is watched for a while longer, to see that it lasts."""
+    return check.lasts_ms if check is row.seen else check.lasts_ms - checks.HOLD_MS
+
+
+def only_with_fault(row: Row) -> list[checks.Check]:
+    """What must be seen with the fault, and only with it."""
+    reactions = [check for name, check in row.reactions.items() if name not in row.situation.ends]
+    return [*([row.seen] if row.seen else []), *reactions]
+
+
+def _drive(scenario: Scenario, open_rig: OpenRig, with_fault: bool) -> tuple[Trace, float]:
+    driver = {"automatic": True} if scenario.automatic else {}
+    with open_rig(behind=scenario.behind, arguments=scenario.arguments, gateway=scenario.needs_gateway,
+                  **driver) as rig:
+        for step in scenario.given:
+            step.act(rig)
+        event_ms = rig.now_ms
+        for step in [*(scenario.when if with_fault else []), *scenario.meanwhile]:
+            step.act(rig)
+        rest_ms = event_ms + scenario.observe_ms - rig.now_ms
+        rig.run(f"{max(0.0, rest_ms):.3f} ms")
+        return rig.trace, event_ms
+
+
+def _judge(row: Row, dbc: Dbc, trace: Trace, out: RowResult) -> None:
+    out.results = [check.measure(trace, out.event_ms) for check in [*expected(row), *row.more]]
+    if row.seen:
+        out.seen_ms = out.results[0].measured
+    out.torque_zero_ms = _since(trace, dbc, checks.TORQUE_ZERO, out.event_ms)
+    out.contactors_open_ms = _since(trace, dbc, checks.CONTACTORS_OPEN, out.event_ms)
+    out.did = _what_it_did(out, trace, dbc)
+    if row.goes_on_ms:
+        out.results.append(checks.stays(row.situation.sound, row.goes_on_ms).measure(trace, out.event_ms))
+        out.did = "drove on" if out.results[-1].held else f"{out.did}: stopped by it"
+    asserted = {name: [bound_ms(row, check) for check in expected(row) if name in check.needs]
+                for check in [*expected(row), *row.more] for name in check.needs if name[-1] != "."}
+    for name in dict.fromkeys([*asserted, *CURVES]):
+        out.curves[name] = Curve(dbc.signal(name).unit, _curve(trace, dbc, name, out.event_ms), asserted.get(name, []))
+
+
+def _since(trace: Trace, dbc: Dbc, text: str, event_ms: float) -> float | None:
+    condition = Condition.parse(text, dbc)
+    since = checks.last_start(trace, condition.signals, condition.holds, event_ms)
+    return None if since is None else round(since - event_ms, 3)
+
+
+def _what_it_did(out: RowResult, trace: Trace, dbc: Dbc) -> str:
+    if out.contactors_open_ms is not None:
+        return "contactors open" if out.contactors_open_ms else "contactors stayed open"
+    if out.torque_zero_ms is not None:
+        return "torque gone" if out.torque_zero_ms else "stood without torque"
+    torque = Condition.parse(checks.TORQUE_ZERO.replace("=", "!="), dbc)
+    longest = checks.longest_breach(trace, torque.signals, torque.holds, out.event_ms) or 0.0
+    return f"drove on, without torque for {longest:g} ms" if longest else "drove on"
+
+
+def _curve(trace: Trace, dbc: Dbc, name: str, event_ms: float) -> list[tuple[float, float]]:
+    """(s from the fault, value): where it changes, thinned to what a small chart can show."""
+    signal, points = dbc.signal(name), []
+    for frame in trace.frames:
+        if frame.id != signal.message.id or len(frame.data) != signal.message.dlc:
+            continue
+        after_ms = frame.time_ms - event_ms
+        if after_ms < -_BEFORE_MS:
+            continue
+        value: Any = signal.raw(frame.data) if signal.states else signal.read(frame.data)
+        if value is not None:
+            points.append((round(after_ms * 1e-3, 3), float(value)))
+    steps = [p for i, p in enumerate(points) if i in (0, len(points) - 1) or p[1] != points[i - 1][1]]
+    if len(steps) <= _POINTS:
+        return steps
+    return [steps[i * (len(steps) - 1) // (_POINTS - 1)] for i in range(_POINTS)]
+
+
+class Twins:
+    """The same drives without their fault, each once."""
+
+    def __init__(self, dbc: Dbc, open_rig: OpenRig) -> None:
+        self._dbc, self._open_rig = dbc, open_rig
+        self._drive = lru_cache(maxsize=32)(self._drive_twin)
+        self._scenarios: dict[tuple[object, ...], Scenario] = {}
+
+    def verdict(self, row: Row) -> str:
+        own = row.scenario
+        key = (row.situation.name, tuple(own.arguments), own.behind, own.needs_gateway, own.observe_ms,
+               row.id if row.own_meanwhile else "")
+        self._scenarios.setdefault(key, own)
+        trace, event_ms = self._drive(key)
+        seen = [c.title for c in only_with_fault(row) if c.measure(trace, event_ms).held]
+        if seen:
+            return f"shows it without the fault: {', '.join(seen)}"
+        sound = row.situation.sound
+        lasted = checks.settled("sound", sound, own.observe_ms).measure(trace, event_ms)
+        return "goes on" if lasted.measured is not None else f"does not keep to '{sound.text}'"
+
+    def _drive_twin(self, key: tuple[object, ...]) -> tuple[Trace, float]:
+        return _drive(self._scenarios[key], self._open_rig, False)

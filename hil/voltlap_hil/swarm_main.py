@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drawn cars, drives and pairs of faults against what must hold in every drive; a failure is shrunk.
+
+Exit codes: 0 nothing was broken, 1 something was, with the seed that repeats it, 2 usage or input, 130 interrupted.
+"""
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import random
+import sys
+import time
+from collections.abc import Iterator
+from functools import partial
+from itertools import count
+
+from .dbc import Dbc
+from .errors import HilError, InputError
+from .fault_main import number
+from .fault_table import TABLE, Row, load_table
+from .in_process import PROCESS
+from .nodes import program
+from .rig import Bench, Rig
+from .swarm import Drawn, check, draw, smallest, usable
+
+_SEEDS, _MOST_JOBS, _LONGEST_S = 2**32 - 1, 64, 10_000_000
+
+
+def main(arguments: list[str] | None = None) -> int:
+    options = _parser().parse_args(arguments)
+    try:
+        return _run(options)
+    except InputError as error:
+        print(f"voltlap swarm: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="voltlap swarm", description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=partial(number, 1, _LONGEST_S), default=60, metavar="N",
+                        help="how long it draws (60); what has begun is ended")
+    parser.add_argument("--runs", type=partial(number, 1, _LONGEST_S), metavar="N", help="at most so many scenarios")
+    parser.add_argument("--jobs", type=partial(number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
+                        help="scenarios at a time (all processors)")
+    parser.add_argument("--seed", type=partial(number, 0, _SEEDS), metavar="N",
+                        help="of the first scenario, the next has the next number; without it one is drawn and said")
+    return parser
+
+
+_work: tuple[dict[str, Row], list[Row], Dbc] | None = None  # of a worker, which was forked with it
+
+
+def _open_rig(gateway: bool, behind: tuple[str, ...], **what: object) -> Rig:
+    assert _work is not None
+    return Rig(Bench(PROCESS, PROCESS if gateway else None, behind), dbc=_work[2], **what)  # type: ignore[arg-type]
+
+
+def _check(drawn: Drawn) -> list[str]:
+    assert _work is not None
+    try:
+        return check(drawn, _work[0], _open_rig)
+    except HilError as error:
+        return [f"the run ends: {error}"]
+
+
+def _one(seed: int) -> tuple[Drawn, list[str]]:
+    assert _work is not None
+    drawn = draw(seed, _work[1])
+    return drawn, _check(drawn)
+
+
+def _run(options: argparse.Namespace) -> int:
+    global _work
+    program()
+    dbc = Dbc.of_project()
+    rows = load_table(TABLE, dbc)
+    _work = ({row.id: row for row in rows}, usable(rows), dbc)
+    first = options.seed if options.seed is not None else random.randrange(_SEEDS)
+    print(f"seed {first}", flush=True)
+    begin, runs, faults = time.monotonic(), 0, 0
+    for drawn, found in _outcomes(options, first, begin):
+        runs, faults = runs + 1, faults + len(drawn.faults)
+        _show(options, begin, runs)
+        if found:
+            return _tell(drawn, found)
+    print(f"{runs} scenarios with {faults} faults in {time.monotonic() - begin:.0f} s: nothing was broken")
+    return 0
+
+
+def _outcomes(options: argparse.Namespace, first: int, begin: float) -> Iterator[tuple[Drawn, list[str]]]:
+    def seeds() -> Iterator[int]:
+        for i in count():
+            if time.monotonic() - begin > options.seconds and i or i == options.runs:
+                return
+            yield (first + i) % (_SEEDS + 1)
+
+    if options.jobs == 1 or options.runs == 1:
+        yield from map(_one, seeds())
+        return
+    with multiprocessing.get_context("fork").Pool(options.jobs) as pool:
+        source = seeds()
+        while batch := [seed for _, seed in zip(range(2 * options.jobs), source)]:
+            yield from pool.map(_one, batch, chunksize=1)
+
+
+def _show(options: argparse.Namespace, begin: float, runs: int) -> None:
+    if sys.stderr.isatty():
+        print(f"\r\033[K{runs} scenarios, {time.monotonic() - begin:.0f} of {options.seconds} s", end="",
+              file=sys.stderr, flush=True)
+    elif runs % 100 == 0:
+        print(f"{runs} scenarios", file=sys.stderr, flush=True)
+
+
+def _tell(drawn: Drawn, found: list[str]) -> int:
+    name = found[0].partition(":")[0]
+    print(f"BROKEN with seed {drawn.seed}: ./voltlap swarm --seed {drawn.seed} --runs 1")
+    for text in found:
+        print(f"  {text}")
+    print(f"  drawn: {drawn}", flush=True)
+    least = smallest(drawn, lambda one: any(text.partition(":")[0] == name for text in _check(one)))
+    print(f"  smallest that breaks '{name}': {least}")
+    for text in _check(least):
+        print(f"    {text}")
+    return 1
