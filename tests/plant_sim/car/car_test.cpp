@@ -132,24 +132,23 @@ TEST(Car, APackThatCannotDeliverIsFlagged) {
 }
 
 TEST(Car, WhatAChargerGivesIsWhatTheLedgerMisses) {
-  VehicleParameters parameters = vtm16e();
   parameters.battery.initial_soc = 0.5;
-  Car car(parameters, true, 0.01);
-  car.charger.plugged = true;
-  car.contactors.air_minus.command(true);
-  car.contactors.precharge.command(true);
+  Car on_charger(parameters, true, 0.01);
+  on_charger.charger.plugged = true;
+  on_charger.contactors.air_minus.command(true);
+  on_charger.contactors.precharge.command(true);
   const auto run = [&](int steps) {
     for (int i = 0; i < steps; ++i) {
-      car.charger.command(110.0, 20.0, car.contactors.main_closed());
-      car.step(0.0);
-      car.renew(0.01);
+      on_charger.charger.command(110.0, 20.0, on_charger.contactors.main_closed());
+      on_charger.step(0.0);
+      on_charger.renew(0.01);
     }
   };
   run(200);
-  car.contactors.air_plus.command(true);
+  on_charger.contactors.air_plus.command(true);
   run(6'000);
-  DOUBLES_EQUAL(-20.0, car.pack_current_a(), 0.1);
-  CHECK(car.charger_energy_j() > 90'000.0);
-  DOUBLES_EQUAL(car.charger_energy_j(), -car.ledger().residual_j(), 1e-3 * car.charger_energy_j());
-  DOUBLES_EQUAL(0.0, car.ledger()[EnergyTerm::kLowVoltage], 0.0);  // the charger's side feeds it
+  DOUBLES_EQUAL(-20.0, on_charger.pack_current_a(), 0.1);
+  CHECK(on_charger.charger_energy_j() > 90'000.0);
+  DOUBLES_EQUAL(on_charger.charger_energy_j(), -on_charger.ledger().residual_j(), 1e-3 * on_charger.charger_energy_j());
+  DOUBLES_EQUAL(0.0, on_charger.ledger()[EnergyTerm::kLowVoltage], 0.0);  // the charger's side feeds it
 }
