@@ -115,6 +115,7 @@ Finding cell_missing(const Config&, const State& s, Instant) {
   if (!s.voltage_check.steady) return Finding{Seen::kHold, false, {}};
   return active_if(s.voltage_check.cell_missing);
 }
+Finding pack_voltage_frozen(const Config&, const State& s, Instant) { return active_if(s.voltage_check.frozen); }
 Finding cell_count_wrong(const Config&, const State& s, Instant) { return active_if(s.voltage_check.count_wrong); }
 Finding cell_frozen(const Config&, const State& s, Instant) { return active_if(s.cell_check.frozen != kNoCell); }
 Finding cell_off_level(const Config&, const State& s, Instant) {
@@ -179,6 +180,7 @@ constexpr FaultRow kTable[] = {
     {BmsFault::kCellImplausible, cell_off_level, &Config::implausible_time, Effect::kTrip},  // BMS-061
     {BmsFault::kVoltageImplausible, cell_missing, &Config::mismatch_time, Effect::kTrip},  // BMS-062
     {BmsFault::kVoltageImplausible, cell_count_wrong, &Config::implausible_time, Effect::kTrip},  // BMS-063
+    {BmsFault::kVoltageImplausible, pack_voltage_frozen, &Config::implausible_time, Effect::kTrip},  // BMS-069
     {BmsFault::kTemperatureImplausible, temperature_too_fast, &Config::implausible_time, Effect::kTrip},  // BMS-064
     {BmsFault::kTemperatureImplausible, temperature_apart, &Config::implausible_time, Effect::kTrip},  // BMS-064
     {BmsFault::kCurrentImplausible, current_against_sag, &Config::implausible_time, Effect::kTrip},  // BMS-066

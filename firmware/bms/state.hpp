@@ -96,7 +96,7 @@ struct Pack {
 };
 
 /// Written by faults: one timer a row of its table.
-inline constexpr std::size_t kFaultRows = 29;
+inline constexpr std::size_t kFaultRows = 30;
 struct Faults {
   FaultTimer timer[kFaultRows] = {};
   std::uint32_t latched = 0;

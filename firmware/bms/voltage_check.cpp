@@ -16,6 +16,9 @@ constexpr std::int64_t kSteadyShare = 4;               // of a cell: what the cu
 constexpr std::int64_t kContactPercent = 15;           // of the pack's resistance: contacts and fuse, chosen
 constexpr Duration kLasting = Duration::from_ms(200);  // what a lag between the channels shows at a step is over
 constexpr Duration kGainMemory = Duration::from_ms(1'000);
+constexpr std::int64_t kStillPerCell = 50;   // [0.1 mV] 5 mV: a channel of 24 cells in steps of 0.1 V still moves
+constexpr std::int64_t kMovesPerCell = 200;  // 20 mV, as for a current that is frozen
+constexpr Duration kLagsOver = Duration::from_ms(1'000);  // three times what channels lag each other
 
 std::int64_t size(std::int64_t x) { return x < 0 ? -x : x; }
 
@@ -52,6 +55,20 @@ void follow_difference(const Config& config, Duration elapsed, State& s) {
   c.lasting = size(c.apart) * 2'000'000 >= by_pack * config.voltage_mismatch.raw();
 }
 
+// BMS-069: as both were read in the same steps.
+void follow_stillness(const Config& config, Instant now, State& s) {
+  VoltageCheck& c = s.voltage_check;
+  const std::int64_t cells = config.cells_in_series;
+  const PackVoltage by_pack = s.pack.sum_by_pack, sum = s.pack.cell_sum;
+  if (!c.watched || size(std::int64_t{by_pack.raw()} - c.still_at.raw()) > kStillPerCell * cells) {
+    c.watched = true;
+    c.still_at = by_pack;
+    c.still_since = now;
+  }
+  if (now - c.still_since < kLagsOver) c.still_sum = sum;
+  c.frozen = size(std::int64_t{sum.raw()} - c.still_sum.raw()) > kMovesPerCell * cells;
+}
+
 }  // namespace
 
 // BMS-062, BMS-063
@@ -62,6 +79,7 @@ void check_pack_voltage(const Config& config, Instant now, Duration elapsed, Sta
   if (!s.pack.cells_good || !s.measured.pack_voltage.good() || !s.measured.current.good()) return;
   if (s.measured.some_bled) return;  // BMS-055: the sum is too low
   follow_difference(config, elapsed, s);
+  follow_stillness(config, now, s);
   follow_steadiness(config, now, s);
   if (!s.contactors.closed_once) learn_gain(config, s);
   if (!c.steady || !c.gain_known || c.count_wrong) return;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pack voltage against the sum of the cells, beyond the 5 % of BMS-022. At rest the ratio of the two says how many
 // cells there are and what the gain of the pack's channel is; while the current is steady the two agree within one
-// cell's worth after that.
+// cell's worth after that. A channel that stands still while the cells move is frozen.
 #pragma once
 #include <cstdint>
 
@@ -26,6 +26,11 @@ struct VoltageCheck {
   Instant steady_since{};
   bool steady = false;
   bool cell_missing = false;   ///< at steady current: more than one cell's worth apart
+  bool watched = false;
+  PackVoltage still_at{};      ///< what the pack's channel has said ...
+  Instant still_since{};       ///< ... since then
+  PackVoltage still_sum{};     ///< sum of the cells at the begin of that, when lags are over
+  bool frozen = false;         ///< the cells have moved since, the pack's channel has not
 };
 
 void check_pack_voltage(const Config& config, Instant now, Duration elapsed, State& state);

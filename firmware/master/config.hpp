@@ -57,6 +57,7 @@ struct Config {
   Current battery_limit_off = Current::from_raw(1'000);            ///< below it a battery direction is shut ...
   Current battery_limit_on = Current::from_raw(5'000);             ///< ... until its limit is above this
   Speed regen_speed_min = Speed::from_raw(1'389);                  ///< EV.3.3.3: 5 km/h, rounded up
+  Current inverter_excess_max = Current::from_raw(50'000);         ///< assumed: a tenth of the largest command; MST-041
   Temperature motor_derate_start = Temperature::from_raw(1'400);   ///< assumed: class H winding, 180 degC ...
   Temperature motor_derate_end = Temperature::from_raw(1'600);     ///< ... less 20 K; no torque from here on
   Temperature inverter_derate_start = Temperature::from_raw(800);  ///< assumed: usual heat sink limit
@@ -116,6 +117,8 @@ enum class ConfigError : std::uint8_t {
   kBatteryLimitOff,
   kBatteryLimitOn,
   kRegenSpeedRule,
+  kInverterExcess,
+  kInverterExcessMax,
   kMotorDerating,
   kInverterDerating,
   // times
@@ -145,6 +148,7 @@ inline constexpr std::int32_t kMotorConstantMinUnm = 1'000, kMotorConstantMaxUnm
 inline constexpr MotorSpeed kMotorSpeedMax = MotorSpeed::from_raw(12'000);
 inline constexpr Ratio kDriveEfficiencyMin = Ratio::from_raw(300'000);
 inline constexpr std::int32_t kPowerMaxMw = 80'000'000;                    // EV.3.3
+inline constexpr Current kInverterExcessMax = Current::from_raw(1'100'000);  // from full drive to full braking
 inline constexpr Speed kRegenSpeedMin = Speed::from_raw(1'389);            // EV.3.3.3
 inline constexpr Duration kImplausibleTimeMax = Duration::from_ms(100);    // T.4.2.5, T.4.3
 inline constexpr Duration kRxTimeoutMax = Duration::from_ms(50);
@@ -207,6 +211,8 @@ constexpr ConfigError ceilings(const Config& c) {
       {c.battery_limit_off >= Current{}, ConfigError::kBatteryLimitOff},
       {c.battery_limit_on >= c.battery_limit_off, ConfigError::kBatteryLimitOn},
       {c.regen_speed_min >= kRegenSpeedMin, ConfigError::kRegenSpeedRule},
+      {c.inverter_excess_max > Current{}, ConfigError::kInverterExcess},
+      {c.inverter_excess_max <= kInverterExcessMax, ConfigError::kInverterExcessMax},
       {c.motor_derate_start < c.motor_derate_end, ConfigError::kMotorDerating},
       {c.inverter_derate_start < c.inverter_derate_end, ConfigError::kInverterDerating},
   });

@@ -6,9 +6,6 @@
 namespace voltlap::master {
 namespace {
 
-// Assumed: a tenth of the largest inverter that InverterCommand can ask; a current controller's ripple and error and
-// the resolution of its report are a few percent.
-constexpr Current kMargin = Current::from_raw(50'000);
 // Full current is forgotten in 100 ms, ten times what a current controller takes to follow a step.
 constexpr std::int64_t kForgotten_ma_per_ms = 5'500;
 constexpr Duration kTime = Duration::from_ms(200);
@@ -17,8 +14,10 @@ Current magnitude(Current c) { return c < Current{} ? -c : c; }
 
 }  // namespace
 
-void watch_inverter(const Input& input, InverterWatchState& state) {
-  const bool unasked = input.phase_current.good() && magnitude(input.phase_current.value) > state.asked + kMargin;
+void watch_inverter(const Config& config, const Input& input, InverterWatchState& state) {
+  // A current controller's ripple and error and the resolution of its report are a few percent of its largest current.
+  const bool unasked = input.phase_current.good() &&
+                       magnitude(input.phase_current.value) > state.asked + config.inverter_excess_max;
   state.disobeys = state.unasked.held(unasked, input.now, kTime);
 }
 

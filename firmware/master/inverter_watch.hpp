@@ -3,6 +3,7 @@
 //   |I| > I_asked + I_margin for T; I_asked the greatest command, forgotten at a steady rate
 #pragma once
 #include "base/leaky_persistence.hpp"
+#include "master/config.hpp"
 #include "master/io.hpp"
 
 namespace voltlap::master {
@@ -14,7 +15,7 @@ struct InverterWatchState {
 };
 
 /// By what was asked until the last step.
-void watch_inverter(const Input& input, InverterWatchState& state);
+void watch_inverter(const Config& config, const Input& input, InverterWatchState& state);
 
 /// What is sent now.
 void note_asked(Current sent, Duration elapsed, InverterWatchState& state);

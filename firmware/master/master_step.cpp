@@ -55,7 +55,7 @@ Output report(const State& state, const InverterCommand& command, bool allowed, 
 Output step(const Config& config, const Input& input, State& state) {
   const Duration elapsed = advance(input.now, state);
   pedals_step(config, input, state.pedals);
-  watch_inverter(input, state.inverter_watch);
+  watch_inverter(config, input, state.inverter_watch);
   state.drive.inverter_disobeys = state.inverter_watch.disobeys;
   drive_state_step(config, input, state.pedals, state.drive);
   request_step(config, input, state.pedals, state.drive.mode, elapsed, state.request);

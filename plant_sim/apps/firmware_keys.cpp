@@ -120,6 +120,7 @@ constexpr FirmwareKey<master::Config> kMasterKeys[] = {
     master_row<&M::battery_limit_off>("master.battery_limit_off_a", kMilli),
     master_row<&M::battery_limit_on>("master.battery_limit_on_a", kMilli),
     master_row<&M::regen_speed_min>("master.regen_speed_min_mps", kMilli),
+    master_row<&M::inverter_excess_max>("master.inverter_excess_max_a", kMilli),
     master_row<&M::motor_derate_start>("master.motor_derating_start_c", kDecikelvin),
     master_row<&M::motor_derate_end>("master.motor_derating_end_c", kDecikelvin),
     master_row<&M::inverter_derate_start>("master.inverter_derating_start_c", kDecikelvin),

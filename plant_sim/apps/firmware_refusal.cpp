@@ -147,6 +147,8 @@ constexpr Row<M> kMasterRows[] = {
     {M::kBatteryLimitOff, "master.battery_limit_off_a", kAtLeast},
     {M::kBatteryLimitOn, "master.battery_limit_on_a", kAtLeast, "master.battery_limit_off_a"},
     {M::kRegenSpeedRule, "master.regen_speed_min_mps", kAtLeast, "", mc::kRegenSpeedMin.raw(), "EV.3.3.3"},
+    {M::kInverterExcess, "master.inverter_excess_max_a", kAbove},
+    {M::kInverterExcessMax, "master.inverter_excess_max_a", kAtMost, "", mc::kInverterExcessMax.raw()},
     {M::kMotorDerating, "master.motor_derating_start_c", kBelow, "master.motor_derating_end_c"},
     {M::kInverterDerating, "master.inverter_derating_start_c", kBelow, "master.inverter_derating_end_c"},
     {M::kAppsImplausibleTime, "master.apps_implausible_time_s", kAbove},

@@ -56,6 +56,7 @@ std::string ceilings(const master::Config& c) {
          percent("trim_max", c.trim_max) + whole("trim_decay_ppm_per_s", c.trim_decay_ppm_per_s, 1e-4, "%/s") +
          amperes("battery_limit_off", c.battery_limit_off) + amperes("battery_limit_on", c.battery_limit_on) +
          quantity("regen_speed_min", "Speed", c.regen_speed_min, 1e-3, "m/s") +
+         amperes("inverter_excess_max", c.inverter_excess_max) +
          celsius("motor_derate_start", c.motor_derate_start) + celsius("motor_derate_end", c.motor_derate_end) +
          celsius("inverter_derate_start", c.inverter_derate_start) +
          celsius("inverter_derate_end", c.inverter_derate_end);

@@ -93,7 +93,8 @@ ReplayResult replay_by_role(const ReplayAsked& asked, const MapFinding& finding,
   const DriveLog log = read_drive_log(asked.log, map ? &*map : nullptr, data);
   const LoadedVehicle car = pack_of_log(data, asked.pack, asked.settings, log);
   const bms::Config config = bms_config(car.parameters, car.origin);
-  const master::Config master = master_config(car.parameters, car.origin);
+  master::Config master = master_config(car.parameters, car.origin);
+  master.inverter_excess_max = master::check::kInverterExcessMax;  // the log's inverter obeys the log's controller
   FirmwareLoop firmware(config, master);
   progress("replaying", 0.5);
   ReplayResult out;

@@ -203,6 +203,8 @@ const ParameterRow kRows[] = {
     "a battery limit above it opens that direction again"},
   {"master.regen_speed_min_mps", "m/s", 0, 200, kOptional, at<&Car::master, &MasterSection::regen_speed_min_mps>,
     "no regeneration at or below this speed of the slowest wheel"},
+  {"master.inverter_excess_max_a", "A", 0, 2000, kOptional, at<&Car::master, &MasterSection::inverter_excess_max_a>,
+    "phase current beyond all that was asked for from which the inverter has failed"},
   {"master.motor_derating_start_c", "degC", -40, 500, kOptional,
     at<&Car::master, &MasterSection::motor_derating_start_c>,
     "a hotter motor gets less current"},

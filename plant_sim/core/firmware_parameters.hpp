@@ -87,6 +87,7 @@ struct MasterSection {
   double battery_limit_off_a = 1.0;                    ///< [A] 0..1000
   double battery_limit_on_a = 5.0;                     ///< [A] 0..1000
   double regen_speed_min_mps = 1.389;                  ///< [m/s] 0..200
+  double inverter_excess_max_a = 50.0;                 ///< [A] 0..2000
   double motor_derating_start_c = 140.0;               ///< [degC] -40..500
   double motor_derating_end_c = 160.0;                 ///< [degC] -40..500
   double inverter_derating_start_c = 80.0;             ///< [degC] -40..500

@@ -26,6 +26,7 @@ class DrivenBench {
   Bench bench;
   std::vector<Cell> cells;
   std::function<double(std::size_t, double)> channel = [](std::size_t, double v) { return v; };
+  std::function<double(double)> pack_channel = [](double v) { return v; };
   std::function<double(double)> sensor = [](double a) { return a; };  ///< of the current
 
   double voltage(std::size_t k) const {
@@ -72,7 +73,7 @@ class DrivenBench {
       bench.cell_100uv[k] = static_cast<std::int32_t>(std::lround(1e4 * channel(k, voltage(k))));
     }
     bench.sum_follows_cells = false;
-    bench.pack.pack_voltage_100uv = static_cast<std::int32_t>(std::lround(1e4 * sum * pack_gain));
+    bench.pack.pack_voltage_100uv = static_cast<std::int32_t>(std::lround(1e4 * pack_channel(sum * pack_gain)));
     bench.current(amps(sensor(current_a)));
   }
 

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bms/voltage_check.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+
 #include "driven_bench.hpp"
 
 using namespace voltlap;
@@ -67,6 +72,73 @@ TEST(VoltageCheck, CurrentThatIsChoppedFasterThanCellsAreReadIsNoDisagreement) {
       for (int i = 0; i < 1500; ++i) {
         CHECK_FALSE(has(chopped.tick(i % period < period / 2 ? 400.0 : 0.0), BmsFault::kVoltageImplausible));
       }
+    }
+  }
+}
+
+// BMS-069
+TEST(VoltageCheck, PackVoltageThatStandsStillWhileTheCellsMoveTrips) {
+  car.drive();
+  car.run(3.0, 40.0);
+  double last = 0.0;
+  bool frozen = false;
+  car.pack_channel = [&](double v) { return frozen ? last : last = v; };
+  car.run(1.0, 40.0);
+  frozen = true;
+  car.run(2.0, 40.0);
+  CHECK_FALSE(has(car.bench.out, BmsFault::kVoltageImplausible));  // nothing has moved yet
+  std::int32_t took = 0;
+  while (!has(car.tick(120.0), BmsFault::kVoltageImplausible) && took < 5000) took += 10;
+  expect_time("BMS-069", took, 1000, 1100);
+  car.run(1.0, 40.0);
+  CHECK(all_open(car.bench.out));
+}
+
+// BMS-069, wherever in a lap it freezes
+TEST(VoltageCheck, PackVoltageThatFreezesInALapIsFoundWithinEightSeconds) {
+  for (int number = 0; number < 12; ++number) {
+    DrivenBench drives;
+    double last = 0.0;
+    bool frozen = false;
+    drives.pack_channel = [&](double v) { return frozen ? last : last = v; };
+    drives.drive();
+    LONGS_EQUAL(-1, drives.lap_until([](const Output& o) { return o.faults != 0; }, 5.0 + 0.37 * number));
+    frozen = true;
+    const std::int32_t took =
+        drives.lap_until([](const Output& o) { return has(o, BmsFault::kVoltageImplausible); }, 10.0);
+    CHECK(took > 0 && took <= 8000);
+  }
+}
+
+// BMS-069
+TEST(VoltageCheck, CoarseLateAndNoisyChannelsThatStandAreSound) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    const auto drawn = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const double step_v = drawn(0.001, 0.1), noise_v = drawn(0.0, 0.01), per_s = 0.01 / drawn(0.01, 0.3);
+    const bool pack_is_late = seed % 2 == 0;
+    DrivenBench sound;
+    sound.scale = drawn(0.05, 2.0);
+    double late = 0.0;
+    sound.pack_channel = [&](double v) {
+      late = late == 0.0 || !pack_is_late ? v : late + std::min(1.0, per_s) * (v - late);
+      return step_v * std::round(late / step_v);
+    };
+    std::vector<double> shown(24, 0.0);
+    std::normal_distribution<double> noise(0.0, noise_v);
+    sound.channel = [&](std::size_t k, double v) {
+      shown[k] = shown[k] == 0.0 || pack_is_late ? v : shown[k] + std::min(1.0, per_s) * (v - shown[k]);
+      return shown[k] + noise(random);
+    };
+    sound.drive();
+    for (int leg = 0; leg < 6; ++leg) {  // corners and straights, then the same current for long, then standing
+      LONGS_EQUAL_TEXT(-1, sound.lap_until([](const Output& o) { return o.faults != 0; }, drawn(2.0, 12.0)),
+                       ("seed " + std::to_string(seed)).c_str());
+      sound.run(drawn(1.0, 8.0), drawn(0.0, 120.0));
+      sound.run(drawn(1.0, 8.0), 0.0);
+      LONGS_EQUAL_TEXT(0, sound.bench.out.faults, ("seed " + std::to_string(seed)).c_str());
     }
   }
 }

@@ -56,6 +56,9 @@ TEST(MasterConfig, ContradictionsAreRefused) {
         ConfigError::kPhaseCurrentRange);
   CHECK(check_with([](Config& c) { c.drive_efficiency = Ratio::from_raw(1'000'001); }) ==
         ConfigError::kDriveEfficiencyMax);
+  CHECK(check_with([](Config& c) { c.inverter_excess_max = Current{}; }) == ConfigError::kInverterExcess);
+  CHECK(check_with([](Config& c) { c.inverter_excess_max = Current::from_raw(1'100'001); }) ==
+        ConfigError::kInverterExcessMax);
   CHECK(check_with([](Config& c) { c.motor_derate_end = c.motor_derate_start; }) == ConfigError::kMotorDerating);
   CHECK(check_with([](Config& c) { c.battery_limit_on = Current{}; }) == ConfigError::kBatteryLimitOn);
 }

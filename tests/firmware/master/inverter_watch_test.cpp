@@ -15,7 +15,7 @@ TEST_GROUP(InverterWatch) {
   void step(std::int32_t sent_a, std::int32_t driven_a) {
     in.now = in.now + Duration::from_ms(bench::kStepMs);
     in.phase_current = bench::good(Current::from_raw(driven_a * 1000), in.now);
-    watch_inverter(in, state);
+    watch_inverter(config, in, state);
     note_asked(Current::from_raw(sent_a * 1000), Duration::from_ms(bench::kStepMs), state);
   }
   /// Steps until it is told; -1: not within 2 s.
@@ -68,7 +68,7 @@ TEST(InverterWatch, CurrentThatIsNotReportedAccusesNobody) {
   for (int i = 0; i < 100; ++i) {
     in.now = in.now + Duration::from_ms(bench::kStepMs);
     in.phase_current = Sample<Current>{Current::from_raw(500'000), in.now, Quality::kInvalid};
-    watch_inverter(in, state);
+    watch_inverter(config, in, state);
     note_asked(Current{}, Duration::from_ms(bench::kStepMs), state);
     CHECK_FALSE(state.disobeys);
   }
