@@ -36,6 +36,7 @@ inline constexpr Config kMasterConfig = [] {
   c.battery_limit_off = Current::from_raw(1000);                      // 1 A
   c.battery_limit_on = Current::from_raw(5000);                       // 5 A
   c.regen_speed_min = Speed::from_raw(1389);                          // 1.389 m/s
+  c.inverter_excess_max = Current::from_raw(50000);                   // 50 A
   c.motor_derate_start = Temperature::from_raw(1400);                 // 140 degC
   c.motor_derate_end = Temperature::from_raw(1600);                   // 160 degC
   c.inverter_derate_start = Temperature::from_raw(800);               // 80 degC
