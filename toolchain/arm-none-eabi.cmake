@@ -22,7 +22,7 @@ set(language_flags "-ffreestanding -ffunction-sections -fdata-sections -fno-unwi
 set(CMAKE_C_FLAGS_INIT "${cpu_flags} ${language_flags}")
 set(CMAKE_CXX_FLAGS_INIT "${cpu_flags} ${language_flags} -fno-exceptions -fno-rtti -fno-use-cxa-atexit")
 # What an image has besides its own code is libgcc: division of 64 bits, and the multiplications and jumps of an M0+.
-set(CMAKE_EXE_LINKER_FLAGS_INIT "${cpu_flags} -nostdlib")
+set(CMAKE_EXE_LINKER_FLAGS_INIT "${cpu_flags}")
 set(CMAKE_C_STANDARD_LIBRARIES -lgcc)
 set(CMAKE_CXX_STANDARD_LIBRARIES -lgcc)
 

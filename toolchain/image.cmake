@@ -38,7 +38,7 @@ function(voltlap_image name)
   set(scripts ${PROJECT_SOURCE_DIR}/firmware/port/${IMAGE_BOARD}/memory.ld
               ${PROJECT_SOURCE_DIR}/firmware/port/cortex_m/sections.ld)
   list(TRANSFORM scripts PREPEND "-T" OUTPUT_VARIABLE script_flags)
-  target_link_options(${name} PRIVATE ${script_flags} -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--no-warn-rwx-segments
+  target_link_options(${name} PRIVATE -nostdlib ${script_flags} -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--no-warn-rwx-segments
                                       -Wl,-Map=${folder}/${name}.map
                                       -Wl,--defsym=__stack_size=${VOLTLAP_STACK_SIZE})
   set_target_properties(${name} PROPERTIES CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON CXX_EXTENSIONS OFF SUFFIX .elf

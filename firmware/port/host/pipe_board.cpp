@@ -9,7 +9,6 @@
 
 #include "base/require.hpp"
 #include "port/lockstep/lockstep_board.hpp"
-#include "port/lockstep/simulated_board.hpp"
 
 namespace voltlap::port {
 namespace {
@@ -56,18 +55,7 @@ class PipeRig final : public Rig {
 
 LockstepBoard start_lockstep_board() {
   static std::uint8_t nvm_bytes[RamNvm::kBytes];
-  static PipeRig rig;
-  static LockstepPort plant(rig, kImageInfo);
-  static NoPins pins;
-  static RamNvm nvm(nvm_bytes);
-  static SimulatedWatchdog watchdog(plant, rig);
-  return {{plant, plant, pins, nvm, watchdog}, plant};
-}
-
-Board start_board() {
-  const LockstepBoard lockstep = start_lockstep_board();
-  lockstep.plant.greet(nullptr, 0, nullptr, 0, 0);
-  return lockstep.board;
+  return board_around<PipeRig>(nvm_bytes);
 }
 
 }  // namespace voltlap::port

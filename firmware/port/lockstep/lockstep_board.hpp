@@ -2,7 +2,9 @@
 // What a board in lockstep has beside the seams: a plant that may hand it the configuration.
 #pragma once
 #include "port/board.hpp"
+#include "port/image_info.hpp"
 #include "port/lockstep/lockstep_port.hpp"
+#include "port/lockstep/simulated_board.hpp"
 
 namespace voltlap::port {
 
@@ -12,7 +14,18 @@ struct LockstepBoard {
 };
 
 /// As start_board(), which greets the plant as an image with a configuration of its own; here that is left to the
-/// image. Each board in lockstep defines both.
+/// image. Each board in lockstep defines this one.
 [[nodiscard]] LockstepBoard start_lockstep_board();
+
+/// All of a board in lockstep around the rig that reaches its plant. Once.
+template <class Stream>
+LockstepBoard board_around(std::uint8_t (&nvm_bytes)[RamNvm::kBytes]) {
+  static Stream rig;
+  static LockstepPort plant(rig, kImageInfo);
+  static NoPins pins;
+  static RamNvm nvm(nvm_bytes);
+  static SimulatedWatchdog watchdog(plant, rig);
+  return {{plant, plant, pins, nvm, watchdog}, plant};
+}
 
 }  // namespace voltlap::port

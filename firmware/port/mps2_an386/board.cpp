@@ -10,7 +10,6 @@
 
 #include "port/cortex_m/stack.hpp"
 #include "port/lockstep/lockstep_board.hpp"
-#include "port/lockstep/simulated_board.hpp"
 #include "port/mps2_an386/semihosting.hpp"
 
 extern "C" [[noreturn]] void board_fault(std::uint32_t number);
@@ -105,20 +104,7 @@ __attribute__((section(".nvm"))) std::uint8_t nvm_bytes[RamNvm::kBytes];
 
 }  // namespace
 
-LockstepBoard start_lockstep_board() {
-  static SemihostingRig rig;
-  static LockstepPort plant(rig, kImageInfo);
-  static NoPins pins;
-  static RamNvm nvm(nvm_bytes);
-  static SimulatedWatchdog watchdog(plant, rig);
-  return {{plant, plant, pins, nvm, watchdog}, plant};
-}
-
-Board start_board() {
-  const LockstepBoard lockstep = start_lockstep_board();
-  lockstep.plant.greet(nullptr, 0, nullptr, 0, 0);
-  return lockstep.board;
-}
+LockstepBoard start_lockstep_board() { return board_around<SemihostingRig>(nvm_bytes); }
 
 }  // namespace voltlap::port
 

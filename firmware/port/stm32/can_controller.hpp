@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "base/can_frame.hpp"
+#include "port/can.hpp"
 
 namespace voltlap::port::stm32 {
 
@@ -72,12 +73,6 @@ static_assert(kOutboxFrames >= 2 * TxQueue::kCapacity);
 using Inbox = FrameRing<kInboxFrames>;
 using Outbox = FrameRing<kOutboxFrames>;
 
-inline std::size_t take_all(Inbox& inbox, Frame* frames, std::size_t capacity) {
-  std::size_t count = 0;
-  while (count < capacity && inbox.pop(frames[count])) ++count;
-  return count;
-}
-
 /// The bytes of a frame as two words, the first byte lowest, and back; bytes beyond dlc are zero.
 inline std::uint32_t word_of(const Frame& frame, std::size_t first) {
   std::uint32_t word = 0;
@@ -90,5 +85,46 @@ inline void put_word(Frame& frame, std::size_t first, std::uint32_t word) {
   }
 }
 inline bool extended(const Frame& frame) { return (frame.id & Frame::kExtendedFlag) != 0; }
+
+/// The seam to the bus before a controller of either kind: what goes out in a step, and what is too old to.
+class CanController : public Can {
+ public:
+  std::size_t receive(Frame* frames, std::size_t capacity) override;
+  /// Never waits. A step begins with receive(), and may send more than once, for more than one node. What is left of the
+  /// step before is dropped first: a frame older than a step must not pass for a fresh one when the bus comes back.
+  /// False when some frame was dropped, now or of the step before.
+  bool send(const TxQueue& frames) override;
+
+  [[nodiscard]] const CanCounts& counts() const { return counts_; }
+  [[nodiscard]] bool bus_is_off() const { return off_; }
+
+ protected:
+  ~CanController() = default;
+
+  /// From an interrupt: a frame that has come.
+  void take(const Frame& frame);
+  /// The frame to send next, if there is one. Not while send() has the interrupt of sending off, but for fill().
+  bool next(Frame& frame);
+
+  /// The rest is the controller's.
+  virtual void let_sending_interrupt(bool on) = 0;
+  /// Puts frames into the mailboxes that are free.
+  virtual void fill() = 0;
+  /// What waits in a mailbox; one that is on the bus this moment still goes out whole. Returns how many.
+  virtual std::uint32_t abort_waiting() = 0;
+  /// Once a step: counts, writes `off_`, goes on with the recovery and waits for none of it.
+  virtual void leave_bus_off() = 0;
+
+  CanCounts counts_{};
+  bool ready_ = false;
+  bool off_ = false;
+
+ private:
+  bool drop_old();
+
+  Inbox inbox_{};
+  Outbox outbox_{};
+  bool new_step_ = true;  ///< the first send since frames were taken
+};
 
 }  // namespace voltlap::port::stm32

@@ -140,11 +140,6 @@ CanError BxCan::init(const Config& config, const can::MessageRow* rows, std::siz
   return wait_clear(regs_.msr, msr::kInak) ? CanError::kNone : CanError::kNotOnBus;
 }
 
-std::size_t BxCan::receive(Frame* frames, std::size_t capacity) {
-  new_step_ = true;
-  return stm32::take_all(inbox_, frames, capacity);
-}
-
 void BxCan::on_receive_interrupt() {
   take_from_fifo(0);
   take_from_fifo(1);
@@ -165,8 +160,7 @@ void BxCan::take_from_fifo(std::size_t fifo) {
     status.write(rfr::kRfom);  // no read-modify-write: FULL and FOVR are cleared by writing ones
     static_cast<void>(wait_clear(status, rfr::kRfom, kReleaseReads));
     if ((id & mailbox::kRtr) != 0) continue;  // the filters ask for data frames; nothing depends on them alone
-    ++counts_.received;
-    if (!inbox_.push(frame)) ++counts_.inbox_full;
+    take(frame);
   }
   if ((status.read() & rfr::kFovr) != 0) {
     ++counts_.overruns;
@@ -186,11 +180,11 @@ void BxCan::load(std::size_t box, const Frame& frame) {
   out.ti.write(id | mailbox::kTxrq);
 }
 
-void BxCan::fill_mailboxes() {
+void BxCan::fill() {
   for (std::size_t box = 0; box < stm32::kMailboxes; ++box) {
     if ((regs_.tsr.read() & tsr::kTme0 << box) == 0) continue;
     Frame frame;
-    if (!outbox_.pop(frame)) return;
+    if (!next(frame)) return;
     load(box, frame);
     ++counts_.sent;
   }
@@ -200,24 +194,27 @@ void BxCan::fill_mailboxes() {
 void BxCan::on_transmit_interrupt() {
   if ((regs_.ier.read() & ier::kTmeie) == 0) return;
   regs_.tsr.write(tsr::kRqcp0 | tsr::kRqcp0 << 8 | tsr::kRqcp0 << 16);
-  fill_mailboxes();
+  fill();
 }
 
-/// With the interrupt of transmission off. True when nothing had to be dropped.
-bool BxCan::drop_old() {
-  std::uint32_t dropped = 0;
+void BxCan::let_sending_interrupt(bool on) {
+  if (on) {
+    regs_.ier.set(ier::kTmeie);
+  } else {
+    regs_.ier.clear(ier::kTmeie);
+  }
+}
+
+std::uint32_t BxCan::abort_waiting() {
   const std::uint32_t status = regs_.tsr.read();
-  std::uint32_t abort = 0;
+  std::uint32_t abort = 0, waiting = 0;
   for (std::size_t box = 0; box < stm32::kMailboxes; ++box) {
     if ((status & tsr::kTme0 << box) != 0) continue;
     abort |= tsr::kAbrq0 << (8 * box);
-    ++dropped;
+    ++waiting;
   }
-  // One that is on the bus this moment still goes out whole; a mailbox that waits is empty at once.
   if (abort != 0) regs_.tsr.write(abort);
-  for (Frame frame; outbox_.pop(frame);) ++dropped;
-  counts_.dropped += dropped;
-  return dropped == 0;
+  return waiting;
 }
 
 /// 32.7.6: with ABOM off, entering and leaving initialisation starts the recovery, 128 times 11 recessive bits. One
@@ -238,25 +235,6 @@ void BxCan::leave_bus_off() {
   if (boff || (regs_.mcr.read() & mcr::kInrq) != 0) return;
   off_ = false;
   ++counts_.recovered;
-}
-
-bool BxCan::send(const TxQueue& frames) {
-  if (!ready_) return frames.size() == 0;
-  regs_.ier.clear(ier::kTmeie);
-  bool all = true;
-  if (new_step_) {
-    leave_bus_off();
-    all = drop_old();
-  }
-  new_step_ = false;
-  for (const Frame& frame : frames) {
-    if (!off_ && outbox_.push(frame)) continue;
-    ++counts_.dropped;
-    all = false;
-  }
-  if (!off_) fill_mailboxes();
-  regs_.ier.set(ier::kTmeie);
-  return all;
 }
 
 }  // namespace voltlap::port::stm32f4

@@ -3,17 +3,15 @@
 // board's; the interrupts CANx_RX0, CANx_RX1 and CANx_TX call the functions of their names.
 #pragma once
 #include "can_dbc/tables.hpp"
-#include "port/can.hpp"
 #include "port/stm32/can_controller.hpp"
 #include "port/stm32/can_timing.hpp"
 #include "port/stm32f4/bxcan_registers.hpp"
 
 namespace voltlap::port::stm32f4 {
 
-using stm32::CanCounts;
 using stm32::CanError;
 
-class BxCan final : public Can {
+class BxCan final : public stm32::CanController {
  public:
   struct Config {
     std::uint32_t clock_hz = 0;  ///< of APB1
@@ -31,34 +29,20 @@ class BxCan final : public Can {
   /// sent or received.
   [[nodiscard]] CanError init(const Config& config, const can::MessageRow* rows, std::size_t count);
 
-  std::size_t receive(Frame* frames, std::size_t capacity) override;
-  /// Never waits. A step begins with receive(), and may send more than once, for more than one node. What is left of
-  /// the step before is dropped first: a frame older than a step must not pass for a fresh one when the bus comes
-  /// back. False when some frame was dropped, now or of the step before.
-  bool send(const TxQueue& frames) override;
-
   void on_receive_interrupt();  ///< CANx_RX0 and CANx_RX1
   void on_transmit_interrupt();  ///< CANx_TX
-
-  [[nodiscard]] const CanCounts& counts() const { return counts_; }
-  [[nodiscard]] bool bus_is_off() const { return off_; }
 
  private:
   CanError set_filters(const Config& config, const can::MessageRow* rows, std::size_t count);
   void take_from_fifo(std::size_t fifo);
-  void fill_mailboxes();
   void load(std::size_t box, const Frame& frame);
-  bool drop_old();
-  void leave_bus_off();
+  void let_sending_interrupt(bool on) override;
+  void fill() override;
+  std::uint32_t abort_waiting() override;
+  void leave_bus_off() override;
 
   BxCanRegisters& regs_;
   BxCanRegisters& filters_;
-  stm32::Inbox inbox_{};
-  stm32::Outbox outbox_{};
-  CanCounts counts_{};
-  bool ready_ = false;
-  bool new_step_ = true;  ///< the first send since frames were taken
-  bool off_ = false;
 };
 
 }  // namespace voltlap::port::stm32f4

@@ -4,7 +4,7 @@
 // programming", 32 bits at a time).
 #pragma once
 #include "port/flash/flash.hpp"
-#include "port/stm32/register.hpp"
+#include "port/stm32/flash_lock.hpp"
 
 namespace voltlap::port::stm32f4 {
 
@@ -20,6 +20,8 @@ struct FlashRegisters {  // 3.9
 };
 static_assert(offsetof(FlashRegisters, optcr) == 0x14);
 
+inline constexpr std::uint32_t kFlashErrors = 1U << 1 | 1U << 4 | 1U << 5 | 1U << 6 | 1U << 7;  // of sr, 3.9.4
+
 class SectorFlash final : public Flash {
  public:
   /// The number of its first sector in CR.SNB, and that sector's first word in memory.
@@ -29,7 +31,8 @@ class SectorFlash final : public Flash {
   };
   /// Areas of `sectors` sectors each, which lie behind each other and are of one size.
   SectorFlash(FlashRegisters& registers, Area first, Area second, std::size_t sectors, std::size_t sector_bytes)
-      : regs_(registers), area_{first, second}, sectors_(sectors), sector_bytes_(sector_bytes) {}
+      : regs_(registers), lock_(registers.keyr, registers.sr, registers.cr, kFlashErrors), area_{first, second},
+         sectors_(sectors), sector_bytes_(sector_bytes) {}
 
   [[nodiscard]] std::size_t unit() const override { return 4; }
   [[nodiscard]] std::size_t area_bytes() const override { return sectors_ * sector_bytes_; }
@@ -38,11 +41,10 @@ class SectorFlash final : public Flash {
   bool read(std::size_t area, std::size_t offset, std::uint8_t* bytes, std::size_t count) override;
 
  private:
-  bool begin();
-  bool end();
   void forget_cached();
 
   FlashRegisters& regs_;
+  stm32::FlashLock lock_;
   Area area_[kFlashAreas];
   std::size_t sectors_;
   std::size_t sector_bytes_;

@@ -72,11 +72,6 @@ CanError FdCan::init(const Config& config, const can::MessageRow* rows, std::siz
   return wait_clear(regs_.cccr, cccr::kInit) ? CanError::kNone : CanError::kNotOnBus;
 }
 
-std::size_t FdCan::receive(Frame* frames, std::size_t capacity) {
-  new_step_ = true;
-  return stm32::take_all(inbox_, frames, capacity);
-}
-
 void FdCan::take_from_fifo(std::size_t fifo) {
   FdCanRegisters::Fifo& queue = regs_.rx[fifo];
   for (std::size_t i = 0; i < stm32::kFifoDepth; ++i) {
@@ -94,16 +89,15 @@ void FdCan::take_from_fifo(std::size_t fifo) {
     stm32::put_word(frame, 4, in.data[1].read());
     queue.acknowledge.write(get);
     if ((head & element::kRtr) != 0) continue;
-    ++counts_.received;
-    if (!inbox_.push(frame)) ++counts_.inbox_full;
+    take(frame);
   }
 }
 
-void FdCan::fill_buffers() {
+void FdCan::fill() {
   for (std::size_t i = 0; i < stm32::kMailboxes; ++i) {
     const std::uint32_t status = regs_.txfqs.read();
     Frame frame;
-    if ((status & txfqs::kFull) != 0 || !outbox_.pop(frame)) return;
+    if ((status & txfqs::kFull) != 0 || !next(frame)) return;
     const std::uint32_t put = (status >> txfqs::kPutShift & 3U) % stm32::kMailboxes;
     Element& out = ram_.tx[put];
     out.head0.write(stm32::extended(frame) ? (frame.id & kExtendedMask) | element::kXtd
@@ -124,18 +118,23 @@ void FdCan::on_interrupt() {
   take_from_fifo(0);
   take_from_fifo(1);
   // While send() has them off it fills the buffers itself, and only reception may come in between.
-  if ((flags & regs_.ie.read() & kSending) != 0) fill_buffers();
+  if ((flags & regs_.ie.read() & kSending) != 0) fill();
 }
 
-/// With the interrupts of sending off. True when nothing had to be dropped.
-bool FdCan::drop_old() {
-  std::uint32_t dropped = 0;
+void FdCan::let_sending_interrupt(bool on) {
+  if (on) {
+    regs_.ie.set(kSending);
+  } else {
+    regs_.ie.clear(kSending);
+  }
+}
+
+std::uint32_t FdCan::abort_waiting() {
+  std::uint32_t waiting = 0;
   const std::uint32_t pending = regs_.txbrp.read() & kAllBuffers;
-  for (std::size_t i = 0; i < stm32::kMailboxes; ++i) dropped += pending >> i & 1U;
-  if (pending != 0) regs_.txbcr.write(pending);  // one that is on the bus this moment still goes out whole
-  for (Frame frame; outbox_.pop(frame);) ++dropped;
-  counts_.dropped += dropped;
-  return dropped == 0;
+  for (std::size_t i = 0; i < stm32::kMailboxes; ++i) waiting += pending >> i & 1U;
+  if (pending != 0) regs_.txbcr.write(pending);
+  return waiting;
 }
 
 /// 44.3.6: bus-off sets INIT; the recovery, 129 times 11 recessive bits, begins when software clears it.
@@ -145,25 +144,6 @@ void FdCan::leave_bus_off() {
   if (!off && off_) ++counts_.recovered;
   off_ = off;
   if (off && (regs_.cccr.read() & cccr::kInit) != 0) regs_.cccr.clear(cccr::kInit);
-}
-
-bool FdCan::send(const TxQueue& frames) {
-  if (!ready_) return frames.size() == 0;
-  regs_.ie.clear(kSending);
-  bool all = true;
-  if (new_step_) {
-    leave_bus_off();
-    all = drop_old();
-  }
-  new_step_ = false;
-  for (const Frame& frame : frames) {
-    if (!off_ && outbox_.push(frame)) continue;
-    ++counts_.dropped;
-    all = false;
-  }
-  if (!off_) fill_buffers();
-  regs_.ie.set(kSending);
-  return all;
 }
 
 }  // namespace voltlap::port::stm32g4

@@ -7,7 +7,7 @@
 // NMI until it is cleared. NMI_Handler calls on_nmi and returns.
 #pragma once
 #include "port/flash/flash.hpp"
-#include "port/stm32/register.hpp"
+#include "port/stm32/flash_lock.hpp"
 
 namespace voltlap::port::stm32g4 {
 
@@ -26,6 +26,8 @@ struct FlashRegisters {  // 3.7
 };
 static_assert(offsetof(FlashRegisters, eccr) == 0x18 && offsetof(FlashRegisters, optr) == 0x20);
 
+inline constexpr std::uint32_t kFlashErrors = 0x3FAU | 1U << 14 | 1U << 15;  // of sr, 3.7.5
+
 class PageFlash final : public Flash {
  public:
   /// `pages` of `page_bytes` from page `number` of the bank on, beginning at `words` in memory.
@@ -35,7 +37,8 @@ class PageFlash final : public Flash {
     Register* words = nullptr;
   };
   PageFlash(FlashRegisters& registers, Area first, Area second, std::size_t pages, std::size_t page_bytes)
-      : regs_(registers), area_{first, second}, pages_(pages), page_bytes_(page_bytes) {}
+      : regs_(registers), lock_(registers.keyr, registers.sr, registers.cr, kFlashErrors), area_{first, second},
+         pages_(pages), page_bytes_(page_bytes) {}
 
   [[nodiscard]] std::size_t unit() const override { return 8; }
   [[nodiscard]] std::size_t area_bytes() const override { return pages_ * page_bytes_; }
@@ -47,10 +50,8 @@ class PageFlash final : public Flash {
   bool on_nmi();
 
  private:
-  bool begin();
-  bool end();
-
   FlashRegisters& regs_;
+  stm32::FlashLock lock_;
   Area area_[kFlashAreas];
   std::size_t pages_;
   std::size_t page_bytes_;
