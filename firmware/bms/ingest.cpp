@@ -38,11 +38,18 @@ void take_temperatures(const Config& config, const can::Temperatures& m, Instant
   }
 }
 
-void take_pack(const can::PackSensor& m, Instant now, State& state) {
+// Cells that were read before the pack's channel was belong to what it says first: nothing flows at power-on.
+void pair_with_first(const Config& config, Measured& out) {
+  for (std::size_t i = 0; i < config.cells_in_series; ++i) out.cell_pack[i] = out.pack_voltage.value;
+}
+
+void take_pack(const Config& config, const can::PackSensor& m, Instant now, State& state) {
   const Current raw = Current::from_raw(m.pack_current_ma);
   if (m.pack_current_ok) learn_current_offset(raw, now, state);
   refresh(state.measured.current, m.pack_current_ok, raw - state.current_check.offset, now);
+  const bool first = state.measured.pack_voltage.time.ms() == 0 && !state.measured.pack_voltage.good();
   refresh(state.measured.pack_voltage, m.pack_voltage_ok, PackVoltage::from_raw(m.pack_voltage_100uv), now);
+  if (first && state.measured.pack_voltage.good()) pair_with_first(config, state.measured);
 }
 
 void take_inverter(const can::InverterStatus& m, Instant now, Measured& out) {
@@ -73,7 +80,7 @@ void take_frame(const Config& config, const Frame& frame, Instant now, State& st
   if (can::decode(frame, cells)) {
     take_cells(config, cells, now, out);
   } else if (can::decode(frame, pack)) {
-    take_pack(pack, now, state);
+    take_pack(config, pack, now, state);
   } else if (can::decode(frame, inverter)) {
     take_inverter(inverter, now, out);
   } else if (can::decode(frame, io)) {

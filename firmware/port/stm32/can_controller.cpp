@@ -39,7 +39,7 @@ bool CanController::send(const TxQueue& frames) {
     ++counts_.dropped;
     all = false;
   }
-  if (!off_) fill();
+  fill();  // off the bus there is nothing to fill in
   let_sending_interrupt(true);
   return all;
 }

@@ -90,8 +90,8 @@ inline bool extended(const Frame& frame) { return (frame.id & Frame::kExtendedFl
 class CanController : public Can {
  public:
   std::size_t receive(Frame* frames, std::size_t capacity) override;
-  /// Never waits. A step begins with receive(), and may send more than once, for more than one node. What is left of the
-  /// step before is dropped first: a frame older than a step must not pass for a fresh one when the bus comes back.
+  /// Never waits. A step begins with receive(), and may send more than once, for more than one node. What is left of
+  /// the step before is dropped first: a frame older than a step must not pass for a fresh one when the bus comes back.
   /// False when some frame was dropped, now or of the step before.
   bool send(const TxQueue& frames) override;
 

@@ -196,6 +196,22 @@ TEST(Gaps, BurstsDrawnAtRandomStopNoCar) {
   CHECK(car.command.phase_current_ma > 0);
 }
 
+// BMS-063: cells that were read before the pack's channel is there are held against nothing.
+TEST(Gaps, ACarStartsWhateverMessageComesLast) {
+  for (const auto& [id, cycle_ms] : messages()) {
+    for (const int late_ms : {10, 20, 30, 50, 100, 400, 900}) {
+      Loop car;
+      car.silent.insert(id);
+      car.run(late_ms);
+      car.silent.clear();
+      car.start_to_full_pedal();
+      const std::string what = "message " + std::to_string(id) + ", " + std::to_string(late_ms) + " ms";
+      CHECK_TEXT(car.command.phase_current_ma > 0, what.c_str());
+      CHECK_TEXT(car.bms_status.faults == 0 && car.master_status.faults == 0, what.c_str());
+    }
+  }
+}
+
 TEST(Gaps, CarsStartUpOnABusThatLosesAndDelaysFrames) {
   const unsigned drawn = drawn_seed();
   for (unsigned k = 0; k < 20; ++k) {

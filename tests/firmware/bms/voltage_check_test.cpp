@@ -94,6 +94,19 @@ TEST(VoltageCheck, PackVoltageThatStandsStillWhileTheCellsMoveTrips) {
   CHECK(all_open(car.bench.out));
 }
 
+// BMS-069: a channel that has lost its pack is not always without noise.
+TEST(VoltageCheck, AFrozenPackVoltageWithNoiseIsFoundToo) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> noise(-0.05, 0.05);  // 2 mV a cell
+  double last = 0.0;
+  bool frozen = false;
+  car.pack_channel = [&](double v) { return frozen ? last + noise(random) : last = v; };
+  car.drive();
+  car.run(3.0, 40.0);
+  frozen = true;
+  CHECK(car.lap_until([](const Output& o) { return has(o, BmsFault::kVoltageImplausible); }, 10.0) > 0);
+}
+
 // BMS-069, wherever in a lap it freezes
 TEST(VoltageCheck, PackVoltageThatFreezesInALapIsFoundWithinEightSeconds) {
   for (int number = 0; number < 12; ++number) {

@@ -43,6 +43,17 @@ TEST(InverterWatch, AFootThatChopsAccusesNobody) {
   }
 }
 
+TEST(InverterWatch, AnInverterThatFollowsEachFootTwentyTimesLateIsSound) {
+  for (int i = 0; i < 2000; ++i) {
+    step(i % 40 < 20 ? 550 : 0, (i + 32) % 40 < 20 ? 550 : 0);  // 80 ms late, every 400 ms
+    CHECK_FALSE(state.disobeys);
+  }
+}
+
+TEST(InverterWatch, BrakingThatWasAskedForIsObedience) {
+  CHECK_EQUAL(-1, ms_until_told(-300, -300));
+}
+
 // MST-041
 TEST(InverterWatch, CurrentThatNobodyAsksForIsToldInItsTime) {
   step(550, 550);

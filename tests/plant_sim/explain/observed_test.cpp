@@ -4,7 +4,11 @@
 
 #include <CppUTest/TestHarness.h>
 
+#include <cmath>
 #include <random>
+#include <string>
+
+#include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -47,6 +51,34 @@ TEST(Observed, ATestAtOneCurrentMayBeLoggedSeldom) {
   DOUBLES_EQUAL(1e-3, practical_v(test), 1e-12);
   test.facts.current_a.setZero();
   DOUBLES_EQUAL(1e-3, practical_v(test), 1e-12);
+}
+
+TEST(Observed, StepsThatWerePassedMakeNoTemperatureCoarse) {
+  plant::Comparison log = drive_at(0.5, 1);
+  const Index rows = log.log.time_s.size();
+  VectorXd& read = log.log.signals["temperature_1"];
+  read = VectorXd::LinSpaced(rows, 22.2, 27.9);
+  for (double& value : read) value = std::round(value);
+  const plant::Recording taken_away = unstepped(log.log);
+  DOUBLES_EQUAL(0.1, practical_size("temperature", plant::World{}, log, taken_away), 1e-12);
+  DOUBLES_EQUAL(1.0 / std::sqrt(12.0), practical_size("temperature", plant::World{}, log, log.log), 1e-12);
+  CHECK(is_coarse(read));
+  CHECK_FALSE(is_coarse(VectorXd::Constant(5, 21.0)));
+}
+
+TEST(Observed, SpeedIsKnownTheWorseTheFurtherRowsAreApartPowerIsNot) {
+  for (const char* channel : {"power", "speed"}) {
+    plant::Comparison fine = drive_at(0.01, 1), coarse = drive_at(0.1, 1);
+    for (plant::Comparison* log : {&fine, &coarse}) {
+      const plant::Balance balance = std::string(channel) == "power" ? plant::Balance::kPower : plant::Balance::kForce;
+      log->channels.push_back({channel, balance, "", VectorXd::Constant(log->log.time_s.size(), 200.0)});
+    }
+    const auto worth = [&](const plant::Comparison& log) {
+      return practical_size(channel, plant::World{}, log, log.log);
+    };
+    DOUBLES_EQUAL(1.0, worth(fine), 1e-9);
+    DOUBLES_EQUAL(std::string(channel) == "power" ? 1.0 : 3.0, worth(coarse), 1e-9);
+  }
 }
 
 }  // namespace voltlap::explain

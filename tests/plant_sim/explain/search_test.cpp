@@ -36,6 +36,19 @@ Family family_of(const SimulatedChannel& channel, const char* name) {
   return out;
 }
 
+/// The set of that cause alone, where `low` to `high` is believed of its size.
+Set alone(double wave, double low, double high) {
+  SimulatedChannel made(1);
+  made.add_white(0.1);
+  made.add(wave * made.wave());
+  const Family family = family_of(made, "voltage");
+  std::vector<plant::Cause> causes = cause_of(plant::Balance::kVoltage);
+  causes[0].parameters[0].low = low;
+  causes[0].parameters[0].high = high;
+  Search search(family, causes);
+  return search.of({0});
+}
+
 bool stands(double wave, double slow, const char* channel, plant::Balance balance, unsigned seed,
             std::vector<double> asked = {}) {
   SimulatedChannel made(seed);
@@ -72,6 +85,38 @@ TEST(Search, MoreIsAskedWhereNoSoundLogTellsHowWellTheModelDoes) {
     CHECK(stands(1.8, 0.1, "speed", plant::Balance::kForce, seed));  // RMS 1.3 practical sizes
     CHECK_FALSE(stands(1.8, 0.1, "speed", plant::Balance::kForce, seed, {2.0}));
     CHECK(stands(3.0, 0.1, "speed", plant::Balance::kForce, seed, {2.0}));
+  }
+}
+
+TEST(Search, ASizeThatIsALargePartOfWhatCanBeIsFollowedAlongItsBend) {
+  CHECK_FALSE(alone(3.0, -20.0, 20.0).bends);
+  CHECK(alone(3.0, -20.0, 20.0).stands);
+  for (const Set& set : {alone(3.0, -20.0, 8.0), alone(-3.0, -8.0, 20.0)}) {
+    CHECK(set.bends);
+    CHECK_TEXT(set.stands, "possible as a straight line all the same");
+  }
+  CHECK_FALSE_TEXT(alone(3.0, -20.0, 1.0).stands, "larger than can be");
+  CHECK(alone(3.0, -20.0, 1.0).bends);
+}
+
+TEST(Search, BesideAnotherCauseAsMuchIsAskedAsAlone) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SimulatedChannel made(seed);
+    made.add_white(0.1);
+    made.add(3.0 * made.wave() + 1.8 * made.late_wave());  // RMS of the second 1.3 practical sizes
+    Family family = family_of(made, "speed");
+    Suspect other = family.suspects[0];
+    other.cause = 1;
+    other.name = "other";
+    other.columns = {2};
+    family.suspects.push_back(other);
+    std::vector<plant::Cause> causes = cause_of(plant::Balance::kForce);
+    causes.push_back(causes[0]);
+    for (const double asked : {1.0, 2.0}) {
+      family.asked = {asked};
+      Search search(family, causes);
+      CHECK_EQUAL(asked < 1.5, is_worth_more(family, search.of({0, 1}), search.of({0})));
+    }
   }
 }
 

@@ -89,4 +89,22 @@ TEST(Usual, WhatAReferenceShowsClearlyIsUsual) {
   CHECK_FALSE(unlike(log, family_of(noisy(3, 0.3, 0.0, 2.2))).is);
 }
 
+TEST(Usual, ASizeThatWasFollowedIsHeldAgainstReferencesAsItWasFollowed) {
+  Family log = family_of(noisy(1, 0.3, 0.0, 2.0));
+  log.suspects[0].form.at = {0.0};
+  log.suspects[0].form.linear = log.suspects[0].form.refined = {0};
+  log.typical *= 15.0;
+  const Family quiet = family_of(noisy(2, 0.3, 0.0, 0.0));
+  const Asked asked({[&](const std::vector<Suspect>&) -> const Family& { return quiet; }});
+  Set set;
+  set.members = {0};
+  set.linear = set.fit = fit_of(log.problem, {1});
+  const double straight = unlike_of(log, set, 0, asked).t;
+  set.values = {{15.0 * 6.0}};  // three times what the straight line says
+  set.sigma = {{15.0 * 1e-3}};
+  CHECK(unlike_of(log, set, 0, asked).t > 2.5 * straight);
+  log.suspects[0].form.linear = {};  // of several numbers, or none, there is no one size
+  DOUBLES_EQUAL(straight, unlike_of(log, set, 0, asked).t, 1e-12);
+}
+
 }  // namespace voltlap::explain
