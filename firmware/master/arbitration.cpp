@@ -27,22 +27,22 @@ Sample<PackVoltage> supply_voltage(const Input& input) {
 }
 
 // MST-030: a DC limit as phase current. Without speed or voltage the printed rule remains: phase current <= DC limit.
-Current battery_ceiling(const Config& config, const Input& input, const Sample<Current>& limit, Ratio efficiency) {
+Current battery_ceiling(const Config& config, const Input& input, const Sample<Current>& limit, Ratio efficiency,
+                        MotorSpeed speed) {
   if (!limit.good() || limit.value <= Current{}) return Current{};
   const Sample<PackVoltage> voltage = supply_voltage(input);
   if (config.arbitration == Arbitration::kLiteral || !input.motor_speed.good() || !voltage.good()) {
     return min(limit.value, config.phase_current_max);
   }
-  return phase_current_for(config, limit.value, voltage.value, efficiency,
-                           induced_voltage(config, input.motor_speed.value));
+  return phase_current_for(config, limit.value, voltage.value, efficiency, induced_voltage(config, speed));
 }
 
 // MST-032 (EV.3.3): P_max eta / E; at the highest speed when the speed is not known.
-Current power_ceiling(const Config& config, const Input& input) {
-  const MotorSpeed speed = input.motor_speed.good() ? input.motor_speed.value : config.motor_speed_max;
+Current power_ceiling(const Config& config, const Input& input, Ratio efficiency, MotorSpeed ahead) {
+  const MotorSpeed speed = input.motor_speed.good() ? ahead : config.motor_speed_max;
   const std::int64_t induced = induced_voltage(config, speed).raw();
   if (induced == 0) return config.phase_current_max;
-  const std::int64_t shaft_mw = std::int64_t{config.power_max_mw} * config.drive_efficiency.raw() / kFull;
+  const std::int64_t shaft_mw = std::int64_t{config.power_max_mw} * efficiency.raw() / kFull;
   return min(Current::saturated(shaft_mw * kMilliwattPerProduct / induced), config.phase_current_max);
 }
 
@@ -76,24 +76,29 @@ void update_trim(const Config& config, const Input& input, Duration elapsed, Arb
   state.trim = excess > Ratio{} ? min(state.trim + taken, config.trim_max) : max(state.trim - given_back, Ratio{});
 }
 
-Current trimmed(Current ceiling, Ratio trim) {
-  return Current::saturated(std::int64_t{ceiling.raw()} * (kFull - trim.raw()) / kFull);
+Current share_of(Current ceiling, Ratio share) {
+  return Current::saturated(std::int64_t{ceiling.raw()} * share.raw() / kFull);
 }
+Current trimmed(Current ceiling, Ratio trim) { return share_of(ceiling, Ratio::from_raw(kFull) - trim); }
 
 Ceiling drive_ceiling(const Config& config, const Input& input, const ArbitrationState& state) {
   Ceiling c{config.phase_current_max};
-  const Current battery = state.discharge_open ? battery_ceiling(config, input, input.discharge_limit,
-                                                                 config.drive_efficiency)
-                                               : Current{};
+  const Ratio efficiency = drive_efficiency(config, input, state.power);
+  const MotorSpeed speed = speed_ahead(input.motor_speed.value, state.power);
+  const Current battery = state.discharge_open
+                              ? battery_ceiling(config, input, input.discharge_limit, efficiency, speed)
+                              : Current{};
   c.lower_to(trimmed(battery, state.trim), TorqueReason::kDischargeLimit);
-  c.lower_to(trimmed(power_ceiling(config, input), state.trim), TorqueReason::kPower);
+  const Current power = share_of(power_ceiling(config, input, efficiency, speed), window_share(state.power));
+  c.lower_to(trimmed(power, state.trim), TorqueReason::kPower);
   c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
   return c;
 }
 
 Ceiling regen_ceiling(const Config& config, const Input& input, const ArbitrationState& state) {
   Ceiling c{config.phase_current_max};
-  const Current battery = state.charge_open ? battery_ceiling(config, input, input.charge_limit, Ratio::from_raw(kFull))
+  const Current battery = state.charge_open ? battery_ceiling(config, input, input.charge_limit, Ratio::from_raw(kFull),
+                                                              input.motor_speed.value)
                                             : Current{};
   c.lower_to(battery, TorqueReason::kChargeLimit);
   c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
@@ -152,6 +157,8 @@ void arbitration_step(const Config& config, const Input& input, Current request,
                       ArbitrationState& state) {
   VOLTLAP_REQUIRE(elapsed >= Duration{});
   state.faults = find_faults(input, lowest_wheel_speed(input));
+  const bool at_ceiling = state.reason == TorqueReason::kPower || state.reason == TorqueReason::kDischargeLimit;
+  watch_drive_power(config, input, state.current, at_ceiling, elapsed, state.power);
   update_trim(config, input, elapsed, state);
   state.discharge_open = hysteresis(config, input.discharge_limit, state.discharge_open);
   state.charge_open = hysteresis(config, input.charge_limit, state.charge_open);

@@ -8,6 +8,7 @@
 // and I_command = min(request, ceiling) for both directions.
 #pragma once
 #include "master/config.hpp"
+#include "master/drive_power.hpp"
 #include "master/io.hpp"
 
 namespace voltlap::master {
@@ -20,6 +21,7 @@ struct ArbitrationState {
   bool charge_open = false;
   Ratio trim{};                              ///< taken off the battery and power ceilings
   Current discharge_limit_before{};          ///< what the previous command had to obey
+  DrivePower power;
   // Computed by arbitration_step.
   Current current{};
   TorqueReason reason = TorqueReason::kNone;

@@ -47,7 +47,7 @@ struct Config {
   // Ceilings.
   Arbitration arbitration = Arbitration::kPowerBalance;
   std::int32_t motor_constant_unm_per_a = 150'000;                 ///< [uNm/A] and [uV s/rad], 0.15 Nm/A
-  Ratio drive_efficiency = Ratio::from_raw(900'000);               ///< shaft over DC power, a low estimate
+  Ratio drive_efficiency = Ratio::from_raw(900'000);               ///< shaft over DC power, a low estimate until measured
   std::int32_t power_max_mw = 79'000'000;                          ///< EV.3.3: 80 kW, less 1 kW of measuring margin
   MotorSpeed motor_speed_max = MotorSpeed::from_raw(12'000);       ///< assumed when the speed is not known
   std::int32_t ceiling_rise_ma_per_s = 2'000'000;                  ///< a ceiling falls at once and rises at this rate

@@ -23,6 +23,38 @@ Car::Car(const VehicleParameters& parameters, bool representative_cell, double s
   VOLTLAP_DEMAND(step_s > 0.0);
 }
 
+double Car::low_voltage_w() const {
+  // The DC/DC converter starts behind the main contactors: the precharge resistor could not feed it.
+  // A charger feeds the low-voltage system itself.
+  const bool starts = contactors.main_closed() && dc_link_.voltage() >= parameters_.inverter.dc_voltage_min_v;
+  return starts && !charger.plugged ? parameters_.low_voltage.power_w : 0.0;
+}
+
+double Car::current_of(double asked_a, double omega_rad_s) const {
+  if (asked_a * omega_rad_s <= 0.0) return torque_curve_.current(asked_a, omega_rad_s, dc_link_.voltage());
+  // What flows takes from the voltage, and the voltage from what may flow. The voltage before would have the motor on
+  // and off, step by step, where its curve is steep.
+  const PackThevenin source = pack_.thevenin();
+  const double copper_c = motor_thermal_.copper_c(), low_voltage = low_voltage_w();
+  const auto allowed = [&](double current) {
+    const double motor_w = motor_power(parameters_.motor, current, omega_rad_s, copper_c);
+    const double load = inverter.dc_power(motor_w) + inverter.stage_loss(current, dc_link_.voltage()) + low_voltage;
+    const double voltage =
+        dc_link_.voltage_under(source.voltage_v, source.resistance_ohm, contactors.conductance(), load, step_s_);
+    return torque_curve_.current(asked_a, omega_rad_s, voltage);
+  };
+  double low = allowed(asked_a);
+  if (low == asked_a) return asked_a;
+  double high = allowed(low);
+  if (high == low) return low;  // where the curve is flat
+  constexpr int kHalvings = 24;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double middle = 0.5 * (low + high);
+    (std::abs(allowed(middle)) >= std::abs(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
 void Car::step(double brake_pedal) {
   const double dc_voltage = dc_link_.voltage();
   const bool electric = parameters_.powertrain.kind == "electric";
@@ -30,7 +62,7 @@ void Car::step(double brake_pedal) {
 
   // Mechanics first: the torque follows the current, and the power is then known at the mean speed of the step.
   const double omega = motor_omega_rad_s();
-  const double current = torque_curve_.current(asked, omega, dc_voltage);
+  const double current = current_of(asked, omega);
   const bool driving = current * omega >= 0.0;
   const double drag = electric ? motor_drag(parameters_.motor, omega) : 0.0;
   const double shaft_torque = motor_torque(parameters_.motor, current, omega) - drag;
@@ -43,15 +75,11 @@ void Car::step(double brake_pedal) {
   const double motor_w = motor_power(parameters_.motor, current, omega_mean, copper_c);
   const double stage_w = electric ? inverter.stage_loss(current, dc_voltage) : 0.0;
   const double inverter_w = inverter.dc_power(motor_w) + stage_w;
-  // The DC/DC converter starts behind the main contactors: the precharge resistor could not feed it.
-  // A charger feeds the low-voltage system itself.
-  const bool dc_dc_starts = contactors.main_closed() && dc_voltage >= parameters_.inverter.dc_voltage_min_v;
-  const bool low_voltage_on = dc_dc_starts && !charger.plugged;
-  const double low_voltage_w = low_voltage_on ? parameters_.low_voltage.power_w : 0.0;
+  const double low_voltage = low_voltage_w();
   const double charger_w = charger.current_a() * dc_voltage;
   const PackThevenin source = pack_.thevenin();
   const DcLinkStep link = dc_link_.advance(source.voltage_v, source.resistance_ohm, contactors.conductance(),
-                                           inverter_w + low_voltage_w - charger_w, step_s_);
+                                           inverter_w + low_voltage - charger_w, step_s_);
   const PackEnergy pack = pack_.advance(link.pack_current_a);
 
   const double copper_heat = motor_loss(parameters_.motor, current, omega_mean, driving, copper_c) * step_s_;
@@ -63,7 +91,7 @@ void Car::step(double brake_pedal) {
   ledger_.add(EnergyTerm::kContactorHeat, link.path_j);
   ledger_.add(EnergyTerm::kBleedHeat, link.bleed_j);
   ledger_.add(EnergyTerm::kDcLinkStored, link.stored_j);
-  ledger_.add(EnergyTerm::kLowVoltage, low_voltage_w * step_s_);
+  ledger_.add(EnergyTerm::kLowVoltage, low_voltage * step_s_);
   ledger_.add(EnergyTerm::kInverterHeat, (inverter.loss(motor_w) + stage_w) * step_s_);
   ledger_.add(EnergyTerm::kMotorHeat, copper_heat + steel_heat);
   ledger_.add(EnergyTerm::kDrivelineHeat,

@@ -53,6 +53,11 @@ class Car {
   [[nodiscard]] bool voltage_collapsed() const { return collapsed_; }
 
  private:
+  [[nodiscard]] double low_voltage_w() const;
+  /// The phase current [A] that flows when `asked_a` is commanded: the most that the motor can at the voltage that the
+  /// pack has under it.
+  [[nodiscard]] double current_of(double asked_a, double omega_rad_s) const;
+
   VehicleParameters parameters_;
   double step_s_;
   Pack pack_;

@@ -39,7 +39,7 @@ std::vector<LiftedKey> lifts(std::string_view reason, const VehicleParameters& c
             {"bms.cell_voltage_max_v", 4.9},          {"bms.cell_voltage_trip_high_v", 4.9},
             {"bms.cell_voltage_plausible_max_v", 5.0}, {"bms.charge_temperature_min_c", -40.0}};
   }
-  if (reason == "power") return {{"master.power_max_kw", 80.0}, {"master.drive_efficiency", 1.0}};
+  if (reason == "power") return {{"master.power_max_kw", 80.0}};
   if (reason == "motor_temperature") {
     return {{"master.motor_derating_start_c", 499.0},    {"master.motor_derating_end_c", 500.0},
             {"master.inverter_derating_start_c", 499.0}, {"master.inverter_derating_end_c", 500.0}};

@@ -107,16 +107,13 @@ FullTorque::FullTorque(const VehicleParameters& car) {
   const Bounds bounds(car);
   bus_power_max_w_ = bounds.power_max_w();
   const double by_current = motor.constant_nm_per_a * car.inverter.current_max_a * motor.efficiency;
-  // The master controller turns its power limit into a current by its own guess of the drive's efficiency.
-  const double by_master_w = 1e3 * car.master.power_max_kw * car.master.drive_efficiency * motor.efficiency;
   const double top = motor.curve_speed_rpm.back() * M_PI / 30.0;
   VOLTLAP_DEMAND(top > 0.0);
 
   points_per_speed_ = kPoints / top;
   for (std::size_t i = 0; i <= kPoints; ++i) {
     const double omega = static_cast<double>(i) / points_per_speed_;
-    const double wanted = by_current * omega > by_master_w ? by_master_w / omega : by_current;
-    torque_nm_.push_back(bounds.greatest(wanted, omega));
+    torque_nm_.push_back(bounds.greatest(by_current, omega));
   }
   beyond_nm_ = 0.0 - motor_drag(motor, top);
   VOLTLAP_DEMAND(all_finite(torque_nm_) && std::isfinite(beyond_nm_));

@@ -67,7 +67,11 @@ TEST(ClosedLoop, MaximumOfTheBatteryCutsThePhaseCurrentByTheBalanceOfPower) {
   loop.inverter.motor_speed_rpm = 5'500;  // 500 A x 93.6 V x 0.9 / 86.4 V
   loop.run(20);
   CHECK(loop.master_status.torque_reason == can::TorqueReason::kDischargeLimit);
+  CHECK(loop.command.phase_current_ma < 487'500);  // as if it went on to gain speed
+  loop.run(50);
   DOUBLES_EQUAL(487'500, loop.command.phase_current_ma, 200);
+  loop.run(1'000);  // no losses: measured by then
+  DOUBLES_EQUAL(541'600, loop.command.phase_current_ma, 600);
 }
 
 // MST-031

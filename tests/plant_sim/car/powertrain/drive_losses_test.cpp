@@ -164,7 +164,6 @@ TEST(DriveLosses, FullTorqueOfTheLapIsThatOfTheRoadAtTheSameSpeed) {
     car.vehicle.mass_kg = 1e6;  // its speed stays
     car.motor.copper_mass_kg = car.motor.steel_mass_kg = 1e6;  // and its winding as warm as the air
     car.master.power_max_kw = 1e3;
-    car.master.drive_efficiency = 1.0;
     car.bms.discharge_current_max_a = 1e9;  // there is no firmware on this road
     car.bms.cell_voltage_min_v = 0.0;
     const FullTorque full(car);
@@ -177,6 +176,32 @@ TEST(DriveLosses, FullTorqueOfTheLapIsThatOfTheRoadAtTheSameSpeed) {
       const double shaft = motor_torque(car.motor, road.phase_current_a(), omega) - motor_drag(car.motor, omega);
       DOUBLES_EQUAL_TEXT(shaft, full.torque_nm(omega), 0.3, words.c_str());
     }
+  });
+}
+
+TEST(DriveLosses, WhereTheVoltageEndsTheMotorsTorqueTheCurrentFadesStepByStep) {
+  for_drawn([](const VehicleParameters& drawn, Draw& draw, const std::string& words) {
+    VehicleParameters car = drawn;
+    car.battery.contact_resistance_ohm = draw.between(0.0, 0.2);  // the softer the pack, the more a current takes away
+    car.motor.curve_voltage_v = draw.between(90.0, 200.0);
+    Car road(car, true, 0.001);
+    switch_on(road);
+    road.vehicle().set_speed(draw.between(20.0, 30.0));
+    drive(road, 0.05, car.inverter.current_max_a, 0.0);
+    double before = road.phase_current_a(), moved = 0.0, most = before, least = before;
+    for (int period = 0; period < 300; ++period) {
+      road.inverter.command(car.inverter.current_max_a, true);
+      for (int i = 0; i < 10; ++i) {
+        road.step(0.0);
+        moved += std::abs(road.phase_current_a() - before);
+        before = road.phase_current_a();
+        most = std::max(most, before);
+        least = std::min(least, before);
+      }
+      road.renew(kPeriod_s);
+    }
+    // To and fro once, beside what the renewal of the pack's tables moves.
+    CHECK_TRUE_TEXT(moved <= 2.0 * (most - least) + 30.0, (words + ", moved " + std::to_string(moved)).c_str());
   });
 }
 
