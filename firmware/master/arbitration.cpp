@@ -92,6 +92,7 @@ Ceiling drive_ceiling(const Config& config, const Input& input, const Arbitratio
   const Current power = share_of(power_ceiling(config, input, efficiency, speed), window_share(state.power));
   c.lower_to(trimmed(power, state.trim), TorqueReason::kPower);
   c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
+  c.lower_to(speed_ceiling(config, input), TorqueReason::kMotorSpeed);
   return c;
 }
 

@@ -36,7 +36,9 @@ struct Config {
   Ratio brake_throttle_limit = Ratio::from_raw(250'000);           ///< EV.4.7: APPS above 25 % with the brake on
   Ratio pedal_release_level = Ratio::from_raw(50'000);             ///< EV.4.7: back on power below 5 %
   Ratio pedal_dead_zone = Ratio::from_raw(0);                      ///< travel without request; none by default
+  Ratio pedal_at_half = Ratio::from_raw(500'000);                  ///< request at half travel; a half: straight
   Pressure brake_pressed_level = Pressure::from_raw(3'000);        ///< 3 bar: above line noise, below a light stop
+  Pressure brake_compare_level = Pressure::from_raw(20'000);       ///< above it in one circuit the other is pressed, too
 
   // Request.
   Current phase_current_max = Current::from_raw(550'000);          ///< limit of the inverter, section 4.7.2
@@ -49,7 +51,7 @@ struct Config {
   std::int32_t motor_constant_unm_per_a = 150'000;                 ///< [uNm/A] and [uV s/rad], 0.15 Nm/A
   Ratio drive_efficiency = Ratio::from_raw(900'000);               ///< shaft over DC power, a low estimate until measured
   std::int32_t power_max_mw = 79'000'000;                          ///< EV.3.3: 80 kW, less 1 kW of measuring margin
-  MotorSpeed motor_speed_max = MotorSpeed::from_raw(12'000);       ///< assumed when the speed is not known
+  MotorSpeed motor_speed_max = MotorSpeed::from_raw(12'000);       ///< no torque beyond; assumed when not known
   std::int32_t ceiling_rise_ma_per_s = 2'000'000;                  ///< a ceiling falls at once and rises at this rate
   Ratio trim_gain = Ratio::from_raw(200'000);                      ///< share of a measured excess taken off each step
   Ratio trim_max = Ratio::from_raw(500'000);                       ///< most that the trim may take
@@ -58,6 +60,7 @@ struct Config {
   Current battery_limit_on = Current::from_raw(5'000);             ///< ... until its limit is above this
   Speed regen_speed_min = Speed::from_raw(1'389);                  ///< EV.3.3.3: 5 km/h, rounded up
   Current inverter_excess_max = Current::from_raw(50'000);         ///< assumed: a tenth of the largest command; MST-041
+  Ratio limp_share = Ratio::from_raw(0);                           ///< of the current, when a temperature is not known
   Temperature motor_derate_start = Temperature::from_raw(1'400);   ///< assumed: class H winding, 180 degC ...
   Temperature motor_derate_end = Temperature::from_raw(1'600);     ///< ... less 20 K; no torque from here on
   Temperature inverter_derate_start = Temperature::from_raw(800);  ///< assumed: usual heat sink limit
@@ -91,7 +94,10 @@ enum class ConfigError : std::uint8_t {
   kBrakeThrottleRule,
   kDeadZone,
   kDeadZoneMax,
+  kPedalAtHalf,
+  kPedalAtHalfMax,
   kBrakePressed,
+  kBrakeCompare,
   kRegenFull,
   // request
   kPhaseCurrent,
@@ -119,6 +125,8 @@ enum class ConfigError : std::uint8_t {
   kRegenSpeedRule,
   kInverterExcess,
   kInverterExcessMax,
+  kLimpShare,
+  kLimpShareMax,
   kMotorDerating,
   kInverterDerating,
   // times
@@ -143,6 +151,8 @@ inline constexpr Ratio kAppsDisagreementMax = Ratio::from_raw(100'000);    // T.
 inline constexpr Ratio kPedalReleaseMax = Ratio::from_raw(50'000);         // EV.4.7
 inline constexpr Ratio kBrakeThrottleMax = Ratio::from_raw(250'000);       // EV.4.7
 inline constexpr Ratio kDeadZoneMax = Ratio::from_raw(200'000);
+inline constexpr Ratio kPedalAtHalfMin = Ratio::from_raw(250'000), kPedalAtHalfMax = Ratio::from_raw(750'000);
+inline constexpr Ratio kLimpShareMax = Ratio::from_raw(500'000);
 inline constexpr Current kPhaseCurrentMax = Current::from_raw(550'000);    // range of InverterCommand
 inline constexpr std::int32_t kMotorConstantMinUnm = 1'000, kMotorConstantMaxUnm = 10'000'000;
 inline constexpr MotorSpeed kMotorSpeedMax = MotorSpeed::from_raw(12'000);
@@ -177,7 +187,10 @@ constexpr ConfigError pedals(const Config& c) {
       {c.brake_throttle_limit <= kBrakeThrottleMax, ConfigError::kBrakeThrottleRule},
       {c.pedal_dead_zone >= kNothing, ConfigError::kDeadZone},
       {c.pedal_dead_zone <= kDeadZoneMax, ConfigError::kDeadZoneMax},
+      {c.pedal_at_half >= kPedalAtHalfMin, ConfigError::kPedalAtHalf},
+      {c.pedal_at_half <= kPedalAtHalfMax, ConfigError::kPedalAtHalfMax},
       {c.brake_pressed_level > Pressure{}, ConfigError::kBrakePressed},
+      {c.brake_pressed_level < c.brake_compare_level, ConfigError::kBrakeCompare},
       {c.brake_pressed_level < c.regen_full_level, ConfigError::kRegenFull},
   });
 }
@@ -213,6 +226,8 @@ constexpr ConfigError ceilings(const Config& c) {
       {c.regen_speed_min >= kRegenSpeedMin, ConfigError::kRegenSpeedRule},
       {c.inverter_excess_max > Current{}, ConfigError::kInverterExcess},
       {c.inverter_excess_max <= kInverterExcessMax, ConfigError::kInverterExcessMax},
+      {c.limp_share >= kNothing, ConfigError::kLimpShare},
+      {c.limp_share <= kLimpShareMax, ConfigError::kLimpShareMax},
       {c.motor_derate_start < c.motor_derate_end, ConfigError::kMotorDerating},
       {c.inverter_derate_start < c.inverter_derate_end, ConfigError::kInverterDerating},
   });

@@ -68,11 +68,16 @@ void take_bms_status(const Frame& frame, Input& in) {
   in.bms_hears_foreign = (m.faults >> kForeign & 1U) != 0;
 }
 
+// MST-039: the ends of the message's range, -40 and 250 degC, are an open and a shorted sensor, no temperatures.
+void refresh_temperature(Sample<Temperature>& sample, bool ok, std::int32_t value_dc, Instant now) {
+  constexpr std::int32_t kOpen_dc = -390, kShort_dc = 2'450;  // 1 and 5 K inside of it
+  refresh(sample, ok && kOpen_dc < value_dc && value_dc < kShort_dc, Temperature::from_raw(value_dc), now);
+}
 void take_temperatures(const Frame& frame, Input& in) {
   can::MotorTemperatures m;
   if (!decode(frame, m)) return;
-  refresh(in.motor_temperature, m.motor_ok, Temperature::from_raw(m.motor_dc), in.now);
-  refresh(in.inverter_temperature, m.inverter_ok, Temperature::from_raw(m.inverter_dc), in.now);
+  refresh_temperature(in.motor_temperature, m.motor_ok, m.motor_dc, in.now);
+  refresh_temperature(in.inverter_temperature, m.inverter_ok, m.inverter_dc, in.now);
 }
 
 void take_frame(const Frame& frame, Input& in) {

@@ -21,9 +21,11 @@ Faults late_inputs(const Config& config, const Input& input) {
   const auto late = [&](const auto& sample) { return sample.good() && input.now - sample.time >= config.rx_timeout; };
   Faults f;
   f.set(MasterFault::kPedalsLost, late(input.apps1) || late(input.apps2));
-  f.set(MasterFault::kBmsLost, late(input.bms_state));
+  f.set(MasterFault::kBmsLost, late(input.bms_state) || late(input.discharge_limit) || late(input.charge_limit));
   f.set(MasterFault::kVehicleIoLost, late(input.switches));
-  f.set(MasterFault::kInverterLost, late(input.inverter_state));
+  // One that hears no commands is as lost as one that is not heard.
+  const bool deaf = input.inverter_state.good() && input.inverter_state.value == InverterState::kCommandTimeout;
+  f.set(MasterFault::kInverterLost, late(input.inverter_state) || deaf);
   f.set(MasterFault::kForeignFrames, input.foreign_frames);
   return f;
 }

@@ -55,6 +55,11 @@ Ratio beyond_dead_zone(Ratio position, Ratio zone) {
   return Ratio::saturated((position - zone).raw() * kFull / span);
 }
 
+Ratio request_at(Ratio travel, Ratio at_half) {
+  const std::int64_t p = travel.raw(), h = at_half.raw();
+  return Ratio::saturated(((4 * h - kFull) * p + (2 * kFull - 4 * h) * p / kFull * p) / kFull);
+}
+
 void request_step(const Config& config, const Input& input, const PedalState& pedals, DriveState mode,
                   Duration elapsed, RequestState& state) {
   VOLTLAP_REQUIRE(elapsed >= Duration{});
@@ -69,7 +74,7 @@ void request_step(const Config& config, const Input& input, const PedalState& pe
     state.current = Current{};
     return;
   }
-  state.pedal = beyond_dead_zone(pedals.position, config.pedal_dead_zone);
+  state.pedal = request_at(beyond_dead_zone(pedals.position, config.pedal_dead_zone), config.pedal_at_half);
   const Current drive = Current::saturated(std::int64_t{config.phase_current_max.raw()} * state.pedal.raw() / kFull);
   const Current target = drive > Current{} ? drive : regen_request(config, pedals);
   const Current step = Current::saturated(std::int64_t{config.request_rise_ma_per_ms} * elapsed.ms());

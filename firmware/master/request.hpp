@@ -13,12 +13,16 @@ struct RequestState {
   bool waiting = false;  ///< was armed when the inverter missed commands, which may be for frames that were lost ...
   Instant waiting_since{};  ///< ... since then
   // Computed by request_step.
-  Ratio pedal{};       ///< position behind the request, dead zone removed
+  Ratio pedal{};       ///< share of the full request
   Current current{};   ///< drive positive, regeneration negative
 };
 
 /// Linear share of full travel above the dead zone: (p - z) / (1 - z), 0 below z.
 [[nodiscard]] Ratio beyond_dead_zone(Ratio position, Ratio zone);
+
+/// The parabola through 0, `at_half` at half travel, and 1; rising for 0.25 to 0.75:
+///   r(p) = (4 h - 1) p + (2 - 4 h) p^2
+[[nodiscard]] Ratio request_at(Ratio travel, Ratio at_half);
 
 /// `elapsed`: time since the previous step, 0 at the first.
 void request_step(const Config& config, const Input& input, const PedalState& pedals, DriveState mode,

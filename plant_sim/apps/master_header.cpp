@@ -37,7 +37,8 @@ std::string pedals(const master::Config& c) {
          time("brake_sensor_fail_time", c.brake_sensor_fail_time) +
          percent("brake_throttle_limit", c.brake_throttle_limit) +
          percent("pedal_release_level", c.pedal_release_level) + percent("pedal_dead_zone", c.pedal_dead_zone) +
-         bar("brake_pressed_level", c.brake_pressed_level);
+         percent("pedal_at_half", c.pedal_at_half) + bar("brake_pressed_level", c.brake_pressed_level) +
+         bar("brake_compare_level", c.brake_compare_level);
 }
 
 std::string request(const master::Config& c) {
@@ -56,7 +57,7 @@ std::string ceilings(const master::Config& c) {
          percent("trim_max", c.trim_max) + whole("trim_decay_ppm_per_s", c.trim_decay_ppm_per_s, 1e-4, "%/s") +
          amperes("battery_limit_off", c.battery_limit_off) + amperes("battery_limit_on", c.battery_limit_on) +
          quantity("regen_speed_min", "Speed", c.regen_speed_min, 1e-3, "m/s") +
-         amperes("inverter_excess_max", c.inverter_excess_max) +
+         amperes("inverter_excess_max", c.inverter_excess_max) + percent("limp_share", c.limp_share) +
          celsius("motor_derate_start", c.motor_derate_start) + celsius("motor_derate_end", c.motor_derate_end) +
          celsius("inverter_derate_start", c.inverter_derate_start) +
          celsius("inverter_derate_end", c.inverter_derate_end);

@@ -70,7 +70,9 @@ struct MasterSection {
   double brake_throttle_limit = 0.25;                  ///< [1] 0..1
   double pedal_release_level = 0.05;                   ///< [1] 0..1
   double pedal_dead_zone = 0.0;                        ///< [1] 0..1
+  double pedal_at_half = 0.5;                          ///< [1] 0..1
   double brake_pressed_bar = 3.0;                      ///< [bar] 0..200
+  double brake_compare_bar = 20.0;                     ///< [bar] 0..200
   std::optional<double> phase_current_max_a;           ///< [A] 0..5000
   double request_rise_a_per_s = 20000.0;               ///< [A/s] 0..2e6
   double regen_current_max_a = 0.0;                    ///< [A] 0..5000
@@ -88,6 +90,7 @@ struct MasterSection {
   double battery_limit_on_a = 5.0;                     ///< [A] 0..1000
   double regen_speed_min_mps = 1.389;                  ///< [m/s] 0..200
   double inverter_excess_max_a = 50.0;                 ///< [A] 0..2000
+  double limp_share = 0.0;                             ///< [1] 0..1
   double motor_derating_start_c = 140.0;               ///< [degC] -40..500
   double motor_derating_end_c = 160.0;                 ///< [degC] -40..500
   double inverter_derating_start_c = 80.0;             ///< [degC] -40..500

@@ -40,6 +40,7 @@ std::vector<LiftedKey> lifts(std::string_view reason, const VehicleParameters& c
             {"bms.cell_voltage_plausible_max_v", 5.0}, {"bms.charge_temperature_min_c", -40.0}};
   }
   if (reason == "power") return {{"master.power_max_kw", 80.0}};
+  if (reason == "motor_speed") return {{"master.motor_speed_max_rpm", 12000.0}};
   if (reason == "motor_temperature") {
     return {{"master.motor_derating_start_c", 499.0},    {"master.motor_derating_end_c", 500.0},
             {"master.inverter_derating_start_c", 499.0}, {"master.inverter_derating_end_c", 500.0}};

@@ -4,14 +4,15 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr std::size_t kReasonCharge = 9, kReasonPower = 10, kReasonTemperature = 11;
+constexpr std::size_t kReasonCharge = 9, kReasonPower = 10, kReasonTemperature = 11, kReasonSpeed = 12;
 
 }  // namespace
 
 const char* limit_reason_name(std::size_t reason) {
   static constexpr const char* kNames[kLimitReasons] = {
       "none",    "config_maximum",   "cell_voltage",    "pack_voltage", "temperature", "soc_low",
-      "fault",   "measurement_lost", "contactors_open", "charge_limit", "power",       "motor_temperature"};
+      "fault",   "measurement_lost", "contactors_open", "charge_limit", "power",       "motor_temperature",
+      "motor_speed"};
   return reason < kLimitReasons ? kNames[reason] : "unknown";
 }
 
@@ -21,6 +22,7 @@ std::size_t binding_limit_reason(const CommandReceiver& ecus) {
     case can::TorqueReason::kChargeLimit: return kReasonCharge;
     case can::TorqueReason::kPower: return kReasonPower;
     case can::TorqueReason::kTemperature: return kReasonTemperature;
+    case can::TorqueReason::kMotorSpeed: return kReasonSpeed;
     case can::TorqueReason::kNone:
     case can::TorqueReason::kGate: break;
   }

@@ -7,7 +7,7 @@
 
 namespace voltlap::plant {
 
-inline constexpr std::size_t kLimitReasons = 12;
+inline constexpr std::size_t kLimitReasons = 13;
 [[nodiscard]] const char* limit_reason_name(std::size_t reason);
 
 /// The reason that binds now, as the ECUs last said; 0 when none does.

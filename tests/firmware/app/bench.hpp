@@ -28,6 +28,7 @@ class Loop {
   can::MotorTemperatures temperatures;
   std::int32_t cell_100uv = 39'000;
   bool inverter_follows = true;  ///< state and current do what the command asks
+  bool air_plus_welded = false;
 
   // Faults of the bus.
   std::set<std::uint32_t> silent;                            ///< identifiers that are not delivered
@@ -179,10 +180,10 @@ class Loop {
   }
   // Contacts follow at once, the DC link charges in 100 ms, the inverter does what it is told.
   void move_car() {
-    io.air_plus_aux = contactors.air_plus_close;
+    io.air_plus_aux = contactors.air_plus_close || air_plus_welded;
     io.air_minus_aux = contactors.air_minus_close;
     io.precharge_aux = contactors.precharge_close;
-    const bool connected = contactors.air_minus_close && (contactors.precharge_close || contactors.air_plus_close);
+    const bool connected = contactors.air_minus_close && (contactors.precharge_close || io.air_plus_aux);
     std::int32_t& link = inverter.dc_link_voltage_100uv;
     const std::int32_t full = 24 * cell_100uv;
     link = connected ? std::min(full, link + full / 10) : std::max(0, link - full / 100);

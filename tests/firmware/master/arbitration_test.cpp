@@ -158,7 +158,7 @@ TEST(Arbitration, BatteryDirectionShutBelowOneAmpereOpensAboveFive) {
 TEST(Arbitration, PowerCeilingKeepsTheShaftBelow80Kilowatt) {
   limit(1'000'000, 0);
   in.pack_voltage.value = PackVoltage::from_raw(6'000'000);
-  in.motor_speed.value = MotorSpeed::from_raw(12'000);  // 188.5 V: 550 A would be 103.7 kW
+  in.motor_speed.value = MotorSpeed::from_raw(11'700);  // 183.8 V: 550 A would be 101.1 kW
   const std::int64_t induced = induced_voltage(config, in.motor_speed.value).raw();
   const std::int64_t power_mw = settle(550'000) * induced / 10'000;
   check_reason(TorqueReason::kPower);
@@ -261,4 +261,14 @@ TEST(Arbitration, NoRegenerationInReverseOrWithTheSpeedUnknown) {
   CHECK(settle(-100'000) < 0);
   in.motor_speed.value = MotorSpeed::from_raw(-kUnitySpeedRpm);
   LONGS_EQUAL(0, run(-100'000));
+}
+
+// MST-038
+TEST(Arbitration, BeyondTheHighestMotorSpeedNothingDrivesAndBrakingStays) {
+  limit(1'000'000, 1'000'000);
+  config.motor_speed_max = MotorSpeed::from_raw(kUnitySpeedRpm);
+  LONGS_EQUAL(0, settle(100'000));
+  check_reason(TorqueReason::kMotorSpeed);
+  LONGS_EQUAL(-100'000, settle(-100'000));
+  check_reason(TorqueReason::kNone);
 }

@@ -51,11 +51,16 @@ TEST(MasterConfig, RuleBoundsCannotBeConfiguredAway) {
 TEST(MasterConfig, ContradictionsAreRefused) {
   CHECK(check_with([](Config& c) { c.apps1.full = c.apps1.released; }) == ConfigError::kApps1Full);
   CHECK(check_with([](Config& c) { c.apps2.range_min = c.apps2.released; }) == ConfigError::kApps2Released);
-  CHECK(check_with([](Config& c) { c.brake_pressed_level = c.regen_full_level; }) == ConfigError::kRegenFull);
+  CHECK(check_with([](Config& c) { c.regen_full_level = c.brake_pressed_level; }) == ConfigError::kRegenFull);
   CHECK(check_with([](Config& c) { c.phase_current_max = Current::from_raw(550'001); }) ==
         ConfigError::kPhaseCurrentRange);
   CHECK(check_with([](Config& c) { c.drive_efficiency = Ratio::from_raw(1'000'001); }) ==
         ConfigError::kDriveEfficiencyMax);
+  CHECK(check_with([](Config& c) { c.pedal_at_half = Ratio::from_raw(249'999); }) == ConfigError::kPedalAtHalf);
+  CHECK(check_with([](Config& c) { c.pedal_at_half = Ratio::from_raw(750'001); }) == ConfigError::kPedalAtHalfMax);
+  CHECK(check_with([](Config& c) { c.brake_compare_level = c.brake_pressed_level; }) == ConfigError::kBrakeCompare);
+  CHECK(check_with([](Config& c) { c.limp_share = Ratio::from_raw(-1); }) == ConfigError::kLimpShare);
+  CHECK(check_with([](Config& c) { c.limp_share = Ratio::from_raw(500'001); }) == ConfigError::kLimpShareMax);
   CHECK(check_with([](Config& c) { c.inverter_excess_max = Current{}; }) == ConfigError::kInverterExcess);
   CHECK(check_with([](Config& c) { c.inverter_excess_max = Current::from_raw(1'100'001); }) ==
         ConfigError::kInverterExcessMax);

@@ -54,3 +54,30 @@ TEST(Derating, UnknownTemperatureAllowsNothing) {
 }
 
 TEST(Derating, VeryColdIsNoReasonToDerate) { LONGS_EQUAL(550'000, with_motor(-400)); }
+
+// MST-034
+TEST(Derating, UnknownTemperatureLeavesWhatIsSetToDriveHomeWith) {
+  config.limp_share = Ratio::from_raw(250'000);
+  in.motor_temperature.quality = Quality::kStale;
+  LONGS_EQUAL(137'500, temperature_ceiling(config, in).raw());
+  LONGS_EQUAL(0, with_inverter(950));  // what is known still counts
+}
+
+// MST-038
+TEST(Derating, TorqueEndsAtTheHighestMotorSpeedInBothDirections) {
+  config.motor_speed_max = MotorSpeed::from_raw(6'000);
+  const auto at = [this](std::int32_t rpm) {
+    in.motor_speed.value = MotorSpeed::from_raw(rpm);
+    return speed_ceiling(config, in).raw();
+  };
+  for (const std::int32_t sign : {1, -1}) {
+    LONGS_EQUAL(550'000, at(sign * 5'880));
+    CHECK(at(sign * 5'881) < 550'000);
+    LONGS_EQUAL(275'000, at(sign * 5'940));
+    CHECK(at(sign * 5'999) > 0);
+    LONGS_EQUAL(0, at(sign * 6'000));
+    LONGS_EQUAL(0, at(sign * 12'000));
+  }
+  in.motor_speed.quality = Quality::kStale;
+  LONGS_EQUAL(550'000, speed_ceiling(config, in).raw());
+}

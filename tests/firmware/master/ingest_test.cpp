@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/ingest.hpp"
 
+#include <utility>
+
 #include "CppUTest/TestHarness.h"
 #include "codec/seal.hpp"
 
@@ -162,4 +164,23 @@ TEST(MasterIngest, OtherFramesLandInTheirSamples) {
   CHECK(in.switches.value.shutdown_closed && in.switches.value.rtd_button && !in.switches.value.ts_on_button);
   LONGS_EQUAL(1'234, in.motor_temperature.value.raw());
   CHECK_FALSE(in.inverter_temperature.good());
+}
+
+// MST-039
+TEST(MasterIngest, TheEndsOfTheRangeAreNoTemperatures) {
+  const auto good = [this](std::int32_t motor_dc, std::int32_t inverter_dc) {
+    can::MotorTemperatures m;
+    m.motor_ok = m.inverter_ok = true;
+    m.motor_dc = motor_dc;
+    m.inverter_dc = inverter_dc;
+    for (int i = 0; i < 2; ++i) {
+      receive(sealed(m));
+      ++counter;
+    }
+    return std::pair{receiver.input.motor_temperature.good(), receiver.input.inverter_temperature.good()};
+  };
+  CHECK((good(-389, 2'449) == std::pair{true, true}));
+  CHECK((good(-390, 300) == std::pair{false, true}));
+  CHECK((good(300, 2'450) == std::pair{true, false}));
+  CHECK((good(2'500, -400) == std::pair{false, false}));
 }

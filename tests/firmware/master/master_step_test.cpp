@@ -76,6 +76,8 @@ TEST(MasterStep, WhatIs50MsOldIsNamedAndWhatIs40MsOldIsNot) {
   const std::pair<Instant*, MasterFault> kRows[] = {{&in.apps1.time, MasterFault::kPedalsLost},
                                                     {&in.apps2.time, MasterFault::kPedalsLost},
                                                     {&in.bms_state.time, MasterFault::kBmsLost},
+                                                    {&in.discharge_limit.time, MasterFault::kBmsLost},
+                                                    {&in.charge_limit.time, MasterFault::kBmsLost},
                                                     {&in.switches.time, MasterFault::kVehicleIoLost},
                                                     {&in.inverter_state.time, MasterFault::kInverterLost}};
   car.drive_at_full_pedal();
@@ -90,6 +92,17 @@ TEST(MasterStep, WhatIs50MsOldIsNamedAndWhatIs40MsOldIsNot) {
       CHECK(car.out.drive_state == DriveState::kReadyToDrive);
     }
   }
+}
+
+// MST-040
+TEST(MasterStep, AnInverterThatHearsNoCommandsIsNamed) {
+  car.drive_at_full_pedal();
+  CHECK_FALSE(car.out.faults.any());
+  car.in.inverter_state.value = InverterState::kCommandTimeout;
+  CHECK(car.run().faults.has(MasterFault::kInverterLost));
+  LONGS_EQUAL(0, car.out.phase_current.raw());
+  car.in.inverter_state.value = InverterState::kEnabled;
+  CHECK_FALSE(car.run().faults.any());
 }
 
 // MST-061

@@ -192,6 +192,28 @@ TEST(Pedals, BrakeSensorThatReturnsInTimeDoesNotLatch) {
   CHECK_FALSE(state.latched.any());
 }
 
+// MST-007
+TEST(Pedals, OneCircuitThatIsPressedHardWithoutTheOtherIsAFailedSensor) {
+  for (const bool front : {true, false}) {
+    const auto latched_after = [&](std::int32_t pressed_mbar, std::int32_t other_mbar, std::int32_t steps) {
+      PedalState fresh{};
+      (front ? in.brake_front : in.brake_rear).value = Pressure::from_raw(pressed_mbar);
+      (front ? in.brake_rear : in.brake_front).value = Pressure::from_raw(other_mbar);
+      for (std::int32_t i = 0; i < steps; ++i) {
+        in.now = in.now + Duration::from_ms(bench::kStepMs);
+        pedals_step(config, in, fresh);
+      }
+      return fresh.latched.has(MasterFault::kBrakeSensor);
+    };
+    CHECK_FALSE(latched_after(20'001, 3'000, 10));  // 90 ms
+    CHECK(latched_after(20'001, 3'000, 11));
+    CHECK(latched_after(159'000, 0, 11));
+    CHECK_FALSE(latched_after(20'000, 0, 100));
+    CHECK_FALSE(latched_after(159'000, 3'001, 100));
+    CHECK_FALSE(latched_after(60'000, 30'000, 100));
+  }
+}
+
 TEST(Pedals, BrakeIsPressedOneStepAboveItsLevelInEitherCircuit) {
   in.brake_rear.value = config.brake_pressed_level;
   run();

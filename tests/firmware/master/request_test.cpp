@@ -39,6 +39,21 @@ TEST(Request, PedalIsLinearFromZeroTo550Ampere) {
   LONGS_EQUAL(550'000, settle(1'000'000));
 }
 
+TEST(Request, MapIsAParabolaThatRisesFromEndToEnd) {
+  for (const std::int32_t half : {250'000, 400'000, 500'000, 600'000, 750'000}) {
+    const auto at = [half](std::int32_t travel) {
+      return request_at(Ratio::from_raw(travel), Ratio::from_raw(half)).raw();
+    };
+    LONGS_EQUAL(0, at(0));
+    LONGS_EQUAL(half, at(500'000));
+    LONGS_EQUAL(1'000'000, at(1'000'000));
+    for (std::int32_t travel = 1'000; travel <= 1'000'000; travel += 1'000) CHECK(at(travel) >= at(travel - 1'000));
+  }
+  LONGS_EQUAL(62'500, request_at(Ratio::from_raw(250'000), Ratio::from_raw(250'000)).raw());  // p^2
+  config.pedal_at_half = Ratio::from_raw(250'000);
+  LONGS_EQUAL(137'500, settle(500'000));
+}
+
 TEST(Request, DeadZoneIsTakenOffAndTheRestSpansTheWholeRange) {
   const Ratio zone = Ratio::from_raw(50'000);
   LONGS_EQUAL(0, beyond_dead_zone(Ratio::from_raw(50'000), zone).raw());
