@@ -38,7 +38,7 @@ struct Config {
   Ratio pedal_dead_zone = Ratio::from_raw(0);                      ///< travel without request; none by default
   Ratio pedal_at_half = Ratio::from_raw(500'000);                  ///< request at half travel; a half: straight
   Pressure brake_pressed_level = Pressure::from_raw(3'000);        ///< 3 bar: above line noise, below a light stop
-  Pressure brake_compare_level = Pressure::from_raw(20'000);       ///< above it in one circuit the other is pressed, too
+  Pressure brake_compare_level = Pressure::from_raw(20'000);       ///< above it in one circuit the other is pressed
 
   // Request.
   Current phase_current_max = Current::from_raw(550'000);          ///< limit of the inverter, section 4.7.2
@@ -49,7 +49,7 @@ struct Config {
   // Ceilings.
   Arbitration arbitration = Arbitration::kPowerBalance;
   std::int32_t motor_constant_unm_per_a = 150'000;                 ///< [uNm/A] and [uV s/rad], 0.15 Nm/A
-  Ratio drive_efficiency = Ratio::from_raw(900'000);               ///< shaft over DC power, a low estimate until measured
+  Ratio drive_efficiency = Ratio::from_raw(900'000);               ///< shaft over DC power until measured, a low one
   std::int32_t power_max_mw = 79'000'000;                          ///< EV.3.3: 80 kW, less 1 kW of measuring margin
   MotorSpeed motor_speed_max = MotorSpeed::from_raw(12'000);       ///< no torque beyond; assumed when not known
   std::int32_t ceiling_rise_ma_per_s = 2'000'000;                  ///< a ceiling falls at once and rises at this rate

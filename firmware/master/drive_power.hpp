@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of the battery's power arrives at the shaft, as measured while a ceiling holds the torque, and the two windows of
-// the 80 kW rule.
+// What of the battery's power arrives at the shaft, as measured while a ceiling holds the torque, and the two windows
+// of the 80 kW rule.
 //
 //   eta = K |omega| I_asked / (V I_dc)        measured where both are of the same step and the command has been steady
 //
-// It falls within some 40 ms and rises within half a second: too low costs time, too high costs the event. What was asked
-// for counts, not what the inverter says of it: the ceiling that follows is asked for, too, and a wrong motor constant
-// or scale of the inverter's report is in both.
+// It falls within some 40 ms and rises within half a second: too low costs time, too high costs the event. What was
+// asked for counts, not what the inverter says of it: the ceiling that follows is asked for, too, and a wrong motor
+// constant or scale of the inverter's report is in both.
 #pragma once
 #include <cstdint>
 

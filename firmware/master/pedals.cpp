@@ -41,8 +41,7 @@ void read_brake(const Config& config, const Input& input, PedalState& state) {
   state.brake_pressed = state.brake_pressure > config.brake_pressed_level;
 }
 
-// One hose of a pair is no measurement: nobody brakes hard with one circuit, and the stop that a burst one leaves is one
-// without motor, too.
+// Nobody brakes hard with one circuit, and the stop that a burst one leaves is one without motor, too.
 bool brakes_disagree(const Config& config, const Input& input) {
   if (!input.brake_front.good() || !input.brake_rear.good()) return false;
   const Pressure front = input.brake_front.value, rear = input.brake_rear.value;
@@ -73,8 +72,9 @@ void pedals_step(const Config& config, const Input& input, PedalState& state) {
   active.set(MasterFault::kAppsImplausible,
              state.apps_disagree.held(a.in_range && !a.agree, input.now, config.apps_implausible_time));
   // MST-004 (T.4.3): a brake sensor that has failed, or two that cannot both be right (MST-007).
-  active.set(MasterFault::kBrakeSensor, state.brake_sensor.held(!brakes_good || brakes_disagree(config, input), input.now,
-                                                                config.brake_sensor_fail_time));
+  active.set(MasterFault::kBrakeSensor,
+             state.brake_sensor.held(!brakes_good || brakes_disagree(config, input), input.now,
+                                     config.brake_sensor_fail_time));
   // MST-005 (EV.4.7): brake and accelerator together, by the higher of the two sensors.
   active.set(MasterFault::kBrakeAndThrottle, a.in_range && state.brake_pressed && a.high > config.brake_throttle_limit);
 

@@ -16,8 +16,8 @@ TEST(StateSpace, NoRuleIsBrokenAndNothingIsADeadEnd) {
   const char* given = std::getenv("VOLTLAP_STATE_SPACE_DEPTH");
   const std::size_t depth = given == nullptr ? 6 : std::stoul(given);
   const StateSpace space = explore(depth);
-  std::printf("%zu states, %zu steps of them tried, at most %zu deeds from power-on%s\n", space.places.size(), space.steps,
-              space.depth, space.whole ? ", all there are" : "");
+  std::printf("%zu states, %zu steps of them tried, at most %zu deeds from power-on%s\n", space.places.size(),
+              space.steps, space.depth, space.whole ? ", all there are" : "");
   CHECK_TEXT(space.broken.empty(), space.broken.c_str());
   if (!space.whole) return;
   const auto dead = space.dead_ends();

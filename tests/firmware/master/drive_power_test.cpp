@@ -17,7 +17,7 @@ using namespace voltlap::master;
 
 namespace {
 
-/// A drive whose losses the controller does not know: what is asked for flows a step later, and is measured in the next.
+/// A drive whose losses the controller does not know: what is asked for flows a step later, and is measured then.
 struct Drive {
   Config config{};
   Input in = bench::healthy(config);
@@ -38,7 +38,8 @@ struct Drive {
   }
   double truth_w(double amperes) const {
     const double shaft = gain * 0.75 * amperes * speed_rpm * 0.104720;
-    return shaft + static_cast<double>(stage_w + auxiliary_w) + 1e-3 * static_cast<double>(winding_mohm) * amperes * amperes;
+    const double winding = 1e-3 * static_cast<double>(winding_mohm) * amperes * amperes;
+    return shaft + static_cast<double>(stage_w + auxiliary_w) + winding;
   }
   void tick(std::int32_t request_ma = 550'000) {
     const double flows = state.current.raw() * 1e-3;
@@ -77,7 +78,7 @@ TEST_GROUP(DrivePower) { Drive drive; };
 TEST(DrivePower, FullLimitIsUsedWhateverTheLosses) {
   const unsigned seed = drawn_seed();
   std::mt19937 random(seed);
-  const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
   for (int k = 0; k < 200; ++k) {
     Drive d;
     d.random.seed(seed + static_cast<unsigned>(k));
@@ -99,7 +100,7 @@ TEST(DrivePower, FullLimitIsUsedWhateverTheLosses) {
 TEST(DrivePower, NoWindowOfTheRuleIsBroken) {
   const unsigned seed = drawn_seed();
   std::mt19937 random(seed);
-  const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
   for (int k = 0; k < 100; ++k) {
     Drive d;
     d.winding_mohm = static_cast<std::int64_t>(between(0.0, 80.0));
@@ -114,8 +115,8 @@ TEST(DrivePower, NoWindowOfTheRuleIsBroken) {
       sum += d.power_w - window[step % 50];
       window[step % 50] = d.power_w;
       above = d.power_w > 80e3 ? above + 1 : 0;
-      const std::string what = "VOLTLAP_TEST_SEED=" + std::to_string(seed) + ", drive " + std::to_string(k) + ", step " +
-                               std::to_string(step) + ": " + std::to_string(d.power_w);
+      const std::string what = "VOLTLAP_TEST_SEED=" + std::to_string(seed) + ", drive " + std::to_string(k) +
+                               ", step " + std::to_string(step) + ": " + std::to_string(d.power_w);
       CHECK_TEXT(above < 10, what.c_str());
       CHECK_TEXT(sum < 50 * 80e3, what.c_str());
     }
