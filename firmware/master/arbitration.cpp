@@ -28,13 +28,15 @@ Sample<PackVoltage> supply_voltage(const Input& input) {
 
 // MST-030: a DC limit as phase current. Without speed or voltage the printed rule remains: phase current <= DC limit.
 Current battery_ceiling(const Config& config, const Input& input, const Sample<Current>& limit, Ratio efficiency,
-                        MotorSpeed speed) {
+                        MotorSpeed speed, const PackSag* sag) {
   if (!limit.good() || limit.value <= Current{}) return Current{};
   const Sample<PackVoltage> voltage = supply_voltage(input);
   if (config.arbitration == Arbitration::kLiteral || !input.motor_speed.good() || !voltage.good()) {
     return min(limit.value, config.phase_current_max);
   }
-  return phase_current_for(config, limit.value, voltage.value, efficiency, induced_voltage(config, speed));
+  const PackVoltage left =
+      sag == nullptr ? voltage.value : voltage_at(config, input, voltage.value, limit.value, *sag);
+  return phase_current_for(config, limit.value, left, efficiency, induced_voltage(config, speed));
 }
 
 // MST-032 (EV.3.3): P_max eta / E; at the highest speed when the speed is not known.
@@ -86,7 +88,7 @@ Ceiling drive_ceiling(const Config& config, const Input& input, const Arbitratio
   const Ratio efficiency = drive_efficiency(config, input, state.power);
   const MotorSpeed speed = speed_ahead(input.motor_speed.value, state.power);
   const Current battery = state.discharge_open
-                              ? battery_ceiling(config, input, input.discharge_limit, efficiency, speed)
+                              ? battery_ceiling(config, input, input.discharge_limit, efficiency, speed, &state.sag)
                               : Current{};
   c.lower_to(trimmed(battery, state.trim), TorqueReason::kDischargeLimit);
   const Current power = share_of(power_ceiling(config, input, efficiency, speed), window_share(state.power));
@@ -99,7 +101,7 @@ Ceiling drive_ceiling(const Config& config, const Input& input, const Arbitratio
 Ceiling regen_ceiling(const Config& config, const Input& input, const ArbitrationState& state) {
   Ceiling c{config.phase_current_max};
   const Current battery = state.charge_open ? battery_ceiling(config, input, input.charge_limit, Ratio::from_raw(kFull),
-                                                              input.motor_speed.value)
+                                                              input.motor_speed.value, nullptr)
                                             : Current{};
   c.lower_to(battery, TorqueReason::kChargeLimit);
   c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
@@ -160,6 +162,7 @@ void arbitration_step(const Config& config, const Input& input, Current request,
   state.faults = find_faults(input, lowest_wheel_speed(input));
   const bool at_ceiling = state.reason == TorqueReason::kPower || state.reason == TorqueReason::kDischargeLimit;
   watch_drive_power(config, input, state.current, at_ceiling, elapsed, state.power);
+  watch_pack_sag(input, state.sag);
   update_trim(config, input, elapsed, state);
   state.discharge_open = hysteresis(config, input.discharge_limit, state.discharge_open);
   state.charge_open = hysteresis(config, input.charge_limit, state.charge_open);

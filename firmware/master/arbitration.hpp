@@ -3,13 +3,14 @@
 // its rate limit, fall at once and rise slowly.
 //
 // The battery's limits are DC amperes, the command is phase current. With shaft power K |omega| I_phase, the balance is
-//   I_dc V_dc eta = K |omega| I_phase   (drive; eta <= 1 lowers the ceiling)
+//   I_dc V_dc eta = K |omega| I_phase   (drive; V_dc as I_dc leaves it)
 //   I_dc V_dc     = K |omega| I_phase   (regeneration; losses only help)
 // and I_command = min(request, ceiling) for both directions.
 #pragma once
 #include "master/config.hpp"
 #include "master/drive_power.hpp"
 #include "master/io.hpp"
+#include "master/pack_sag.hpp"
 
 namespace voltlap::master {
 
@@ -22,6 +23,7 @@ struct ArbitrationState {
   Ratio trim{};                              ///< taken off the battery and power ceilings
   Current discharge_limit_before{};          ///< what the previous command had to obey
   DrivePower power;
+  PackSag sag;
   // Computed by arbitration_step.
   Current current{};
   TorqueReason reason = TorqueReason::kNone;

@@ -51,6 +51,7 @@ struct Config {
   std::int32_t motor_constant_unm_per_a = 150'000;                 ///< [uNm/A] and [uV s/rad], 0.15 Nm/A
   Ratio drive_efficiency = Ratio::from_raw(900'000);               ///< shaft over DC power until measured, a low one
   std::int32_t power_max_mw = 79'000'000;                          ///< EV.3.3: 80 kW, less 1 kW of measuring margin
+  Resistance pack_resistance = Resistance::from_raw(0);            ///< of a fresh load, until measured
   MotorSpeed motor_speed_max = MotorSpeed::from_raw(12'000);       ///< no torque beyond; assumed when not known
   std::int32_t ceiling_rise_ma_per_s = 2'000'000;                  ///< a ceiling falls at once and rises at this rate
   Ratio trim_gain = Ratio::from_raw(200'000);                      ///< share of a measured excess taken off each step
@@ -114,6 +115,8 @@ enum class ConfigError : std::uint8_t {
   kDriveEfficiencyMax,
   kPower,
   kPowerRule,
+  kPackResistance,
+  kPackResistanceMax,
   kCeilingRise,
   kTrimGain,
   kTrimGainWhole,
@@ -159,6 +162,7 @@ inline constexpr MotorSpeed kMotorSpeedMax = MotorSpeed::from_raw(12'000);
 inline constexpr Ratio kDriveEfficiencyMin = Ratio::from_raw(300'000);
 inline constexpr std::int32_t kPowerMaxMw = 80'000'000;                    // EV.3.3
 inline constexpr Current kInverterExcessMax = Current::from_raw(1'100'000);  // from full drive to full braking
+inline constexpr Resistance kPackResistanceMax = Resistance::from_raw(5'000'000);  // 144 cells of 35 mOhm
 inline constexpr Speed kRegenSpeedMin = Speed::from_raw(1'389);            // EV.3.3.3
 inline constexpr Duration kImplausibleTimeMax = Duration::from_ms(100);    // T.4.2.5, T.4.3
 inline constexpr Duration kRxTimeoutMax = Duration::from_ms(50);
@@ -215,6 +219,8 @@ constexpr ConfigError ceilings(const Config& c) {
       {c.drive_efficiency <= kWhole, ConfigError::kDriveEfficiencyMax},
       {c.power_max_mw > 0, ConfigError::kPower},
       {c.power_max_mw <= kPowerMaxMw, ConfigError::kPowerRule},
+      {c.pack_resistance >= Resistance{}, ConfigError::kPackResistance},
+      {c.pack_resistance <= kPackResistanceMax, ConfigError::kPackResistanceMax},
       {c.ceiling_rise_ma_per_s > 0, ConfigError::kCeilingRise},
       {c.trim_gain >= kNothing, ConfigError::kTrimGain},
       {c.trim_gain <= kWhole, ConfigError::kTrimGainWhole},

@@ -272,6 +272,17 @@ void check_beliefs(const VehicleParameters& car, const Origins& origins) {
   }
 }
 
+/// What the pack's voltage falls by at once [ohm], of a cool pack that is not full: the controller's first pull is
+/// planned with it, what follows with what it measures.
+Resistance fresh_pack_resistance(const VehicleParameters& car) {
+  constexpr double kCool_c = 10.0, kLow = 0.2;
+  const CellTables tables(car.cell);
+  const double cell = tables.circuit(kLow, kCool_c, car.cell.reference_current_a).r0_ohm;
+  const double pack = car.battery.cells_in_series * cell / car.battery.cells_in_parallel +
+                      car.battery.contact_resistance_ohm + car.contactors.resistance_ohm;
+  return min(units<Resistance>(pack, 1e6), master::check::kPackResistanceMax);
+}
+
 }  // namespace
 
 bms::Config bms_config(const VehicleParameters& car, const Origins& origins) {
@@ -322,6 +333,7 @@ TableRounding table_rounding(const VehicleParameters& car, const bms::Config& co
 master::Config master_config(const VehicleParameters& car, const Origins& origins) {
   master::Config config;
   fill_from_keys(car, config);
+  config.pack_resistance = fresh_pack_resistance(car);
   const std::size_t arbitration =
       word_index(car, origins, "master.arbitration", car.master.arbitration, {"power_balance", "literal"});
   config.arbitration = arbitration == 0 ? master::Arbitration::kPowerBalance : master::Arbitration::kLiteral;

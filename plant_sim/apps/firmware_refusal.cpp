@@ -150,6 +150,8 @@ constexpr Row<M> kMasterRows[] = {
     {M::kBatteryLimitOff, "master.battery_limit_off_a", kAtLeast},
     {M::kBatteryLimitOn, "master.battery_limit_on_a", kAtLeast, "master.battery_limit_off_a"},
     {M::kRegenSpeedRule, "master.regen_speed_min_mps", kAtLeast, "", mc::kRegenSpeedMin.raw(), "EV.3.3.3"},
+    {M::kPackResistance, "battery.contact_resistance_ohm", kAtLeast},
+    {M::kPackResistanceMax, "battery.contact_resistance_ohm", kAtMost, "", mc::kPackResistanceMax.raw()},
     {M::kLimpShare, "master.limp_share", kAtLeast},
     {M::kLimpShareMax, "master.limp_share", kAtMost, "", mc::kLimpShareMax.raw()},
     {M::kInverterExcess, "master.inverter_excess_max_a", kAbove},

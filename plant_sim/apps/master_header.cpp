@@ -52,6 +52,7 @@ std::string ceilings(const master::Config& c) {
   return fmt::format("  c.arbitration = Arbitration::{};\n", balance ? "kPowerBalance" : "kLiteral") +
          whole("motor_constant_unm_per_a", c.motor_constant_unm_per_a, 1e-6, "Nm/A") +
          percent("drive_efficiency", c.drive_efficiency) + whole("power_max_mw", c.power_max_mw, 1e-6, "kW") +
+         quantity("pack_resistance", "Resistance", c.pack_resistance, 1e-3, "mOhm") +
          quantity("motor_speed_max", "MotorSpeed", c.motor_speed_max, 1.0, "rpm") +
          whole("ceiling_rise_ma_per_s", c.ceiling_rise_ma_per_s, 1e-3, "A/s") + percent("trim_gain", c.trim_gain) +
          percent("trim_max", c.trim_max) + whole("trim_decay_ppm_per_s", c.trim_decay_ppm_per_s, 1e-4, "%/s") +

@@ -56,7 +56,7 @@ void judge(const Loop& before, Car& car) {
     fail("ready to drive without brake and button (MST-012, EV.9)");
   }
   const bool air_plus_closes = now.contactors.air_plus_close && !before.contactors.air_plus_close;
-  const std::int64_t link = before.inverter.dc_link_voltage_100uv, pack = before.pack.pack_voltage_100uv;
+  const std::int64_t link = before.inverter.dc_link_voltage_100uv, pack = now.pack.pack_voltage_100uv;
   if (air_plus_closes && link * 100 < pack * 90) fail("AIR+ closes without precharge (BMS-031, EV.5.6)");
   if (air_plus_closes && !before.contactors.precharge_close) fail("AIR+ closes without the precharge relay");
   const std::uint32_t let_go = before.bms.state().faults.latched & ~now.bms.state().faults.latched;
@@ -120,7 +120,7 @@ unsigned age_class(Instant since, const Loop& loop) {
   return age < 100 ? 0 : age < 2'500 ? 1 : 2;
 }
 
-using Key = std::array<std::uint32_t, 8>;
+using Key = std::array<std::uint32_t, 6>;
 
 Key key_of(const Car& car) {
   const Loop& loop = car.loop;
@@ -140,7 +140,7 @@ Key key_of(const Car& car) {
               bit(c.closed_once, 4) | bit(bms.faults.reset_released, 5) | bit(master.request.armed, 6) |
               bit(master.request.waiting, 7) | bit(loop.command.phase_current_ma != 0, 8) |
               bit(master.drive.rtd_sound, 9) | link_class << 12U,
-          bms.faults.latched, bms.faults.bits, master.pedals.latched.bits, master.drive.faults.bits,
+          bms.faults.latched, master.pedals.latched.bits,
           bit(master.drive.ts_on.held(), 0) | bit(master.drive.rtd.held(), 1) | bit(master.drive.reset.held(), 2)};
 }
 

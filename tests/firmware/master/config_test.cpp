@@ -59,6 +59,9 @@ TEST(MasterConfig, ContradictionsAreRefused) {
   CHECK(check_with([](Config& c) { c.pedal_at_half = Ratio::from_raw(249'999); }) == ConfigError::kPedalAtHalf);
   CHECK(check_with([](Config& c) { c.pedal_at_half = Ratio::from_raw(750'001); }) == ConfigError::kPedalAtHalfMax);
   CHECK(check_with([](Config& c) { c.brake_compare_level = c.brake_pressed_level; }) == ConfigError::kBrakeCompare);
+  CHECK(check_with([](Config& c) { c.pack_resistance = Resistance::from_raw(-1); }) == ConfigError::kPackResistance);
+  CHECK(check_with([](Config& c) { c.pack_resistance = Resistance::from_raw(5'000'001); }) ==
+        ConfigError::kPackResistanceMax);
   CHECK(check_with([](Config& c) { c.limp_share = Ratio::from_raw(-1); }) == ConfigError::kLimpShare);
   CHECK(check_with([](Config& c) { c.limp_share = Ratio::from_raw(500'001); }) == ConfigError::kLimpShareMax);
   CHECK(check_with([](Config& c) { c.inverter_excess_max = Current{}; }) == ConfigError::kInverterExcess);
