@@ -24,6 +24,13 @@ struct ExtremeTimes {
   double battery_temp_s = 0.0, motor_temp_s = 0.0, power_s = 0.0, power_mean_s = 0.0;
 };
 
+/// How far a race went beyond what its own BMS is set to.
+struct BeyondLimits {
+  double cell_low_s = 0.0;            ///< some cell stood below bms.cell_voltage_min_v, in all
+  double over_discharge_s = 0.0;      ///< the pack gave more than any limit of the last 100 ms, by 2 % and 1 A
+  double over_discharge_share = 0.0;  ///< at most so much of the limit more [1]
+};
+
 struct EnduranceResult {
   bool finished = false;
   bool stopped = false;  ///< it was interrupted
@@ -43,6 +50,7 @@ struct EnduranceResult {
   double max_power_mean_w = 0.0;  ///< of the moving mean over 500 ms, by control ticks
   double max_off_course_m = 0.0;  ///< farthest beside the line of the course
   ExtremeTimes extreme_times;
+  BeyondLimits beyond;
   std::array<double, kLimitReasons> limit_active_s{};
   std::vector<LapRow> lap_rows;
   std::vector<LostNodeRow> lost_nodes;

@@ -62,10 +62,26 @@ void RaceAccount::note_tick(const Car& car, const CommandReceiver& ecus, std::si
   keep_largest(result_.max_battery_temp_c, car.pack().temperature_max_c(), at.battery_temp_s, time_s);
   keep_largest(result_.max_motor_temp_c, car.motor_thermal().copper_c(), at.motor_temp_s, time_s);
   if (limit_reason != 0) result_.limit_active_s[limit_reason] += tick_s;
+  note_beyond(car, ecus, tick_s);
   if (ecus.bms().soc_ok) {
     const double soc_error = ecus.bms().soc_ppm * 1e-6 - car.pack().soc_mean();
     result_.bms_soc_error_pct = std::max(result_.bms_soc_error_pct, 100.0 * std::abs(soc_error));
   }
+}
+
+void RaceAccount::note_beyond(const Car& car, const CommandReceiver& ecus, double tick_s) {
+  BeyondLimits& beyond = result_.beyond;
+  const VehicleParameters& p = car.parameters();
+  const double least_v = p.bms.cell_voltage_min_v.value_or(p.cell.voltage_min_v);
+  if (car.pack().cell_voltage_min() < least_v) beyond.cell_low_s += tick_s;
+  // What falls has its way through two nodes and an inverter.
+  limits_a_[next_limit_] = ecus.limits().discharge_limit_ok ? 1e-3 * ecus.limits().discharge_limit_ma : 0.0;
+  next_limit_ = (next_limit_ + 1) % limits_a_.size();
+  const double most_a = *std::max_element(limits_a_.begin(), limits_a_.end());
+  constexpr double kShare = 0.02, kFloor_a = 1.0;  // what the commands are rounded to, and the auxiliaries' part
+  if (most_a <= 0.0 || car.pack_current_a() <= most_a * (1.0 + kShare) + kFloor_a) return;
+  beyond.over_discharge_s += tick_s;
+  beyond.over_discharge_share = std::max(beyond.over_discharge_share, car.pack_current_a() / most_a - 1.0);
 }
 
 void RaceAccount::close_laps(const Car& car, int laps_done, double time_s) {

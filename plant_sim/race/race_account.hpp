@@ -52,6 +52,8 @@ class RaceAccount {
   [[nodiscard]] double power_mean_w() const { return power_mean_w_; }
 
  private:
+  void note_beyond(const Car& car, const CommandReceiver& ecus, double tick_s);
+
   EnduranceResult& result_;
   double initial_soc_;
   bool open_ = false;
@@ -59,6 +61,8 @@ class RaceAccount {
   double start_energy_j_ = 0.0, lap_energy_j_ = 0.0, lap_start_s_ = 0.0, lap_start_m_ = 0.0;
   MovingPower moving_power_;
   double power_mean_w_ = 0.0;
+  std::array<double, 10> limits_a_{};  ///< what the BMS allowed in the last control periods
+  std::size_t next_limit_ = 0;
 };
 
 }  // namespace voltlap::plant

@@ -164,13 +164,14 @@ std::string run_facts(const ReportedRun& reported) {
 
 std::string html_report_body(const ReportedRun& reported) {
   const RunDescription& run = reported.run;
-  const bool finished = reported.result.finished;
+  const bool finished = reported.result.finished, low = reported.result.beyond.cell_low_s > 0.0;
   const std::string facts =
       fmt::format("{} on {}{}, seed {}, voltlap {}", run.vehicle, run.course,
                   run.lap_start == "drive" ? "" : ", " + run.lap_start + " start", run.seed, VOLTLAP_VERSION);
   return fill_template(html_asset("endurance.html", endurance_page_files),
-                       {{"status_class", finished ? "good" : "bad"},
-                        {"status", finished ? "✓ Finished" : "✕ Failed"},
+                       {{"status_class", !finished ? "bad" : low ? "open" : "good"},
+                        {"status", !finished ? "✕ Failed" : low ? "✓ Finished, a cell below its least voltage"
+                                                               : "✓ Finished"},
                         {"headline", html_text(headline(run, reported.car.parameters, reported.result))},
                         {"facts", html_text(facts)},
                         {"notes", notes(reported)},

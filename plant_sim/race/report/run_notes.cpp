@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/demand.hpp"
+#include "race/report/run_text.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -61,11 +62,27 @@ void note_tables(const VehicleParameters& car, const EnduranceResult& r, std::ve
   if (current > most) held(fmt::format("a cell gave {:.1f} A", current), most, "A");
 }
 
+void note_beyond(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& r,
+                 std::vector<std::string>& notes) {
+  if (r.beyond.cell_low_s > 0.0) {
+    const double least_v = car.bms.cell_voltage_min_v.value_or(car.cell.voltage_min_v);
+    notes.push_back(fmt::format("{} below the least voltage of {:g} V for {:.2f} s in all, down to {:.3f} V",
+                                cells_alike(run, car) ? "the cells, all alike, were"
+                                                      : fmt::format("some cell, at the lowest no. {}, was", r.min_cell),
+                                least_v, r.beyond.cell_low_s, r.min_cell_voltage_v));
+  }
+  if (r.beyond.over_discharge_s > 0.0) {
+    notes.push_back(fmt::format("the pack gave more than its BMS allowed for {:.2f} s in all, {:.0f} % more at most",
+                                r.beyond.over_discharge_s, 100.0 * r.beyond.over_discharge_share));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> run_notes(const RunDescription& run, const VehicleParameters& car,
                                    const EnduranceResult& result) {
   std::vector<std::string> notes;
+  note_beyond(run, car, result, notes);
   note_pack(run, car, notes);
   note_motor(run, car, notes);
   note_tables(car, result, notes);

@@ -42,6 +42,39 @@ TEST(RaceAccount, ALimitIsActiveForTheTicksInWhichItBound) {
   DOUBLES_EQUAL(0.0, result.limit_active_s[0], 0.0);
 }
 
+TEST(RaceAccount, MoreThanWasAllowedInTheLastTenthOfASecondIsCounted) {
+  account.open(car);
+  const auto tick = [&](double allowed_a) {
+    can::BmsLimits limits;
+    limits.discharge_limit_ok = true;
+    limits.discharge_limit_ma = static_cast<std::int32_t>(1e3 * allowed_a);
+    bus.say(limits);
+    account.note_tick(car, bus.ecus, 0, 0.01, 0.01);
+    return result.beyond.over_discharge_s;
+  };
+  car.contactors.air_minus.command(true);
+  car.contactors.air_plus.command(true);
+  for (int t = 0; t < 10; ++t) car.renew(0.1);
+  car.step(0.0);
+  const double flows_a = car.pack_current_a();  // into the empty DC link
+  CHECK(flows_a > 10.0);
+  DOUBLES_EQUAL(0.0, tick(flows_a), 0.0);
+  for (int t = 0; t < 9; ++t) DOUBLES_EQUAL(0.0, tick(0.5 * flows_a), 0.0);  // the old limit is 90 ms old
+  DOUBLES_EQUAL(0.01, tick(0.5 * flows_a), 1e-12);
+  DOUBLES_EQUAL(1.0, result.beyond.over_discharge_share, 1e-3);
+}
+
+TEST(RaceAccount, TimeBelowTheLeastVoltageIsCounted) {
+  account.open(car);
+  account.note_tick(car, bus.ecus, 0, 0.01, 0.01);
+  DOUBLES_EQUAL(0.0, result.beyond.cell_low_s, 0.0);
+  VehicleParameters strict = vtm16e();
+  strict.bms.cell_voltage_min_v = 5.0;
+  const Car low(strict, true, 0.001);
+  account.note_tick(low, bus.ecus, 0, 0.02, 0.01);
+  DOUBLES_EQUAL(0.01, result.beyond.cell_low_s, 1e-12);
+}
+
 TEST(RaceAccount, TheBmssSocCountsOnceItHasOne) {
   account.open(car);
   can::BmsStatus status;
