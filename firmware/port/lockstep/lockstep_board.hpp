@@ -19,11 +19,11 @@ struct LockstepBoard {
 
 /// All of a board in lockstep around the rig that reaches its plant. Once.
 template <class Stream>
-LockstepBoard board_around(std::uint8_t (&nvm_bytes)[RamNvm::kBytes]) {
+LockstepBoard board_around(RamNvm::Memory& memory) {
   static Stream rig;
   static LockstepPort plant(rig, kImageInfo);
   static NoPins pins;
-  static RamNvm nvm(nvm_bytes);
+  static RamNvm nvm(memory);
   static SimulatedWatchdog watchdog(plant, rig);
   return {{plant, plant, pins, nvm, watchdog}, plant};
 }

@@ -19,6 +19,8 @@ namespace {
 
 constexpr std::uint32_t kExitGood = 0, kExitUsage = 2, kExitPlantGone = 3, kExitDefect = 70;
 constexpr std::uint32_t kReadBinary = 1, kWriteBinary = 5;
+/// Application interrupt and reset control register (ARMv7-M Architecture Reference Manual, B3.2.6).
+constexpr std::uint32_t kAircr = 0xE000'ED0CU, kAircrKey = 0x05FA'0000U, kAircrReset = 1U << 2;
 constexpr std::uint32_t kNone = 0xFFFF'FFFFU;
 
 /// CMSDK timer 0 (Application Note 386, table 4-1; Cortex-M System Design Kit TRM, 3.3): counts down with 25 MHz.
@@ -85,6 +87,11 @@ class SemihostingRig final : public Rig {
   }
   [[nodiscard]] std::uint32_t stack_used() const override { return port::stack_used(); }
   [[nodiscard]] std::uint32_t stack_size() const override { return port::stack_size(); }
+  /// The emulator resets the processor and leaves the memory as it is; reset() begins as after power-on.
+  [[noreturn]] void restart() override {
+    asm volatile("dsb" : : : "memory");
+    for (;;) *reinterpret_cast<volatile std::uint32_t*>(kAircr) = kAircrKey | kAircrReset;
+  }
   [[noreturn]] void end(bool good) override { semihosting::exit(good ? kExitGood : kExitPlantGone); }
 
  private:
@@ -99,12 +106,12 @@ class SemihostingRig final : public Rig {
   bool counts_ = false;
 };
 
-/// Outside of the memory that an image's budget counts: memory.ld.
-__attribute__((section(".nvm"))) std::uint8_t nvm_bytes[RamNvm::kBytes];
+/// Outside of the memory that an image's budget counts, and that a start-up clears: memory.ld.
+__attribute__((section(".nvm"))) RamNvm::Memory nvm_memory;
 
 }  // namespace
 
-LockstepBoard start_lockstep_board() { return board_around<SemihostingRig>(nvm_bytes); }
+LockstepBoard start_lockstep_board() { return board_around<SemihostingRig>(nvm_memory); }
 
 }  // namespace voltlap::port
 
