@@ -76,7 +76,10 @@ RamNvm::Memory& lasting_memory() {
 
 }  // namespace
 
-LockstepBoard start_lockstep_board() { return board_around<PipeRig>(lasting_memory()); }
+LockstepBoard start_lockstep_board() {
+  static PipeRig rig;
+  return board_around(rig, lasting_memory());
+}
 
 }  // namespace voltlap::port
 

@@ -18,9 +18,7 @@ struct LockstepBoard {
 [[nodiscard]] LockstepBoard start_lockstep_board();
 
 /// All of a board in lockstep around the rig that reaches its plant. Once.
-template <class Stream>
-LockstepBoard board_around(RamNvm::Memory& memory) {
-  static Stream rig;
+inline LockstepBoard board_around(Rig& rig, RamNvm::Memory& memory) {
   static LockstepPort plant(rig, kImageInfo);
   static NoPins pins;
   static RamNvm nvm(memory);

@@ -10,17 +10,14 @@
 
 #include "port/cortex_m/stack.hpp"
 #include "port/lockstep/lockstep_board.hpp"
+#include "port/mps2_an386/reset.hpp"
 #include "port/mps2_an386/semihosting.hpp"
-
-extern "C" [[noreturn]] void board_fault(std::uint32_t number);
 
 namespace voltlap::port {
 namespace {
 
-constexpr std::uint32_t kExitGood = 0, kExitUsage = 2, kExitPlantGone = 3, kExitDefect = 70;
+constexpr std::uint32_t kExitGood = 0, kExitUsage = 2, kExitPlantGone = 3;
 constexpr std::uint32_t kReadBinary = 1, kWriteBinary = 5;
-/// Application interrupt and reset control register (ARMv7-M Architecture Reference Manual, B3.2.6).
-constexpr std::uint32_t kAircr = 0xE000'ED0CU, kAircrKey = 0x05FA'0000U, kAircrReset = 1U << 2;
 constexpr std::uint32_t kNone = 0xFFFF'FFFFU;
 
 /// CMSDK timer 0 (Application Note 386, table 4-1; Cortex-M System Design Kit TRM, 3.3): counts down with 25 MHz.
@@ -87,11 +84,7 @@ class SemihostingRig final : public Rig {
   }
   [[nodiscard]] std::uint32_t stack_used() const override { return port::stack_used(); }
   [[nodiscard]] std::uint32_t stack_size() const override { return port::stack_size(); }
-  /// The emulator resets the processor and leaves the memory as it is; reset() begins as after power-on.
-  [[noreturn]] void restart() override {
-    asm volatile("dsb" : : : "memory");
-    for (;;) *reinterpret_cast<volatile std::uint32_t*>(kAircr) = kAircrKey | kAircrReset;
-  }
+  [[noreturn]] void restart() override { reset_processor(); }
   [[noreturn]] void end(bool good) override { semihosting::exit(good ? kExitGood : kExitPlantGone); }
 
  private:
@@ -111,28 +104,9 @@ __attribute__((section(".nvm"))) RamNvm::Memory nvm_memory;
 
 }  // namespace
 
-LockstepBoard start_lockstep_board() { return board_around<SemihostingRig>(nvm_memory); }
+LockstepBoard start_lockstep_board() {
+  static SemihostingRig rig;
+  return board_around(rig, nvm_memory);
+}
 
 }  // namespace voltlap::port
-
-namespace voltlap {
-
-void require_failed(const char* condition, const char* file, int /*line*/) {
-  port::semihosting::write_text("voltlap image: defect: this does not hold: ");
-  port::semihosting::write_text(condition);
-  port::semihosting::write_text(" in ");
-  port::semihosting::write_text(file);
-  port::semihosting::write_text("\n");
-  port::semihosting::exit(port::kExitDefect);
-}
-
-}  // namespace voltlap
-
-extern "C" void board_fault(std::uint32_t number) {
-  char text[] = "voltlap image: exception 00 of the processor (3: HardFault), which nobody expects\n";
-  constexpr std::size_t kDigits = 25;
-  text[kDigits] = static_cast<char>('0' + number / 10 % 10);
-  text[kDigits + 1] = static_cast<char>('0' + number % 10);
-  voltlap::port::semihosting::write_text(text);
-  voltlap::port::semihosting::exit(voltlap::port::kExitDefect);
-}
