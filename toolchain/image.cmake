@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# voltlap_image(<name> BOARD <board> NODES bms|master... SOURCES <file>... LIBS <target>...): an image for a board of
+# voltlap_image(<name> BOARD <board> [PORT <port>] NODES bms|master... SOURCES <file>... LIBS <target>...): an image for a board of
 # firmware/port/, in images/ of the build folder: <name>.elf, .map, .bin, .hex, <name>.stack, the deepest way of its
 # calls, and <name>.spdx.json, what it is made of. What must not be in an image fails the build (check_image.py), and so
 # does a stack that may not suffice (stack_use.py).
@@ -28,11 +28,14 @@ function(voltlap_image_info name nodes)
 endfunction()
 
 function(voltlap_image name)
-  cmake_parse_arguments(PARSE_ARGV 1 IMAGE "" "BOARD" "SOURCES;LIBS;NODES")
+  cmake_parse_arguments(PARSE_ARGV 1 IMAGE "" "BOARD;PORT" "SOURCES;LIBS;NODES")
   voltlap_image_info(${name} "${IMAGE_NODES}")
+  if(NOT IMAGE_PORT)
+    set(IMAGE_PORT ${IMAGE_BOARD})
+  endif()
   set(folder ${CMAKE_BINARY_DIR}/images)
   add_executable(${name} ${IMAGE_SOURCES} ${CMAKE_CURRENT_BINARY_DIR}/${name}_info.cpp)
-  target_link_libraries(${name} PRIVATE ${IMAGE_LIBS} voltlap_port_${IMAGE_BOARD} voltlap_port_cortex_m
+  target_link_libraries(${name} PRIVATE ${IMAGE_LIBS} voltlap_port_${IMAGE_PORT} voltlap_port_cortex_m
                                         voltlap_source_numbers)
   target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics)
   set(scripts ${PROJECT_SOURCE_DIR}/firmware/port/${IMAGE_BOARD}/memory.ld

@@ -4,7 +4,8 @@
 
 Builds images for 24 and for all cells, drives each pack with the emulated Cortex-M4 counting instructions, with the
 filter of every cell and limits that look ahead, and prints a table: flash, RAM, stack (a bound by the calls, and what a
-run used), instructions of a step of 10 ms. --write puts the table into a document, between its two marks.
+run used), instructions of a step of 10 ms. The pack of 24 cells goes through the fault matrix, too (hil/faults.yaml):
+the worst step is one with a fault in it. --write puts the table into a document, between its two marks.
 """
 import argparse
 import json
@@ -27,7 +28,7 @@ CYCLES_PER_INSTRUCTION = 2.0                                        # ... assume
 STEP_MOST_MANY_CELLS = int(TICK_SHARE * TICK_S * CLOCK_HZ / CYCLES_PER_INSTRUCTION)
 BEGIN, END = "<!-- budgets: begin -->", "<!-- budgets: end -->"
 EPILOG = """\
-Example: ./voltlap image-budgets --laps 1
+Example: ./voltlap image-budgets --laps 1 --rows 20
 Exit codes: 0 within all budgets, 1 beyond one, 2 usage or input, 3 a run failed, 4 a program is missing, 5 the build
 failed, 130 interrupted"""
 
@@ -42,6 +43,7 @@ class Run:
     step_most: int = STEP_MOST_MANY_CELLS
 
 
+MATRIX = Run("24, the fault matrix", 24, 24)
 RUNS = (Run("24", 24, 24, step_most=STEP_MOST),
         Run("24, cell voltage limits", 24, 24, ("bms.cell_voltage_min_v=3.7",)),
         Run("96", 96, None, ("sensors.temperature_count=36",)),
@@ -64,6 +66,29 @@ def drive(run, laps):
         if done.returncode != 0:
             raise Refused(3, f"the run with {run.label} cells failed (exit code {done.returncode})\n{done.stdout}")
         return json.loads(out.read_text())
+
+
+def drive_faults(run, rows):
+    """What both boards say of themselves over the rows of the fault matrix, or so many drawn ones."""
+    image_build.require("qemu-system-arm", "qemu-system-arm")
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "rows.json"
+        command = [sys.executable, image_build.ROOT / "hil" / "faults.py", "--ecu", "qemu", "--count-instructions",
+                   "--image", Kind(cells=run.image_cells).image("driven_by_plant"), "--json", out]
+        for setting in METHODS:
+            command += ["--set", setting]
+        if rows:
+            command += ["--draw", rows]
+        done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, text=True,
+                              env={**os.environ, "VOLTLAP_BUILD_DIR": str(HOST)})
+        if done.returncode not in (0, 1):  # with other methods than its own a row may miss its bound
+            raise Refused(3, f"the fault matrix failed (exit code {done.returncode})\n{done.stdout}")
+        told = json.loads(out.read_text())
+    boards = [row["ecu"] for row in told["rows"]]
+    if told["same_frames"] != len(boards):
+        raise Refused(3, f"the fault matrix: other frames than in one process\n{done.stdout}")
+    return {"ecu": {"instructions_per_step": told["instructions_per_step"],
+                    "stack_used_bytes": max(board["stack_used_bytes"] for board in boards)}}
 
 
 def step_row(run, result):
@@ -118,10 +143,12 @@ def arguments():
     parser = argparse.ArgumentParser(prog="voltlap image-budgets", description=__doc__, epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--laps", type=int, metavar="N", help="of each run (default: a whole endurance)")
+    parser.add_argument("--rows", type=int, metavar="N", help="of the fault matrix, drawn (default: all)")
     parser.add_argument("--write", type=Path, metavar="FILE", help="put the table into this document")
     given = parser.parse_args()
-    if given.laps is not None and given.laps < 1:
-        parser.error(f"--laps {given.laps}: 1 or more is expected")
+    for flag, number in (("--laps", given.laps), ("--rows", given.rows)):
+        if number is not None and number < 1:
+            parser.error(f"{flag} {number}: 1 or more is expected")
     return given
 
 
@@ -136,6 +163,10 @@ def measure(given):
         result = drive(run, given.laps)
         steps.append(step_row(run, result))
         bad += broken_step(run, result)
+    print("driving the fault matrix", file=sys.stderr, flush=True)
+    faults = drive_faults(MATRIX, given.rows)
+    steps.append(step_row(MATRIX, faults))
+    bad += broken_step(MATRIX, faults)
     text = table(kinds, steps)
     print(text)
     if given.write:

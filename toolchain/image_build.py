@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 CPUS = ("cortex-m0plus", "cortex-m4", "cortex-m7")
 CELLS_MOST = 144
-EXAMPLES = ("bms_node", "master_node", "both_nodes", "driven_by_plant")
+EXAMPLES = ("bms_node", "master_node", "both_nodes", "both_nodes_slcan", "driven_by_plant")
 STEP = re.compile(r"^\[(\d+)/(\d+)\]")
 STEPS_SHOWN = 20   # where no terminal is
 FLASH_SECTIONS, RAM_SECTIONS = (".vectors", ".text", ".rodata", ".data"), (".data", ".bss")

@@ -16,7 +16,7 @@ void BothNodes::run() {
   for (Instant at = board_.clock.now();; at = at + kTick) {
     board_.clock.sleep_until(at);
     step();
-    memory_.keep(bms_);
+    if (running_.bms) memory_.keep(bms_);
     board_.watchdog.feed();
   }
 }
@@ -28,15 +28,22 @@ void BothNodes::step() {
   std::size_t count = board_.can.receive(off_bus, kInbox);
   count += cells_.take(now, off_bus + count);
 
-  bms_tx_.clear();
-  bms_.tick(now, {frames_, master_tx_.size() + count}, bms_tx_);
-  cells_.bleed(bms_.output());
-  diagnosis_.tick(now, {off_bus, count}, bms_, bms_tx_);
-  static_cast<void>(board_.can.send(bms_tx_));  // frames that are lost grow old at their receivers
-
+  if (running_.bms) step_bms(now, {frames_, master_tx_.size() + count}, {off_bus, count});
   append(bms_tx_, off_bus + count);
+  if (running_.master) step_master(now, {off_bus, count + bms_tx_.size()});
+}
+
+void BothNodes::step_bms(Instant now, FrameView rx, FrameView off_bus) {
+  bms_tx_.clear();
+  bms_.tick(now, rx, bms_tx_);
+  cells_.bleed(bms_.output());
+  diagnosis_.tick(now, off_bus, bms_, bms_tx_);
+  static_cast<void>(board_.can.send(bms_tx_));  // frames that are lost grow old at their receivers
+}
+
+void BothNodes::step_master(Instant now, FrameView rx) {
   master_tx_.clear();
-  master_.tick(now, {off_bus, count + bms_tx_.size()}, master_tx_);
+  master_.tick(now, rx, master_tx_);
   static_cast<void>(board_.can.send(master_tx_));
 }
 

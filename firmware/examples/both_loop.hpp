@@ -14,8 +14,13 @@ namespace voltlap::examples {
 
 class BothNodes {
  public:
-  BothNodes(const port::Board& board, app::BmsNode& bms, app::MasterNode& master)
-      : board_(board), bms_(bms), master_(master), memory_(board.nvm),
+  /// Of the two, those that run: on an emulated board a plant may want one alone.
+  struct Running {
+    bool bms = true, master = true;
+  };
+
+  BothNodes(const port::Board& board, app::BmsNode& bms, app::MasterNode& master, Running running = {true, true})
+      : board_(board), bms_(bms), master_(master), running_(running), memory_(board.nvm),
         cells_(board.cells, bms.config()),
         diagnosis_(board.restart) {}
 
@@ -23,10 +28,14 @@ class BothNodes {
 
  private:
   void step();
+  /// Each sends once, and hears the frames on the bus and those that the other has sent since.
+  void step_bms(Instant now, FrameView rx, FrameView off_bus);
+  void step_master(Instant now, FrameView rx);
 
   const port::Board board_;
   app::BmsNode& bms_;
   app::MasterNode& master_;
+  const Running running_;
   BmsMemory memory_;
   OwnCells cells_;
   BmsDiagnosis diagnosis_;

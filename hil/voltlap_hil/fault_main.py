@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fault matrix: every row of hil/faults.yaml is driven with plant and firmware in the loop, and measured.
 
+With --ecu qemu BMS and master controller run as images of a Cortex-M4, an emulated board each, with --ecu process as
+processes on pipes. Each row is then driven in one process, too, and fails where one frame differs.
+
 Exit codes: 0 every row passed, 1 a row failed or is a known failure, 2 usage or input, 3 a row could not be run,
 130 interrupted.
 """
@@ -21,7 +24,7 @@ from .dbc import Dbc
 from .errors import HilError, InputError, check_place, did_you_mean
 from .fault_run import PASSED, RowResult, Twins, run_row
 from .fault_table import TABLE, Row, load_table
-from .in_process import PROCESS
+from .in_process import PROCESS, EcuPlace
 from .nodes import program
 from .quantity import whole
 from .rig import Bench, Rig
@@ -66,6 +69,13 @@ def _parser() -> argparse.ArgumentParser:
                         "of the one between its marks in a file such as docs/fault_matrix.md")
     parser.add_argument("--jobs", type=partial(number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
                         help="rows at a time; one on a CAN interface (all processors)")
+    parser.add_argument("--ecu", choices=("inside", "qemu", "process"), default="inside",
+                        help="where the firmware runs; qemu: ./voltlap image builds the image (inside)")
+    parser.add_argument("--image", metavar="FILE", help="with --ecu: an ELF or a program instead of the built one")
+    parser.add_argument("--count-instructions", action="store_true",
+                        help="with --ecu qemu: the worst step of each row, in --json and at the end")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
+                        help="a number of the car, in every row that does not set it itself; may be repeated")
     parser.add_argument("--bus", metavar="IF", help="on this CAN interface, with processes for plant and ECUs, the "
                         "rows that say vcan: true; without it in one process")
     parser.add_argument("--far", metavar="IF", help="the interface behind the gateway (vcan1 with --bus vcan0)")
@@ -82,8 +92,10 @@ def _run(options: argparse.Namespace) -> int:
             check_place(path)
     if options.far and not options.bus:
         raise InputError("--far goes with --bus, expected both or none")
+    ecu = _ecu_place(options)
     if not options.list:
         program()  # its absence is told once, before anything starts
+        ecu.check()
     dbc = Dbc.of_project()
     rows = _chosen(load_table(options.table, dbc), options)
     if options.list:
@@ -91,7 +103,8 @@ def _run(options: argparse.Namespace) -> int:
         return 0
     begin = time.monotonic()
     results = [result for result in _progress(rows, _results(rows, options, dbc))]
-    done = fault_report.Matrix(rows, results, options.seed, options.bus or PROCESS, time.monotonic() - begin)
+    done = fault_report.Matrix(rows, results, options.seed, options.bus or PROCESS, time.monotonic() - begin,
+                               options.ecu)
     print(fault_report.text(done))
     if options.json:
         fault_report.write(options.json, fault_report.json_text(done))
@@ -102,6 +115,16 @@ def _run(options: argparse.Namespace) -> int:
     if any(result.error for result in results):
         return 3
     return 0 if all(result.verdict == PASSED for result in results) else 1
+
+
+def _ecu_place(options: argparse.Namespace) -> EcuPlace:
+    ecu = EcuPlace(options.ecu, options.image, options.count_instructions)
+    if ecu.outside and options.bus:
+        raise InputError("--ecu goes without --bus: there the firmware runs as processes on the interface")
+    for flag, given in (("--image", options.image), ("--count-instructions", options.count_instructions)):
+        if given and not ecu.outside:
+            raise InputError(f"{flag} goes with --ecu, expected both or none")
+    return ecu
 
 
 def _chosen(rows: list[Row], options: argparse.Namespace) -> list[Row]:
@@ -123,9 +146,12 @@ def _chosen(rows: list[Row], options: argparse.Namespace) -> list[Row]:
     return rows
 
 
-def _open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, behind: Sequence[str], **what: object) -> Rig:
+def _open_rig(options: argparse.Namespace, dbc: Dbc, ecu: EcuPlace, gateway: bool, behind: Sequence[str],
+              **what: object) -> Rig:
+    given: Sequence[str] = what.get("arguments", ())  # type: ignore[assignment]
+    what["arguments"] = [*(word for setting in options.set for word in ("--set", setting)), *given]
     if options.bus is None:
-        bench = Bench(PROCESS, PROCESS if gateway else None, behind)
+        bench = Bench(PROCESS, PROCESS if gateway else None, behind, ecu=ecu)
     else:
         far = options.far or ("vcan1" if options.bus == "vcan0" else None)
         if gateway and far is None:
@@ -134,19 +160,22 @@ def _open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, behind: Sequ
     return Rig(bench, dbc=dbc, seed=options.seed, **what)  # type: ignore[arg-type]
 
 
-_work: tuple[list[Row], Dbc, partial[Rig], Twins] | None = None  # of a worker, which was forked with it
+# Of a worker, which was forked with it.
+_work: tuple[list[Row], Dbc, partial[Rig], Twins, partial[Rig] | None] | None = None
 
 
 def _one(index: int) -> RowResult:
     assert _work is not None
-    rows, dbc, open_rig, twins = _work
-    return run_row(rows[index], dbc, open_rig, twins)
+    rows, dbc, open_rig, twins, open_inside = _work
+    return run_row(rows[index], dbc, open_rig, twins, open_inside)
 
 
 def _results(rows: list[Row], options: argparse.Namespace, dbc: Dbc) -> Iterator[RowResult]:
     global _work
-    open_rig = partial(_open_rig, options, dbc)
-    _work = (rows, dbc, open_rig, Twins(dbc, open_rig))
+    ecu = _ecu_place(options)
+    open_rig = partial(_open_rig, options, dbc, ecu)
+    open_inside = partial(_open_rig, options, dbc, EcuPlace(taped=True)) if ecu.outside else None
+    _work = (rows, dbc, open_rig, Twins(dbc, open_rig, open_inside), open_inside)
     jobs = 1 if options.bus else min(options.jobs, len(rows))
     if jobs == 1:
         yield from map(_one, range(len(rows)))

@@ -24,6 +24,7 @@ class Matrix:
     seed: int
     bus: str
     wall_s: float
+    ecu: str = "inside"
 
     def count(self, verdict: str) -> int:
         return sum(result.verdict == verdict for result in self.results)
@@ -33,7 +34,25 @@ class Matrix:
 
     @property
     def where(self) -> str:
+        if self.ecu != "inside":
+            return f"firmware on {'emulated boards' if self.ecu == 'qemu' else 'boards that are processes'}"
         return "in one process" if self.bus == PROCESS else f"as processes on {self.bus}"
+
+    @property
+    def same_frames(self) -> int:
+        """Rows whose every frame was that of the run in one process."""
+        return sum(bool(result.trace_hash) and not result.other_frame for result in self.results)
+
+    def steps(self, node: str) -> tuple[float, int, str] | None:
+        """Instructions of a step over all rows: mean, worst, and the row of that."""
+        costs = [(row.id, result.ecu["instructions_per_step"][node]) for row, result in
+                 zip(self.rows, self.results, strict=True) if result.ecu]
+        counted = [(row, cost) for row, cost in costs if cost]
+        if not counted:
+            return None
+        steps = sum(cost["steps"] for _, cost in counted)
+        worst, row = max((cost["worst"], row) for row, cost in counted)
+        return sum(cost["mean"] * cost["steps"] for _, cost in counted) / steps, worst, row
 
     @property
     def summary(self) -> str:
@@ -72,6 +91,8 @@ def cells(row: Row, result: RowResult) -> list[str]:
 def reasons(result: RowResult) -> list[str]:
     """Why a row did not pass."""
     out = [result.error] if result.error else [str(r) for r in result.results if not r.held]
+    if result.other_frame:
+        out.append(f"another frame than in one process: {result.other_frame}")
     if result.sound_car not in ("", "goes on"):
         out.append(f"the sound car {result.sound_car}")
     return out
@@ -101,6 +122,10 @@ def text(matrix: Matrix) -> str:
             lines += [f"{'':{widths[0]}}    {reason}" for reason in reasons(pair[1])]
             if pair[0].known:
                 lines.append(f"{'':{widths[0]}}    known: {pair[0].known}")
+    if matrix.ecu != "inside":
+        lines += ["", f"{matrix.same_frames} of {len(matrix.rows)} with every frame as in one process"]
+        lines += [f"instructions of a step, {node}: {found[0]:.0f} mean, {found[1]} at most ({found[2]})"
+                  for node in ("bms", "master") if (found := matrix.steps(node))]
     return "\n".join([*lines, "", f"{matrix.summary}; seed {matrix.seed}, {matrix.where}, {matrix.wall_s:.0f} s"])
 
 
@@ -112,7 +137,10 @@ def json_text(matrix: Matrix) -> str:
         rows.append({"id": row.id, "group": row.group, "what": row.what, "line": row.line, "rule": row.rule,
                      "proves": row.scenario.proves, "drive": row.situation.name, "bounds_ms": bounds(row),
                      "known": row.known, "vcan": row.vcan, **{k: v for k, v in measured.items() if k != "id"}})
-    head = {"summary": matrix.summary, "seed": matrix.seed, "bus": matrix.bus, "wall_s": round(matrix.wall_s, 1)}
+    head = {"summary": matrix.summary, "seed": matrix.seed, "bus": matrix.bus, "ecu": matrix.ecu,
+            "same_frames": matrix.same_frames, "wall_s": round(matrix.wall_s, 1),
+            "instructions_per_step": {node: dict(zip(("mean", "worst", "row"), found, strict=True))
+                                      for node in ("bms", "master") if (found := matrix.steps(node))}}
     return json.dumps({**head, "rows": rows}, indent=1) + "\n"
 
 

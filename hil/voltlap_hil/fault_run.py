@@ -3,7 +3,8 @@
 contactors were open, and what the car did.
 
 Every row that expects a reaction is also driven without its fault: what is expected must not be seen then, and the car
-must go on. So a check that holds anyway, and a limit that stops a sound car, are failures.
+must go on. Where the firmware is on boards outside of the process, each drive is driven inside as well: a frame that
+differs fails the row. So a check that holds anyway, and a limit that stops a sound car, are failures.
 """
 from __future__ import annotations
 
@@ -20,6 +21,7 @@ from .errors import HilError
 from .fault_table import Row
 from .rig import Rig
 from .scenario_file import Scenario
+from .tape import Tape
 from .trace import Trace
 
 PASSED, FAILED, KNOWN = "passed", "failed", "known"
@@ -53,29 +55,53 @@ class RowResult:
     event_ms: float = 0.0
     wall_s: float = 0.0
     error: str = ""
+    trace_hash: str = ""   # of all frames, with boards
+    other_frame: str = ""  # the first that differs from the run in one process
+    ecu: dict[str, Any] | None = None  # what boards say of themselves
     curves: dict[str, Curve] = field(default_factory=dict)
 
 
 OpenRig = Callable[..., Rig]
 
 
-def run_row(row: Row, dbc: Dbc, open_rig: OpenRig, twins: Twins) -> RowResult:
+@dataclass
+class Drive:
+    """Of a scenario: its frames, when the event was, and, with boards, their account and how they differ."""
+
+    trace: Trace
+    event_ms: float
+    tape: Tape | None
+    account: dict[str, Any] | None
+
+
+def run_row(row: Row, dbc: Dbc, open_rig: OpenRig, twins: Twins, open_inside: OpenRig | None = None) -> RowResult:
+    """`open_inside`: the same rig with the firmware in the process, where `open_rig` has boards."""
     begin = time.monotonic()
     out = RowResult(row.id, FAILED)
     try:
-        trace, out.event_ms = _drive(row.scenario, open_rig, True)
+        drive = _drive(row.scenario, open_rig, True)
+        trace, out.event_ms, out.ecu = drive.trace, drive.event_ms, drive.account
         _judge(row, dbc, trace, out)
+        if open_inside is not None and drive.tape is not None:
+            out.trace_hash = drive.tape.hash
+            out.other_frame = other_frame(drive, _drive(row.scenario, open_inside, True), dbc)
         held = all(result.held for result in out.results)
         if only_with_fault(row):
             out.sound_car = twins.verdict(row)
         elif row.goes_on_ms:
             out.sound_car = "goes on" if out.results[-1].held else "is stopped by it"
         held = held and out.sound_car in ("", "goes on")
-        out.verdict = PASSED if held else KNOWN if row.known else FAILED
+        out.verdict = FAILED if out.other_frame else PASSED if held else KNOWN if row.known else FAILED
     except HilError as error:
         out.error = str(error)
     out.wall_s = time.monotonic() - begin
     return out
+
+
+def other_frame(drive: Drive, inside: Drive, dbc: Dbc) -> str:
+    """The first frame in which boards differ from the run in one process, in words."""
+    assert drive.tape is not None and inside.tape is not None
+    return "" if drive.tape.hash == inside.tape.hash else drive.tape.first_difference(inside.tape, dbc)
 
 
 def expected(row: Row) -> list[checks.Check]:
@@ -93,7 +119,7 @@ def only_with_fault(row: Row) -> list[checks.Check]:
     return [*([row.seen] if row.seen else []), *reactions]
 
 
-def _drive(scenario: Scenario, open_rig: OpenRig, with_fault: bool) -> tuple[Trace, float]:
+def _drive(scenario: Scenario, open_rig: OpenRig, with_fault: bool) -> Drive:
     driver = {"automatic": True} if scenario.automatic else {}
     with open_rig(behind=scenario.behind, arguments=scenario.arguments, gateway=scenario.needs_gateway,
                   **driver) as rig:
@@ -104,7 +130,7 @@ def _drive(scenario: Scenario, open_rig: OpenRig, with_fault: bool) -> tuple[Tra
             step.act(rig)
         rest_ms = event_ms + scenario.observe_ms - rig.now_ms
         rig.run(f"{max(0.0, rest_ms):.3f} ms")
-        return rig.trace, event_ms
+    return Drive(rig.trace, event_ms, rig.tape, rig.ecu_account)
 
 
 def _judge(row: Row, dbc: Dbc, trace: Trace, out: RowResult) -> None:
@@ -160,8 +186,8 @@ def _curve(trace: Trace, dbc: Dbc, name: str, event_ms: float) -> list[tuple[flo
 class Twins:
     """The same drives without their fault, each once."""
 
-    def __init__(self, dbc: Dbc, open_rig: OpenRig) -> None:
-        self._dbc, self._open_rig = dbc, open_rig
+    def __init__(self, dbc: Dbc, open_rig: OpenRig, open_inside: OpenRig | None = None) -> None:
+        self._dbc, self._open_rig, self._open_inside = dbc, open_rig, open_inside
         self._drive = lru_cache(maxsize=32)(self._drive_twin)
         self._scenarios: dict[tuple[object, ...], Scenario] = {}
 
@@ -170,7 +196,9 @@ class Twins:
         key = (row.situation.name, tuple(own.arguments), own.behind, own.needs_gateway, own.observe_ms,
                row.id if row.own_meanwhile else "")
         self._scenarios.setdefault(key, own)
-        trace, event_ms = self._drive(key)
+        trace, event_ms, other = self._drive(key)
+        if other:
+            return f"sends another frame than in one process: {other}"
         seen = [c.title for c in only_with_fault(row) if c.measure(trace, event_ms).held]
         if seen:
             return f"shows it without the fault: {', '.join(seen)}"
@@ -178,5 +206,9 @@ class Twins:
         lasted = checks.settled("sound", sound, own.observe_ms).measure(trace, event_ms)
         return "goes on" if lasted.measured is not None else f"does not keep to '{sound.text}'"
 
-    def _drive_twin(self, key: tuple[object, ...]) -> tuple[Trace, float]:
-        return _drive(self._scenarios[key], self._open_rig, False)
+    def _drive_twin(self, key: tuple[object, ...]) -> tuple[Trace, float, str]:
+        drive = _drive(self._scenarios[key], self._open_rig, False)
+        other = ""
+        if self._open_inside is not None:
+            other = other_frame(drive, _drive(self._scenarios[key], self._open_inside, False), self._dbc)
+        return drive.trace, drive.event_ms, other

@@ -6,18 +6,23 @@ plant and gateway on one CAN interface and the ECUs behind it on another; a test
 """
 from __future__ import annotations
 
+import json
 import struct
 import subprocess
 import tempfile
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from .dbc import Dbc, Value
-from .errors import HilError
+from .errors import HilError, InputError
 from .faults import Fault, Gateway
 from .frame import Frame, is_lockstep
 from .lockstep import MEMBERS
 from .nodes import ECUS, program
 from .quantity import TICK_MS
+from .tape import Tape
 
 PROCESS = "process"  # the name of this kind of bench, where others are named by their CAN interface
 _HEAD, _RECORD, _MARK = struct.Struct("<II"), struct.Struct("<IBBH8s"), struct.Struct("<IHBx")
@@ -28,11 +33,46 @@ _GATEWAY_FLAG = 1
 _END_S = 5.0
 
 
+@dataclass(frozen=True)
+class EcuPlace:
+    """Where the firmware of the process runs: inside of it, or on a board each ("qemu": emulated, "process").
+
+    image   the firmware for it, None for the one that the project builds
+    count   count the instructions of each step
+    taped   keep the frames of a run inside, for a comparison; those of boards are kept always
+    """
+
+    where: str = "inside"
+    image: str | None = None
+    count: bool = False
+    taped: bool = False
+
+    @property
+    def outside(self) -> bool:
+        return self.where != "inside"
+
+    def flags(self) -> list[str]:
+        image = ["--image", self.image] if self.image else []
+        return ["--ecu", self.where, *image, *(["--count-instructions"] if self.count else [])]
+
+    def check(self) -> None:
+        """InputError for what is not built or installed: a run that ends before its first tick."""
+        done = subprocess.run([str(program()), "rig", *self.flags()], stdin=subprocess.DEVNULL, capture_output=True,
+                              text=True)
+        if done.returncode != 0:
+            raise InputError(done.stderr.strip().removeprefix("voltlap: ") or f"exit code {done.returncode}")
+
+
 class CarProcess:
-    """`behind`: the ECUs behind the gateway, None for a run without one."""
+    """`behind`: the ECUs behind the gateway, None for a run without one. `tape` takes every frame that was sent.
+
+    After close() `ecu_account` is what boards outside of the process said of themselves.
+    """
 
     def __init__(self, dbc: Dbc, listen_to: Iterable[int] | None, behind: Sequence[str] | None,
-                 arguments: Sequence[str] = (), seed: int = 1) -> None:
+                 arguments: Sequence[str] = (), seed: int = 1, ecu: EcuPlace = EcuPlace()) -> None:
+        self.tape: Tape | None = Tape() if ecu.outside or ecu.taped else None
+        self.ecu_account: dict[str, Any] | None = None
         self._dbc, self._ids = dbc, None if listen_to is None else frozenset(listen_to)
         self._gateway = None if behind is None else Gateway(dbc, seed)
         self._side = [_FAR if name in (behind or ()) else _NEAR for name in _SENDERS]
@@ -40,6 +80,9 @@ class CarProcess:
         self._pending: list[Frame] = []
         self.tick = -1
         self._said = tempfile.TemporaryFile()
+        self._folder = tempfile.TemporaryDirectory(prefix="voltlap-hil-") if ecu.outside else None
+        if self._folder:
+            arguments = [*ecu.flags(), "--json", str(self._account_file()), *arguments]
         self._process = subprocess.Popen([str(program()), "rig", *arguments], stdin=subprocess.PIPE,
                                          stdout=subprocess.PIPE, stderr=self._said)
         assert self._process.stdin and self._process.stdout
@@ -116,6 +159,13 @@ class CarProcess:
             self._process.kill()
             self._process.wait()
         self._said.close()
+        if self._folder and self.ecu_account is None and self._account_file().exists():
+            self.ecu_account = json.loads(self._account_file().read_text())
+            self._folder.cleanup()
+
+    def _account_file(self) -> Path:
+        assert self._folder
+        return Path(self._folder.name) / "ecu.json"
 
     # The gateway
 
@@ -145,9 +195,12 @@ class CarProcess:
 
     def _read(self, every: bool = False) -> list[tuple[Frame, int]]:
         count, _ = _HEAD.unpack(self._read_bytes(_HEAD.size))
+        records = self._read_bytes(count * _RECORD.size)
+        if self.tape is not None:
+            self.tape.add(self.tick, records)
         now, ids = self.now_ms, None if every else self._ids
         return [(Frame(can_id, data[:dlc], now), who)
-                for can_id, dlc, who, _, data in _RECORD.iter_unpack(self._read_bytes(count * _RECORD.size))
+                for can_id, dlc, who, _, data in _RECORD.iter_unpack(records)
                 if ids is None or can_id in ids]
 
     def _read_bytes(self, count: int) -> bytes:

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from .condition import Condition
 from .dbc import Dbc, Value
@@ -22,7 +23,7 @@ from .errors import HilError, InputError, did_you_mean
 from .faults import Fault
 from .frame import Frame
 from .gateway import GatewayProcess
-from .in_process import PROCESS, CarProcess
+from .in_process import PROCESS, CarProcess, EcuPlace
 from .lockstep import MEMBERS, BusClock, Clock, LockstepClock, ask_on_terminal
 from .nodes import ECUS, Nodes
 from .odometer import NEEDS as ODOMETER_NEEDS
@@ -30,6 +31,7 @@ from .odometer import Odometer
 from .quantity import TICK_MS, duration_ms
 from .record import Recorder
 from .signals import Signals
+from .tape import Tape
 from .trace import Trace
 
 STAGES = ("low_voltage", "tractive_system", "ready_to_drive", "automatic")
@@ -47,6 +49,7 @@ class Bench:
     behind      the ECUs behind the gateway
     start       False: the nodes run already, or the bus is a real one; then conditions use the bus's time
     interface   python-can's name of the kind of bus, for a run whose nodes are not started
+    ecu         where the firmware runs when it is all one process
     operator    is told what a person has to do at a real car
     """
 
@@ -55,6 +58,7 @@ class Bench:
     behind: Sequence[str] = ECUS
     start: bool = True
     interface: str = "socketcan"
+    ecu: EcuPlace = EcuPlace()
     operator: Callable[[str], None] = ask_on_terminal
 
     def __post_init__(self) -> None:
@@ -134,7 +138,7 @@ class Rig:
 
     def _open_process(self, ids: list[int] | None, arguments: Sequence[str]) -> CarProcess:
         behind = self.bench.behind if self.bench.far else None
-        car = CarProcess(self.dbc, ids, behind, [*self._driver_flags(), *arguments], self._seed)
+        car = CarProcess(self.dbc, ids, behind, [*self._driver_flags(), *arguments], self._seed, self.bench.ecu)
         self._closers.append(car.close)
         self._lockstep = car
         self._gateway = car if behind is not None else None
@@ -173,6 +177,16 @@ class Rig:
             close()
         self._closers.clear()
         self._lockstep = None
+
+    # What boards in other programs leave behind, after close().
+
+    @property
+    def tape(self) -> Tape | None:
+        return self.clock.tape if isinstance(self.clock, CarProcess) else None
+
+    @property
+    def ecu_account(self) -> dict[str, Any] | None:
+        return self.clock.ecu_account if isinstance(self.clock, CarProcess) else None
 
     # Time
 

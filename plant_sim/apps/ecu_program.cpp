@@ -2,64 +2,11 @@
 #include "apps/ecu_program.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <optional>
-#include <thread>
-
-#include "apps/flag_checks.hpp"
-#include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
-#include "core/errors.hpp"
-#include "port/source_numbers.hpp"
 
 namespace voltlap::plant {
 namespace {
-
-namespace fs = std::filesystem;
-
-constexpr const char* kEmulator = "qemu-system-arm";
-constexpr const char* kBoard = "mps2-an386";
-constexpr const char* kFromPlant = "/dev/fd/3";
-constexpr const char* kToPlant = "/dev/fd/4";
-constexpr std::chrono::milliseconds kEndWithin{2000}, kLook{5};
-
-std::string on_path(const std::string& name) {
-  const char* path = std::getenv("PATH");
-  std::string_view rest = path == nullptr ? "" : path;
-  while (!rest.empty()) {
-    const std::size_t colon = std::min(rest.find(':'), rest.size());
-    const fs::path found = fs::path(rest.substr(0, colon)) / name;
-    if (::access(found.c_str(), X_OK) == 0) return found.string();
-    rest.remove_prefix(std::min(colon + 1, rest.size()));
-  }
-  throw InputError("--ecu qemu", fmt::format("no {} on the PATH", kEmulator), "QEMU for ARM, 7.2 or later",
-                   "Install it (Debian: apt-get install qemu-system-arm)");
-}
-
-std::string default_image(const std::string& where) {
-  if (where == "qemu") return VOLTLAP_PROJECT_FOLDER "/build/cortex-m4/images/driven_by_plant.elf";
-  return (fs::read_symlink("/proc/self/exe").parent_path() / "voltlap-firmware").string();
-}
-
-std::string image_of(const EcuOptions& options) {
-  const bool named = !options.image.empty();
-  const std::string image = named ? options.image : default_image(options.where);
-  if (fs::is_regular_file(image)) return image;
-  const char* remedy = named ? "Check the name"
-                       : options.where == "qemu"
-                           ? "Build it: ./voltlap image"
-                           : "Build it: ./voltlap endurance does, by hand it is the target voltlap-firmware";
-  throw InputError(named ? "--image" : "--ecu " + options.where, "no file " + image, "the firmware, built", remedy);
-}
-
-template <class Config>
-std::span<const std::byte> bytes_of(const Config& config) {
-  static_assert(std::is_trivially_copyable_v<Config>);
-  return std::as_bytes(std::span(&config, 1));
-}
 
 std::string cost_text(const char* node, const StepCosts& costs) {
   if (costs.steps == 0) return "";
@@ -69,135 +16,24 @@ std::string cost_text(const char* node, const StepCosts& costs) {
 
 }  // namespace
 
-CLI::Option* EcuOptions::add(CLI::App& command) {
-  CLI::Option* ecu =
-      command
-          .add_option("--ecu", where,
-                      "Where the firmware runs. inside: in this process; qemu: the image of a Cortex-M4 in QEMU; "
-                      "process: a process on a pipe. The frames are the same")
-          ->check(one_of({"inside", "qemu", "process"}))
-          ->capture_default_str();
-  command.add_option("--image", image, "With --ecu qemu an ELF, with --ecu process a program; default: the built one")
-      ->type_name("FILE")
-      ->needs(ecu);
-  command
-      .add_flag("--count-instructions", count_instructions,
-                "With --ecu qemu: count what every step of the firmware takes")
-      ->needs(ecu);
-  return ecu;
-}
-
 EcuProgram::EcuProgram(const EcuOptions& options, const bms::Config& bms, const master::Config& master)
-    : options_(options), image_is_named_(!options.image.empty()), inside_(bms, master) {
-  if (options_.count_instructions && options_.where != "qemu") {
-    throw InputError("--count-instructions", "--ecu " + options_.where, "--ecu qemu",
-                     "Instructions of a microcontroller are counted where one is emulated");
-  }
-  options_.image = image_of(options_);
-  ChildProgram start = program();
-  start.files = {to_ecu_.read_end(), from_ecu_.write_end()};
-  child_ = std::make_unique<ChildProcess>(options_.where, start);
-  to_ecu_.close_read_end();
-  from_ecu_.close_write_end();
-  bus_ = std::make_unique<StreamBus>(StreamOptions{.to_ecu = to_ecu_.write_end(),
-                                                   .from_ecu = from_ecu_.read_end(),
-                                                   .interrupted = interrupted,
-                                                   .what_became_of_it = [this] { return what_became_of_it(); },
-                                                   .inside = &inside_});
-  try {
-    const port::Greeting& greeting = bus_->await_greeting();
-    check_greeting(greeting, bms);
-    own_config_ = greeting.bms_config_bytes == 0;
-    other_sources_ = greeting.node_sources != port::kNodeSources;
-    if (!own_config_) bus_->configure(bytes_of(bms), bytes_of(master), port::kConfigLayout);
-  } catch (const BusFailure& error) {
-    throw InputError("--ecu " + options_.where, fmt::format("{} that does not start: {}", options_.image, error.what()),
-                     options_.where == "qemu" ? "an image of this firmware for the board mps2-an386"
-                                              : "a program of this firmware",
-                     "Build it again: ./voltlap image");
-  }
-}
-
-ChildProgram EcuProgram::program() const {
-  if (options_.where == "process") return {options_.image, {}};
-  ChildProgram out{on_path(kEmulator),
-                   {"-M", kBoard, "-display", "none", "-monitor", "none", "-serial", "none", "-parallel", "none",
-                    "-no-reboot", "-semihosting-config",
-                    fmt::format("enable=on,target=native,arg=image,arg={},arg={}{}", kFromPlant, kToPlant,
-                                options_.count_instructions ? ",arg=count" : ""),
-                    "-kernel", options_.image}};
-  if (options_.count_instructions) {
-    out.arguments.insert(out.arguments.end(), {"-icount", "shift=0,sleep=off"});
-  }
-  return out;
-}
-
-void EcuProgram::check_greeting(const port::Greeting& greeting, const bms::Config& bms) const {
-  const std::string place = "image " + options_.image;
-  if (greeting.has_bms != 0 && bms.cells_in_series > greeting.cells_max) {
-    throw InputError(place, fmt::format("memory for {} cells", greeting.cells_max),
-                     fmt::format("the {} of the car", bms.cells_in_series),
-                     fmt::format("Build one: ./voltlap image --cells {}", bms.cells_in_series));
-  }
-  if (greeting.node_sources != port::kNodeSources && !image_is_named_) {
-    throw InputError(place, fmt::format("firmware of the sources {:08x}", greeting.node_sources),
-                     fmt::format("that of {:08x}, as in this program", port::kNodeSources),
-                     options_.where == "qemu" ? "Build it again: ./voltlap image"
-                                              : "Build the target voltlap-firmware");
-  }
-  if (greeting.bms_config_bytes == 0) return;
-  const bool fits = greeting.config_layout == port::kConfigLayout && greeting.bms_config_bytes == sizeof(bms::Config) &&
-                    greeting.master_config_bytes == sizeof(master::Config);
-  if (!fits) {
-    throw InputError(place,
-                     fmt::format("a configuration of {} and {} bytes, layout {:08x}", greeting.bms_config_bytes,
-                                 greeting.master_config_bytes, greeting.config_layout),
-                     fmt::format("one of {} and {} bytes, layout {:08x}, as this program has it", sizeof(bms::Config),
-                                 sizeof(master::Config), port::kConfigLayout),
-                     "It is of other sources than this program: build both again (./voltlap image)");
-  }
-  if (bms.temperature_sensors > greeting.temperatures_max) {
-    throw InputError(place, fmt::format("memory for {} thermistors", greeting.temperatures_max),
-                     fmt::format("the {} of the car", bms.temperature_sensors),
-                     "Build one with more: ./voltlap image --cells N makes room for as many thermistors as cells");
-  }
-}
-
-void EcuProgram::end() {
-  try {
-    bus_->stop();
-  } catch (const BusFailure& error) {
-    throw InputError("--ecu " + options_.where, error.what(), "an end when the run is over",
-                     "The result stands; see what the program printed");
-  }
-  for (auto waited = std::chrono::milliseconds(0); waited < kEndWithin; waited += kLook) {
-    if (child_->has_just_ended()) return;
-    std::this_thread::sleep_for(kLook);
-  }
-}
-
-std::string EcuProgram::what_became_of_it() {
-  for (auto waited = std::chrono::milliseconds(0); waited < kEndWithin; waited += kLook) {
-    if (child_->has_just_ended()) {
-      return fmt::format("({}, process {}) {}", child_->name(), child_->pid(), child_->end_text());
-    }
-    std::this_thread::sleep_for(kLook);
-  }
-  return fmt::format("({}, process {}) has closed its stream", child_->name(), child_->pid());
+    : inside_(bms, master), board_(options, bms, master), bus_(board_.stream(), inside_) {
+  board_.meet();
 }
 
 EcuResult EcuProgram::result() const {
-  return {.where = options_.where, .image = fs::path(options_.image).filename().string(), .board = bus_->account()};
+  return {.where = board_.options().where, .image = board_.image(), .board = board_.stream().account()};
 }
 
 std::string EcuProgram::summary() const {
-  const std::string file = fs::path(options_.image).filename().string();
-  const BoardAccount& a = bus_->account();
-  std::string out = options_.where == "qemu"
-                        ? fmt::format("  firmware: {} on an emulated Cortex-M4 ({})", file, kBoard)
-                        : fmt::format("  firmware: {} as a process of its own", file);
-  out += own_config_ ? ", with the configuration it was built with\n" : "\n";
-  if (other_sources_) out += "  note: the image is of other firmware than this program's: other frames are no defect\n";
+  const BoardAccount& a = board_.stream().account();
+  std::string out = board_.options().where == "qemu"
+                        ? fmt::format("  firmware: {} on an emulated Cortex-M4 (mps2-an386)", board_.image())
+                        : fmt::format("  firmware: {} as a process of its own", board_.image());
+  out += board_.own_config() ? ", with the configuration it was built with\n" : "\n";
+  if (board_.other_sources()) {
+    out += "  note: the image is of other firmware than this program's: other frames are no defect\n";
+  }
   if (a.stack_size > 0) out += fmt::format("  stack: at most {} of {} bytes\n", a.stack_used, a.stack_size);
   return out + cost_text("BMS", a.bms) + cost_text("master", a.master);
 }

@@ -185,7 +185,7 @@ int EnduranceRun::drive(const DataFolder& data, const EnduranceOptions& chosen, 
     return exit_code_of_interrupt();
   }
 
-  if (ecu != nullptr && !ecu->bus().failed()) ecu->end();
+  if (ecu != nullptr && !ecu->failed()) ecu->end();
 
   std::optional<std::vector<LimitCost>> costs;
   if (socket == nullptr && (limit_costs_ || recorder.report)) costs = costs_of(data, chosen, result);

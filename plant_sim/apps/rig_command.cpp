@@ -11,10 +11,10 @@
 #include "apps/firmware_config.hpp"
 #include "apps/flag_checks.hpp"
 #include "apps/run_recorder.hpp"
+#include "apps/supplied_boards.hpp"
 #include "apps/supplied_loop.hpp"
 #include "core/errors.hpp"
-#include "io/bus/harness_bus.hpp"
-#include "race/endurance.hpp"
+#include "io/atomic_file.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -46,10 +46,14 @@ RigCommand::RigCommand(CLI::App& app)
   command_->add_option("--seed", seed_, "Seed of everything random; the same seed gives the same run")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
+  ecu_.add(*command_);
+  command_->add_option("--json", json_, "With --ecu qemu or process: what the boards say of themselves at the end")
+      ->type_name("FILE");
   command_->footer(
       "Standard input and output carry batches of frames: plant_sim/io/bus/harness_bus.hpp has their form. A harness "
       "takes\n"
       "over pedals, plants faults, resets a control unit and ends the run with the frames of can_dbc/lockstep.dbc.\n"
+      "With --ecu qemu or process BMS and master controller have a board each; a reset is one of its processor.\n"
       "It is what `voltlap faults` and `voltlap hil run --channel process` start; a person has no use for it.\n"
       "Exit code: 0 the harness ended the run, 2 usage, or standard input is a terminal, 3 the run failed.");
 }
@@ -72,9 +76,28 @@ int RigCommand::run(const DataFolder& data) {
   options.keep_going = true;
   const master::Config master = master_config(options.vehicle, loaded.origin);
   options.pedal_sensors = pedal_sensors(master);
-  SuppliedLoop ecus(bms_config(options.vehicle, loaded.origin), master);
+  const bms::Config bms = bms_config(options.vehicle, loaded.origin);
   catch_interrupt();
   std::signal(SIGPIPE, SIG_IGN);  // a harness that has died is a failed run, and said
+  if (!ecu_.outside()) {
+    if (!json_.empty()) throw InputError("--json", "--ecu inside", "--ecu qemu or process", "Name one of them");
+    SuppliedLoop ecus(bms, master);
+    return drive(options, ecus);
+  }
+  SuppliedBoards boards(ecu_, bms, master);
+  const int code = drive(options, boards);
+  if (code != kExitOk) return code;
+  boards.end();
+  if (!json_.empty()) {
+    AtomicFile json(json_);
+    json.write(ecu_result_json(boards.result()));
+    json.complete();
+    json.commit();
+  }
+  return code;
+}
+
+int RigCommand::drive(const EnduranceOptions& options, SuppliedEcus& ecus) const {
   HarnessBus bus(ecus, STDIN_FILENO, STDOUT_FILENO);
   Unwatched observer;
   const EnduranceResult result = run_endurance(options, bus, observer);

@@ -8,12 +8,6 @@ namespace voltlap::plant {
 SuppliedLoop::SuppliedLoop(const bms::Config& bms, const master::Config& master)
     : bms_config_(bms), master_config_(master) {}
 
-bool SuppliedLoop::Supply::on(Instant now) {
-  if (dead || (back && now - *back < Duration{})) return false;
-  back.reset();
-  return true;
-}
-
 void SuppliedLoop::bms(Instant now, FrameView rx, TxQueue& tx) {
   if (!bms_supply_.on(now)) return;
   if (bms_supply_.fresh) start_bms();
@@ -48,9 +42,7 @@ void SuppliedLoop::master(Instant now, FrameView rx, TxQueue& tx) {
 void SuppliedLoop::lose(Sender node) { (node == Sender::kBms ? bms_supply_ : master_supply_).dead = true; }
 
 void SuppliedLoop::reset(Sender node, Instant now, Duration off) {
-  Supply& supply = node == Sender::kBms ? bms_supply_ : master_supply_;
-  supply.fresh = true;
-  supply.back = now + off;
+  (node == Sender::kBms ? bms_supply_ : master_supply_).fail(now, off);
 }
 
 }  // namespace voltlap::plant

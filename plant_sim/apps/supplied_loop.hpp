@@ -7,6 +7,7 @@
 #include "app/soc_keeper.hpp"
 #include "app/trip_keeper.hpp"
 #include "apps/firmware_loop.hpp"
+#include "apps/supply.hpp"
 #include "io/bus/harness_bus.hpp"
 
 namespace voltlap::plant {
@@ -21,13 +22,6 @@ class SuppliedLoop final : public SuppliedEcus {
   void reset(Sender node, Instant now, Duration off) override;
 
  private:
-  /// A node's supply: dead for good, or off until then.
-  struct Supply {
-    bool dead = false, fresh = true;
-    std::optional<Instant> back{};
-    [[nodiscard]] bool on(Instant now);
-  };
-
   void start_bms();
   void keep();
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // BMS and master controller for any car of the plant, which hands them their configurations when it starts them:
-// what `voltlap endurance --ecu qemu` and `--ecu process` run. Only for boards in lockstep.
+// what `--ecu qemu` and `--ecu process` of `voltlap endurance` and `voltlap faults` run. Only for boards in lockstep.
 #include "examples/both_loop.hpp"
 #include "port/lockstep/lockstep_board.hpp"
 
@@ -13,6 +13,7 @@ int main() {
   lockstep.plant.greet(&bms_config, sizeof bms_config, &master_config, sizeof master_config, bms::kMaxTemperatures);
   static app::BmsNode bms(bms_config);
   static app::MasterNode master(master_config);
-  static examples::BothNodes nodes(lockstep.board, bms, master);
+  static examples::BothNodes nodes(lockstep.board, bms, master,
+                                   {lockstep.plant.runs_bms(), lockstep.plant.runs_master()});
   nodes.run();
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The firmware as a process of its own in lockstep with a plant: file descriptor 3 comes from it, 4 goes to it, as
-// `voltlap endurance --ecu process` opens them.
+// `voltlap endurance --ecu process` opens them. A reset of the board is this program started anew in its process; what
+// outlives it lies in a file without a name, at 5.
+#include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,7 +16,7 @@
 namespace voltlap::port {
 namespace {
 
-constexpr int kFromPlant = 3, kToPlant = 4;
+constexpr int kFromPlant = 3, kToPlant = 4, kMemory = 5;
 constexpr int kExitUsage = 2, kExitPlantGone = 3, kExitDefect = 70;
 
 class PipeRig final : public Rig {
@@ -39,6 +42,11 @@ class PipeRig final : public Rig {
   [[nodiscard]] std::uint32_t instructions() const override { return 0; }
   [[nodiscard]] std::uint32_t stack_used() const override { return 0; }
   [[nodiscard]] std::uint32_t stack_size() const override { return 0; }
+  [[noreturn]] void restart() override {
+    ::execl("/proc/self/exe", "voltlap-firmware", static_cast<char*>(nullptr));
+    std::fputs("voltlap-firmware: a reset of the board failed: this program cannot be started anew\n", stderr);
+    std::_Exit(kExitDefect);
+  }
   [[noreturn]] void end(bool good) override { std::_Exit(good ? 0 : kExitPlantGone); }
 
  private:
@@ -51,11 +59,26 @@ class PipeRig final : public Rig {
   }
 };
 
+/// That of before a reset, or a new one.
+RamNvm::Memory& lasting_memory() {
+  struct stat known{};
+  const bool is_there = ::fstat(kMemory, &known) == 0 && known.st_size == sizeof(RamNvm::Memory);
+  if (!is_there) {
+    const int file = ::memfd_create("memory of the board", 0);
+    const bool made = file >= 0 && ::ftruncate(file, sizeof(RamNvm::Memory)) == 0 && ::dup2(file, kMemory) == kMemory;
+    VOLTLAP_REQUIRE(made);
+    if (file != kMemory) ::close(file);
+  }
+  void* at = ::mmap(nullptr, sizeof(RamNvm::Memory), PROT_READ | PROT_WRITE, MAP_SHARED, kMemory, 0);
+  VOLTLAP_REQUIRE(at != MAP_FAILED);
+  return *static_cast<RamNvm::Memory*>(at);
+}
+
 }  // namespace
 
 LockstepBoard start_lockstep_board() {
-  static std::uint8_t nvm_bytes[RamNvm::kBytes];
-  return board_around<PipeRig>(nvm_bytes);
+  static PipeRig rig;
+  return board_around(rig, lasting_memory());
 }
 
 }  // namespace voltlap::port

@@ -2,7 +2,7 @@
 // How image and plant meet on a stream, before the first frame:
 //
 //   image   Greeting          who it is, and whether it waits for a configuration
-//   plant   Configuration     head, bms::Config, master::Config, only if it does
+//   plant   Configuration     head, bms::Config, master::Config, only if it does; the head says which of its nodes run
 //   image   READY of its nodes, then frames: see lockstep_port.hpp
 //
 // The configurations go as they lie in memory, so both sides must lay them out alike: sizes and the number
@@ -13,8 +13,8 @@
 
 namespace voltlap::port {
 
-inline constexpr std::uint32_t kGreetingMark = 0x4748'4C56;       ///< "VLHG"
-inline constexpr std::uint32_t kConfigurationMark = 0x4346'4C56;  ///< "VLFC"
+inline constexpr std::uint32_t kGreetingMark = 0x3248'4C56;       ///< "VLH2"
+inline constexpr std::uint32_t kConfigurationMark = 0x3246'4C56;  ///< "VLF2"
 
 struct Greeting {
   std::uint32_t mark = kGreetingMark;
@@ -30,7 +30,9 @@ struct ConfigurationHead {
   std::uint32_t mark = kConfigurationMark;
   std::uint32_t config_layout = 0;
   std::uint32_t bms_config_bytes = 0, master_config_bytes = 0;
+  std::uint8_t runs_bms = 1, runs_master = 1;  ///< of the nodes of the image; one of them at least
+  std::uint8_t reserved[2] = {};
 };
-static_assert(sizeof(ConfigurationHead) == 16, "no padding");
+static_assert(sizeof(ConfigurationHead) == 20, "no padding");
 
 }  // namespace voltlap::port

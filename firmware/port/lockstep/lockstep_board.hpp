@@ -18,12 +18,10 @@ struct LockstepBoard {
 [[nodiscard]] LockstepBoard start_lockstep_board();
 
 /// All of a board in lockstep around the rig that reaches its plant. Once.
-template <class Stream>
-LockstepBoard board_around(std::uint8_t (&nvm_bytes)[RamNvm::kBytes]) {
-  static Stream rig;
+inline LockstepBoard board_around(Rig& rig, RamNvm::Memory& memory) {
   static LockstepPort plant(rig, kImageInfo);
   static NoPins pins;
-  static RamNvm nvm(nvm_bytes);
+  static RamNvm nvm(memory);
   static SimulatedWatchdog watchdog(plant, rig);
   return {{plant, plant, pins, nvm, watchdog}, plant};
 }

@@ -27,7 +27,9 @@ void LockstepPort::greet(void* bms, std::size_t bms_bytes, void* master, std::si
   read_whole(&head, sizeof head);
   const bool fits = head.mark == kConfigurationMark && head.config_layout == image_.config_layout &&
                     head.bms_config_bytes == bms_bytes && head.master_config_bytes == master_bytes;
-  if (!fits) rig_.end(false);
+  runs_bms_ = image_.has_bms && head.runs_bms != 0;
+  runs_master_ = image_.has_master && head.runs_master != 0;
+  if (!fits || (!runs_bms_ && !runs_master_)) rig_.end(false);
   read_whole(bms, bms_bytes);
   read_whole(master, master_bytes);
 }
@@ -35,7 +37,7 @@ void LockstepPort::greet(void* bms, std::size_t bms_bytes, void* master, std::si
 void LockstepPort::sleep_until(Instant /*at*/) {
   VOLTLAP_REQUIRE(greeted_);
   if (!started_) announce();
-  const std::uint8_t nodes = static_cast<std::uint8_t>((image_.has_bms ? 1 : 0) + (image_.has_master ? 1 : 0));
+  const std::uint8_t nodes = static_cast<std::uint8_t>((runs_bms_ ? 1 : 0) + (runs_master_ ? 1 : 0));
   VOLTLAP_REQUIRE(!started_ || turns_ == nodes);  // every node sends once a tick, an empty queue if need be
   flush();
   take_batch();
@@ -74,8 +76,8 @@ bool LockstepPort::send(const TxQueue& frames) {
 }
 
 can::Member LockstepPort::member_of_turn() const {
-  VOLTLAP_REQUIRE(turns_ < 2 && (image_.has_bms || image_.has_master));
-  return turns_ == 0 && image_.has_bms ? can::Member::kBms : can::Member::kMaster;
+  VOLTLAP_REQUIRE(turns_ < 2 && (runs_bms_ || runs_master_));
+  return turns_ == 0 && runs_bms_ ? can::Member::kBms : can::Member::kMaster;
 }
 
 void LockstepPort::announce() {
@@ -84,11 +86,11 @@ void LockstepPort::announce() {
   bms.member = can::Member::kBms;
   can::ReadyMaster master;
   master.member = can::Member::kMaster;
-  if (image_.has_bms) {
+  if (runs_bms_) {
     encode(bms, frame);
     put(frame);
   }
-  if (image_.has_master) {
+  if (runs_master_) {
     encode(master, frame);
     put(frame);
   }
@@ -115,6 +117,7 @@ void LockstepPort::take_batch() {
     if (!frame_from_bytes(raw_ + raw_taken_, frame)) rig_.end(false);
     raw_taken_ += kFrameBytes;
     if (take_sync(frame)) return;
+    obey_reset(frame);
     if (in_count_ < kFramesInMax) in_[in_count_++] = frame;
   }
 }
@@ -129,6 +132,12 @@ bool LockstepPort::take_sync(const Frame& frame) {
   tick_ = sync.tick;
   now_ = Instant::from_ms(static_cast<std::uint32_t>(sync.tick * can::kTickMs));
   return true;
+}
+
+/// The loss of the supply comes between two ticks, when the image waits and every byte before it has been taken.
+void LockstepPort::obey_reset(const Frame& frame) {
+  can::MemberReset reset;
+  if (decode(frame, reset)) rig_.restart();
 }
 
 void LockstepPort::report_stack() {

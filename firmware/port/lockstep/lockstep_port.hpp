@@ -4,6 +4,8 @@
 //   plant   its frames, Sync
 //   board   frames of the BMS, DoneBms, frames of the master, DoneMaster    (of the nodes that it has)
 //
+// In the place of a tick's batch the plant may send MemberReset: the board starts anew and greets again.
+//
 // One read and one write a tick. A node's loop is that of every other board: sleep_until(), receive(), send() once.
 #pragma once
 #include <cstddef>
@@ -24,13 +26,21 @@ class LockstepPort final : public Can, public Clock {
   /// Of the plant and, where the board has one node alone, of the other.
   static constexpr std::size_t kFramesInMax = 2 * TxQueue::kCapacity;
 
-  LockstepPort(Rig& rig, const ImageInfo& image) : rig_(rig), image_(image) {}
+  LockstepPort(Rig& rig, const ImageInfo& image)
+      : rig_(rig), image_(image), runs_bms_(image.has_bms), runs_master_(image.has_master) {}
   LockstepPort(const LockstepPort&) = delete;
   LockstepPort& operator=(const LockstepPort&) = delete;
 
   /// Greets the plant. `bms` and `master` null: the image has its own configuration. Else they are filled with what
   /// the plant sends; an image that is handed another layout ends.
   void greet(void* bms, std::size_t bms_bytes, void* master, std::size_t master_bytes, std::size_t temperatures_max);
+
+  /// In the place of greet(), for a board on a bus that all members of a lockstep share: READY is all they say.
+  void join() { greeted_ = true; }
+
+  /// The nodes that this board steps: those of the image, unless the plant wants one of them alone.
+  [[nodiscard]] bool runs_bms() const { return runs_bms_; }
+  [[nodiscard]] bool runs_master() const { return runs_master_; }
 
   [[nodiscard]] Instant now() const override { return now_; }
   /// Sends what the nodes did in the tick before, and takes the next one. Ends the run when the plant does.
@@ -49,6 +59,7 @@ class LockstepPort final : public Can, public Clock {
   void flush();
   void take_batch();
   bool take_sync(const Frame& frame);
+  void obey_reset(const Frame& frame);
   void fill_to(std::size_t bytes);
   void read_whole(void* to, std::size_t count);
   void report_stack();
@@ -56,6 +67,7 @@ class LockstepPort final : public Can, public Clock {
 
   Rig& rig_;
   const ImageInfo& image_;
+  bool runs_bms_, runs_master_;
   Instant now_{};
   std::uint32_t tick_ = 0;
   bool greeted_ = false, started_ = false;

@@ -20,6 +20,8 @@ class Rig {
   /// Deepest use of the stack so far, and how much there is [byte]; 0 where it is not known.
   [[nodiscard]] virtual std::uint32_t stack_used() const = 0;
   [[nodiscard]] virtual std::uint32_t stack_size() const = 0;
+  /// The processor is reset: the image begins anew, and of its memory only what outlives the supply is kept.
+  [[noreturn]] virtual void restart() = 0;
   /// The run is over, or cannot go on: never returns.
   [[noreturn]] virtual void end(bool good) = 0;
 

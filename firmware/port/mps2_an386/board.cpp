@@ -10,14 +10,13 @@
 
 #include "port/cortex_m/stack.hpp"
 #include "port/lockstep/lockstep_board.hpp"
+#include "port/mps2_an386/reset.hpp"
 #include "port/mps2_an386/semihosting.hpp"
-
-extern "C" [[noreturn]] void board_fault(std::uint32_t number);
 
 namespace voltlap::port {
 namespace {
 
-constexpr std::uint32_t kExitGood = 0, kExitUsage = 2, kExitPlantGone = 3, kExitDefect = 70;
+constexpr std::uint32_t kExitGood = 0, kExitUsage = 2, kExitPlantGone = 3;
 constexpr std::uint32_t kReadBinary = 1, kWriteBinary = 5;
 constexpr std::uint32_t kNone = 0xFFFF'FFFFU;
 
@@ -85,6 +84,7 @@ class SemihostingRig final : public Rig {
   }
   [[nodiscard]] std::uint32_t stack_used() const override { return port::stack_used(); }
   [[nodiscard]] std::uint32_t stack_size() const override { return port::stack_size(); }
+  [[noreturn]] void restart() override { reset_processor(); }
   [[noreturn]] void end(bool good) override { semihosting::exit(good ? kExitGood : kExitPlantGone); }
 
  private:
@@ -99,33 +99,14 @@ class SemihostingRig final : public Rig {
   bool counts_ = false;
 };
 
-/// Outside of the memory that an image's budget counts: memory.ld.
-__attribute__((section(".nvm"))) std::uint8_t nvm_bytes[RamNvm::kBytes];
+/// Outside of the memory that an image's budget counts, and that a start-up clears: memory.ld.
+__attribute__((section(".nvm"))) RamNvm::Memory nvm_memory;
 
 }  // namespace
 
-LockstepBoard start_lockstep_board() { return board_around<SemihostingRig>(nvm_bytes); }
+LockstepBoard start_lockstep_board() {
+  static SemihostingRig rig;
+  return board_around(rig, nvm_memory);
+}
 
 }  // namespace voltlap::port
-
-namespace voltlap {
-
-void require_failed(const char* condition, const char* file, int /*line*/) {
-  port::semihosting::write_text("voltlap image: defect: this does not hold: ");
-  port::semihosting::write_text(condition);
-  port::semihosting::write_text(" in ");
-  port::semihosting::write_text(file);
-  port::semihosting::write_text("\n");
-  port::semihosting::exit(port::kExitDefect);
-}
-
-}  // namespace voltlap
-
-extern "C" void board_fault(std::uint32_t number) {
-  char text[] = "voltlap image: exception 00 of the processor (3: HardFault), which nobody expects\n";
-  constexpr std::size_t kDigits = 25;
-  text[kDigits] = static_cast<char>('0' + number / 10 % 10);
-  text[kDigits + 1] = static_cast<char>('0' + number % 10);
-  voltlap::port::semihosting::write_text(text);
-  voltlap::port::semihosting::exit(voltlap::port::kExitDefect);
-}

@@ -1,57 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/bus/stream_bus.hpp"
 
-#include <fmt/format.h>
-#include <poll.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <utility>
-
 #include "can_dbc/tables.hpp"
-#include "core/demand.hpp"
 
 namespace voltlap::plant {
-namespace {
-
-constexpr int kLook_ms = 100;  // for an interrupt, while the other side is silent
-
-}  // namespace
-
-const port::Greeting& StreamBus::await_greeting() {
-  read_all(&greeting_, sizeof greeting_);
-  if (greeting_.mark != port::kGreetingMark || (greeting_.has_bms == 0 && greeting_.has_master == 0)) {
-    fail("does not greet as an image of this firmware does");
-  }
-  VOLTLAP_DEMAND(options_.inside != nullptr || (greeting_.has_bms != 0 && greeting_.has_master != 0));
-  return greeting_;
-}
-
-void StreamBus::configure(std::span<const std::byte> bms, std::span<const std::byte> master, std::uint32_t layout) {
-  port::ConfigurationHead head;
-  head.config_layout = layout;
-  head.bms_config_bytes = static_cast<std::uint32_t>(bms.size());
-  head.master_config_bytes = static_cast<std::uint32_t>(master.size());
-  write_all(&head, sizeof head);
-  write_all(bms.data(), bms.size());
-  write_all(master.data(), master.size());
-}
-
-void StreamBus::stop() {
-  can::Sync sync;
-  sync.tick = tick_;
-  sync.stop = true;
-  Frame frame;
-  encode(sync, frame);
-  std::array<std::uint8_t, port::kFrameBytes> bytes{};
-  port::frame_to_bytes(frame, bytes.data());
-  write_all(bytes.data(), bytes.size());
-  can::StackUse use;
-  if (!decode(next_frame(), use)) fail("does not end as an image of this firmware does");
-  account_.stack_used = use.used;
-  account_.stack_size = use.size;
-}
 
 const Interventions& StreamBus::begin_tick(std::uint32_t tick) {
   tick_ = tick;
@@ -62,13 +14,13 @@ const Interventions& StreamBus::begin_tick(std::uint32_t tick) {
 /// The board hands what its nodes send to each other; nodes in this process are called in their turn.
 FrameView StreamBus::exchange(const TxQueue& plant) {
   bus_.send(Sender::kPlant, plant);
-  const bool has_bms = greeting_.has_bms != 0, has_master = greeting_.has_master != 0;
+  const auto [has_bms, has_master] = board_.nodes();
   if (!has_bms) step_inside(Sender::kBms);
   const FrameView to_bms = has_bms ? bus_.receive(Sender::kBms) : FrameView{};
   if (has_bms && has_master) {
-    call_board({plant.begin(), plant.size()});
+    step_board({plant.begin(), plant.size()});
   } else {
-    call_board(has_bms ? to_bms : bus_.receive(Sender::kMaster));
+    step_board(has_bms ? to_bms : bus_.receive(Sender::kMaster));
   }
   if (!has_master) {
     step_inside(Sender::kMaster);
@@ -82,119 +34,15 @@ void StreamBus::step_inside(Sender node) {
   const Instant now = Instant::from_ms(tick_ * can::kTickMs);
   tx_.clear();
   if (node == Sender::kBms) {
-    options_.inside->bms(now, bus_.receive(node), tx_);
+    inside_.bms(now, bus_.receive(node), tx_);
   } else {
-    options_.inside->master(now, bus_.receive(node), tx_);
+    inside_.master(now, bus_.receive(node), tx_);
   }
   bus_.send(node, tx_);
 }
 
-void StreamBus::call_board(FrameView frames) {
-  batch_.clear();
-  const auto put = [&](const Frame& frame) {
-    batch_.resize(batch_.size() + port::kFrameBytes);
-    port::frame_to_bytes(frame, batch_.data() + batch_.size() - port::kFrameBytes);
-  };
-  for (const Frame& frame : frames) put(frame);
-  can::Sync sync;
-  sync.tick = tick_;
-  sync.frames_sent = static_cast<std::uint16_t>(frames.count);
-  Frame frame;
-  encode(sync, frame);
-  put(frame);
-  write_all(batch_.data(), batch_.size());
-  take_answer();
-}
-
-void StreamBus::take_answer() {
-  speaks_ = greeting_.has_bms != 0 ? Sender::kBms : Sender::kMaster;
-  for (answered_ = false; !answered_;) {
-    const Frame frame = next_frame();
-    if (is_of_bus(frame)) bus_.send(speaks_, frame);
-  }
-  if (cost_of_tick_ > 0) account_.both.add(std::exchange(cost_of_tick_, 0), tick_);
-}
-
-bool StreamBus::is_of_bus(const Frame& frame) {
-  can::StepCost cost;
-  can::DoneBms bms;
-  can::DoneMaster master;
-  can::ReadyBms bms_ready;
-  can::ReadyMaster master_ready;
-  if (decode(frame, bms)) {
-    if (bms.tick != tick_) fail(fmt::format("answers tick {} instead of {}", bms.tick, tick_));
-    speaks_ = Sender::kMaster;
-    answered_ = greeting_.has_master == 0;
-  } else if (decode(frame, master)) {
-    if (master.tick != tick_) fail(fmt::format("answers tick {} instead of {}", master.tick, tick_));
-    answered_ = true;
-  } else if (decode(frame, cost)) {
-    count(cost);
-  } else {
-    return !decode(frame, bms_ready) && !decode(frame, master_ready);
-  }
-  return false;
-}
-
-void StreamBus::count(const can::StepCost& cost) {
-  StepCosts& of = cost.member == can::Member::kBms ? account_.bms : account_.master;
-  of.add(cost.instructions, tick_);
-  cost_of_tick_ += cost.instructions;
-}
-
-Frame StreamBus::next_frame() {
-  std::array<std::uint8_t, port::kFrameBytes> bytes{};
-  read_all(bytes.data(), bytes.size());
-  Frame frame;
-  if (!port::frame_from_bytes(bytes.data(), frame)) fail("sends something that is no frame");
-  return frame;
-}
-
-void StreamBus::write_all(const void* bytes, std::size_t count) {
-  const auto* from = static_cast<const std::uint8_t*>(bytes);
-  for (std::size_t done = 0; done < count;) {
-    const ssize_t sent = ::write(options_.to_ecu, from + done, count - done);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent < 0) fail(options_.what_became_of_it());
-    done += static_cast<std::size_t>(sent);
-  }
-}
-
-void StreamBus::read_all(void* bytes, std::size_t count) {
-  auto* to = static_cast<std::uint8_t*>(bytes);
-  while (count > 0) {
-    if (raw_taken_ == raw_count_ && !read_some()) fail(options_.what_became_of_it());
-    const std::size_t part = std::min(count, raw_count_ - raw_taken_);
-    std::memcpy(to, raw_.data() + raw_taken_, part);
-    raw_taken_ += part;
-    to += part;
-    count -= part;
-  }
-}
-
-/// False when the other side has closed.
-bool StreamBus::read_some() {
-  pollfd poll{options_.from_ecu, POLLIN, 0};
-  int waited_ms = 0;
-  for (int ready = 0; (ready = ::poll(&poll, 1, kLook_ms)) <= 0;) {
-    if (ready < 0 && errno != EINTR) fail(std::strerror(errno));
-    if (options_.interrupted()) fail("was interrupted");
-    waited_ms += kLook_ms;
-    if (waited_ms * 1e-3 > options_.answer_within_s) {
-      fail(fmt::format("has not answered for {:g} s", options_.answer_within_s));
-    }
-  }
-  const ssize_t got = ::read(options_.from_ecu, raw_.data(), raw_.size());
-  if (got <= 0) return false;
-  raw_taken_ = 0;
-  raw_count_ = static_cast<std::size_t>(got);
-  return true;
-}
-
-void StreamBus::fail(const std::string& what) {
-  failed_ = true;
-  throw BusFailure(fmt::format("the firmware outside of this process {} (tick {}, {:.2f} s after power-on)", what,
-                               tick_, tick_ * can::kTickMs * 1e-3));
+void StreamBus::step_board(FrameView frames) {
+  board_.step(tick_, frames, [this](Sender sender, const Frame& frame) { bus_.send(sender, frame); });
 }
 
 }  // namespace voltlap::plant

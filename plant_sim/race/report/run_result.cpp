@@ -130,6 +130,8 @@ Json parameters(const VehicleParameters& car) {
 
 }  // namespace
 
+std::string ecu_result_json(const EcuResult& ecu) { return ecu_result(&ecu).dump(2) + "\n"; }
+
 std::string run_result_json(const RunDescription& run, const VehicleParameters& car, const RunOutcome& outcome) {
   const EnduranceResult& result = outcome.result;
   VOLTLAP_DEMAND(outcome.wall_s >= 0.0 && std::isfinite(result.end_soc_pct));

@@ -47,6 +47,9 @@ struct RunOutcome {
   const DistanceTrace* trace = nullptr;  ///< none when it was not kept
 };
 
+/// The part of it that is of such a firmware, alone, as JSON text with a final newline.
+[[nodiscard]] std::string ecu_result_json(const EcuResult& ecu);
+
 /// JSON text with a final newline.
 [[nodiscard]] std::string run_result_json(const RunDescription& run, const VehicleParameters& car,
                                           const RunOutcome& outcome);

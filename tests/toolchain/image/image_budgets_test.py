@@ -57,6 +57,17 @@ def test_a_step_keeps_its_mark(kind_of, run):
     assert worst <= int(told[run.label][2]) * (1 + CLOSE)  # a whole endurance has this lap in it
 
 
+def test_the_fault_matrix_costs_no_more_than_the_document_says(kind_of):
+    if shutil.which("qemu-system-arm") is None:
+        pytest.skip("qemu-system-arm is not installed")
+    kind_of(image_budgets.MATRIX.image_cells)
+    result = image_budgets.drive_faults(image_budgets.MATRIX, 3)
+    assert image_budgets.broken_step(image_budgets.MATRIX, result) == []
+    told = {row[0]: row for row in document_rows(6)}[image_budgets.MATRIX.label]
+    assert result["ecu"]["instructions_per_step"]["bms"]["worst"] <= int(told[2]) * (1 + CLOSE)
+    assert result["ecu"]["instructions_per_step"]["master"]["worst"] <= int(told[4]) * (1 + CLOSE)
+
+
 def test_the_document_has_the_sizes_of_this_tree(kind_of):
     told = {tuple(row[:3]): [int(word) for word in row[3:]] for row in document_rows(6) if row[0].startswith("cortex")}
     for cells in (24, None):
@@ -78,5 +89,6 @@ def test_the_table_goes_between_the_marks_and_nowhere_else(tmp_path):
 
 
 def test_laps_that_are_none_are_refused():
-    result = tool("image_budgets.py", "--laps", "0")
-    assert result.returncode == 2 and "--laps 0" in result.stderr
+    for flag in ("--laps", "--rows"):
+        result = tool("image_budgets.py", flag, "0")
+        assert result.returncode == 2 and f"{flag} 0" in result.stderr

@@ -22,6 +22,9 @@ struct Ended {
   bool good;
 };
 
+/// The reset of a board, which never returns either.
+struct Restarted {};
+
 /// Gives what the test has put in, `step` bytes at a time, and keeps what comes out.
 class FakeRig final : public Rig {
  public:
@@ -45,6 +48,7 @@ class FakeRig final : public Rig {
   [[nodiscard]] std::uint32_t instructions() const override { return counted += 40; }
   [[nodiscard]] std::uint32_t stack_used() const override { return 1'200; }
   [[nodiscard]] std::uint32_t stack_size() const override { return 4'096; }
+  [[noreturn]] void restart() override { throw Restarted{}; }
   [[noreturn]] void end(bool good) override { throw Ended{good}; }
 
   int writes = 0;
@@ -138,7 +142,8 @@ TEST(LockstepPort, TakesAConfigurationInPieces) {
 TEST(LockstepPort, RefusesAConfigurationOfAnotherLayoutOrSize) {
   std::uint32_t bms = 0, master = 0;
   const ConfigurationHead heads[] = {{kConfigurationMark, 8, 4, 4}, {kConfigurationMark, 7, 8, 4},
-                                     {kConfigurationMark, 7, 4, 8}, {kConfigurationMark + 1, 7, 4, 4}};
+                                     {kConfigurationMark, 7, 4, 8}, {kConfigurationMark + 1, 7, 4, 4},
+                                     {kConfigurationMark, 7, 4, 4, 0, 0}};
   for (const ConfigurationHead& head : heads) {
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(&head);
     rig.in.assign(bytes, bytes + sizeof head);
@@ -152,6 +157,38 @@ TEST(LockstepPort, RefusesAConfigurationOfAnotherLayoutOrSize) {
     }
     CHECK(refused);
   }
+}
+
+TEST(LockstepPort, ABoardOfBothNodesStepsTheOneThatThePlantWants) {
+  std::uint32_t bms = 0, master = 0;
+  const ConfigurationHead head{kConfigurationMark, 7, 4, 4, 0, 1};
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(&head);
+  rig.in.assign(bytes, bytes + sizeof head);
+  rig.in.resize(rig.in.size() + 8);
+  LockstepPort port(rig, kBoth);
+  port.greet(&bms, sizeof bms, &master, sizeof master, 36);
+  CHECK_FALSE(port.runs_bms());
+  CHECK(port.runs_master());
+  put_sync(0);
+  put_sync(1);
+  port.sleep_until({});
+  CHECK(port.send(queue(1)));
+  port.sleep_until({});
+  const auto frames = written(sizeof(Greeting));
+  LONGS_EQUAL(3, frames.size());
+  LONGS_EQUAL(can::ReadyMaster::kId, frames[0].id);
+  LONGS_EQUAL(can::DoneMaster::kId, frames[2].id);
+}
+
+TEST(LockstepPort, ALossOfTheSupplyIsAResetOfTheBoardAndNoTick) {
+  LockstepPort port(rig, kBmsAlone);
+  port.greet(nullptr, 0, nullptr, 0, 36);
+  can::MemberReset reset;
+  reset.member = can::Member::kBms;
+  Frame frame;
+  encode(reset, frame);
+  put(frame);
+  CHECK_THROWS(Restarted, port.sleep_until({}));
 }
 
 TEST(LockstepPort, ATickIsOneReadAndOneWriteInTheOrderOfTheBus) {
@@ -282,8 +319,8 @@ TEST_GROUP(SimulatedBoard) {
 };
 
 TEST(SimulatedBoard, ItsMemoryKeepsEverySlotApartAndIsBlankBefore) {
-  static std::uint8_t bytes[RamNvm::kBytes];
-  RamNvm nvm(bytes);
+  static RamNvm::Memory memory;
+  RamNvm nvm(memory);
   CHECK(nvm.prepare());
   std::uint8_t read[4];
   nvm.read(NvmRecord::kSoc, 1, read, 4);
@@ -299,6 +336,9 @@ TEST(SimulatedBoard, ItsMemoryKeepsEverySlotApartAndIsBlankBefore) {
   LONGS_EQUAL(0xFF, read[0]);
   std::vector<std::uint8_t> longer(RamNvm::kSlotBytes + 1);
   CHECK(nvm.write(NvmRecord::kSoc, 0, longer.data(), longer.size()) == NvmResult::kFailed);
+  RamNvm after_reset(memory);
+  after_reset.read(NvmRecord::kTrips, 1, read, 4);
+  LONGS_EQUAL(4, read[3]);
 }
 
 TEST(SimulatedBoard, ItsWatchdogBitesInSimulatedTime) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -58,13 +59,15 @@ struct Recorder final : FrameSink {
 TEST_GROUP(StreamBus) {
   Ends to_board, from_board;
   Inside inside;
+  std::deque<BoardStream> boards;
 
+  BoardStream& board() { return boards.back(); }
   StreamBus bus(double answer_within_s = 5.0) {
-    return StreamBus({.to_ecu = to_board.write,
-                      .from_ecu = from_board.read,
-                      .answer_within_s = answer_within_s,
-                      .what_became_of_it = [] { return std::string("has gone for the test"); },
-                      .inside = &inside});
+    boards.emplace_back(StreamOptions{.to_ecu = to_board.write,
+                                      .from_ecu = from_board.read,
+                                      .answer_within_s = answer_within_s,
+                                      .what_became_of_it = [] { return std::string("has gone for the test"); }});
+    return StreamBus(board(), inside);
   }
   void say(const void* bytes, std::size_t count) {
     LONGS_EQUAL(static_cast<long>(count), ::write(from_board.write, bytes, count));
@@ -118,7 +121,7 @@ TEST(StreamBus, BothNodesOfABoardAreToldApartByTheirDone) {
   Recorder recorder;
   bus.attach(recorder);
   greet(true, true);
-  LONGS_EQUAL(1, bus.await_greeting().has_master);
+  LONGS_EQUAL(1, board().await_greeting().has_master);
   static_cast<void>(bus.begin_tick(3));
   can::ReadyBms ready;
   Frame frame;
@@ -144,7 +147,7 @@ TEST(StreamBus, ANodeThatTheBoardDoesNotHaveIsSteppedHereInItsTurn) {
   {
     StreamBus bus = this->bus();
     greet(true, false);
-    static_cast<void>(bus.await_greeting());
+    static_cast<void>(board().await_greeting());
     for (std::uint32_t tick = 0; tick < 2; ++tick) {
       static_cast<void>(bus.begin_tick(tick));
       say({0x0C1, 1, {1}});
@@ -158,7 +161,7 @@ TEST(StreamBus, ANodeThatTheBoardDoesNotHaveIsSteppedHereInItsTurn) {
   }
   StreamBus bus = this->bus();
   greet(false, true);
-  static_cast<void>(bus.await_greeting());
+  static_cast<void>(board().await_greeting());
   static_cast<void>(bus.begin_tick(0));
   done<can::DoneMaster>(0, 0);
   static_cast<void>(bus.exchange(plant_frames()));
@@ -170,14 +173,14 @@ TEST(StreamBus, WhatIsNoGreetingIsAFailure) {
   StreamBus bus = this->bus();
   const std::uint8_t bytes[sizeof(port::Greeting)] = {1, 2, 3};
   say(bytes, sizeof bytes);
-  STRCMP_CONTAINS("does not greet", failure([&] { static_cast<void>(bus.await_greeting()); }).c_str());
-  CHECK(bus.failed());
+  STRCMP_CONTAINS("does not greet", failure([&] { static_cast<void>(board().await_greeting()); }).c_str());
+  CHECK(board().failed());
 }
 
 TEST(StreamBus, ABoardThatIsGoneIsAFailureThatSaysWhatBecameOfItAndWhen) {
   StreamBus bus = this->bus();
   greet(true, true);
-  static_cast<void>(bus.await_greeting());
+  static_cast<void>(board().await_greeting());
   static_cast<void>(bus.begin_tick(123));
   from_board.close_write();
   const std::string said = failure([&] { static_cast<void>(bus.exchange(plant_frames())); });
@@ -187,7 +190,7 @@ TEST(StreamBus, ABoardThatIsGoneIsAFailureThatSaysWhatBecameOfItAndWhen) {
 TEST(StreamBus, ABoardThatIsSilentIsAFailureAfterTheTimeThatWasGiven) {
   StreamBus bus = this->bus(0.2);
   greet(true, true);
-  static_cast<void>(bus.await_greeting());
+  static_cast<void>(board().await_greeting());
   static_cast<void>(bus.begin_tick(0));
   STRCMP_CONTAINS("has not answered for 0.2 s",
                   failure([&] { static_cast<void>(bus.exchange(plant_frames())); }).c_str());
@@ -196,14 +199,14 @@ TEST(StreamBus, ABoardThatIsSilentIsAFailureAfterTheTimeThatWasGiven) {
 TEST(StreamBus, AnAnswerToAnotherTickAndWhatIsNoFrameAreFailures) {
   StreamBus late = this->bus();
   greet(true, true);
-  static_cast<void>(late.await_greeting());
+  static_cast<void>(board().await_greeting());
   static_cast<void>(late.begin_tick(5));
   done<can::DoneBms>(4, 0);
   STRCMP_CONTAINS("answers tick 4 instead of 5",
                   failure([&] { static_cast<void>(late.exchange(plant_frames())); }).c_str());
   StreamBus garbled = this->bus();
   greet(true, true);
-  static_cast<void>(garbled.await_greeting());
+  static_cast<void>(board().await_greeting());
   static_cast<void>(garbled.begin_tick(0));
   const std::vector<std::uint8_t> noise(port::kFrameBytes, 0xA5);
   say(noise.data(), noise.size());
@@ -213,7 +216,7 @@ TEST(StreamBus, AnAnswerToAnotherTickAndWhatIsNoFrameAreFailures) {
 TEST(StreamBus, CountsOfStepsAddUpAndTheStackComesAtTheEnd) {
   StreamBus bus = this->bus();
   greet(true, true);
-  static_cast<void>(bus.await_greeting());
+  static_cast<void>(board().await_greeting());
   for (std::uint32_t tick = 0; tick < 2; ++tick) {
     static_cast<void>(bus.begin_tick(tick));
     for (const can::Member member : {can::Member::kBms, can::Member::kMaster}) {
@@ -234,11 +237,47 @@ TEST(StreamBus, CountsOfStepsAddUpAndTheStackComesAtTheEnd) {
   Frame frame;
   encode(use, frame);
   say(frame);
-  bus.stop();
-  const BoardAccount& account = bus.account();
+  board().stop();
+  const BoardAccount& account = board().account();
   LONGS_EQUAL(3'000, account.bms.instructions);
   LONGS_EQUAL(2'000, account.bms.worst);
   LONGS_EQUAL(1, account.bms.worst_tick);
   LONGS_EQUAL(2'200, account.both.worst);
   LONGS_EQUAL(900, account.stack_used);
+}
+
+TEST(StreamBus, ABoardThatIsResetIsHandedItsNodesAgain) {
+  StreamBus bus = this->bus();
+  const std::uint32_t config[2] = {1, 2};
+  for (int start = 0; start < 2; ++start) {
+    if (start > 0) board().reset();
+    greet(true, true);
+    static_cast<void>(board().await_greeting());
+    board().configure(std::as_bytes(std::span(config, 1)), std::as_bytes(std::span(config + 1, 1)), 7,
+                      {.bms = false, .master = true});
+    CHECK_FALSE(board().nodes().bms);
+  }
+  std::uint8_t bytes[256];
+  constexpr std::size_t kConfiguration = sizeof(port::ConfigurationHead) + sizeof config;
+  LONGS_EQUAL(2 * kConfiguration + port::kFrameBytes, ::read(to_board.read, bytes, sizeof bytes));
+  Frame frame;
+  can::MemberReset reset;
+  CHECK(port::frame_from_bytes(bytes + kConfiguration, frame) && decode(frame, reset));
+  CHECK(reset.member == can::Member::kMaster);
+}
+
+TEST(StreamBus, ARunThatEndsBeforeItsFirstTickEndsWell) {
+  StreamBus bus = this->bus();
+  greet(true, true);
+  static_cast<void>(board().await_greeting());
+  can::ReadyBms ready;
+  can::StackUse use;
+  use.used = 500;
+  Frame frame;
+  encode(ready, frame);
+  say(frame);
+  encode(use, frame);
+  say(frame);
+  board().stop();
+  LONGS_EQUAL(500, board().account().stack_used);
 }
