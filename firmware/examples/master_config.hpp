@@ -30,6 +30,7 @@ inline constexpr Config kMasterConfig = [] {
   c.motor_constant_unm_per_a = 150000;                                // 0.15 Nm/A
   c.drive_efficiency = Ratio::from_raw(900000);                       // 90 %
   c.power_max_mw = 79000000;                                          // 79 kW
+  c.pack_resistance = Resistance::from_raw(32526);                    // 32.526 mOhm
   c.motor_speed_max = MotorSpeed::from_raw(12000);                    // 12000 rpm
   c.ceiling_rise_ma_per_s = 2000000;                                  // 2000 A/s
   c.trim_gain = Ratio::from_raw(200000);                              // 20 %
