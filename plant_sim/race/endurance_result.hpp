@@ -41,7 +41,8 @@ struct EnduranceResult {
   int min_cell = 0;  ///< from 1, where the lowest cell voltage was seen
   double max_speed_mps = 0.0, distance_m = 0.0;
   int laps = 0;  ///< completed
-  double energy_out_kwh = 0.0;
+  double energy_out_kwh = 0.0;           ///< less what came back
+  double energy_back_kwh = 0.0;          ///< into the terminals, in control periods in which more came than went
   double energy_ledger_error_pct = 0.0;  ///< worst lap
   double charge_balance_error_pct = 0.0;  ///< current integrated against SOC times capacity
   double bms_soc_error_pct = 0.0;  ///< largest difference of the firmware's SOC from the plant's

@@ -29,7 +29,7 @@ void RaceAccount::open(const Car& car) {
   VOLTLAP_DEMAND(!open_);
   open_ = true;
   lap_ledger_ = start_ledger_ = car.ledger();
-  lap_energy_j_ = start_energy_j_ = car.energy_out_j();
+  lap_energy_j_ = start_energy_j_ = tick_energy_j_ = car.energy_out_j();
   lap_start_m_ = car.vehicle().distance_m();
   moving_power_.open(start_energy_j_);
 }
@@ -58,6 +58,8 @@ void RaceAccount::note_tick(const Car& car, const CommandReceiver& ecus, std::si
   VOLTLAP_DEMAND(std::abs(tick_s * MovingPower::kTicks - MovingPower::kWindow_s) < 1e-9);
   ExtremeTimes& at = result_.extreme_times;
   power_mean_w_ = moving_power_.advance(car.energy_out_j());
+  result_.energy_back_kwh += std::max(0.0, tick_energy_j_ - car.energy_out_j()) / kJoulesPerKwh;
+  tick_energy_j_ = car.energy_out_j();
   keep_largest(result_.max_power_mean_w, power_mean_w_, at.power_mean_s, time_s);
   keep_largest(result_.max_battery_temp_c, car.pack().temperature_max_c(), at.battery_temp_s, time_s);
   keep_largest(result_.max_motor_temp_c, car.motor_thermal().copper_c(), at.motor_temp_s, time_s);

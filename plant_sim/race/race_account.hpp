@@ -58,7 +58,7 @@ class RaceAccount {
   double initial_soc_;
   bool open_ = false;
   EnergyLedger start_ledger_, lap_ledger_;
-  double start_energy_j_ = 0.0, lap_energy_j_ = 0.0, lap_start_s_ = 0.0, lap_start_m_ = 0.0;
+  double start_energy_j_ = 0.0, tick_energy_j_ = 0.0, lap_energy_j_ = 0.0, lap_start_s_ = 0.0, lap_start_m_ = 0.0;
   MovingPower moving_power_;
   double power_mean_w_ = 0.0;
   std::array<double, 10> limits_a_{};  ///< what the BMS allowed in the last control periods

@@ -41,6 +41,10 @@ std::string tiles(const ReportedRun& reported) {
   out += html_tile("Charge left", fmt::format("{:.1f}", r.end_soc_pct), "% SOC",
               drove ? fmt::format("BMS estimate off by {:.2f} points at most", r.bms_soc_error_pct) : "");
   out += html_tile("Energy out", fmt::format("{:.3f}", r.energy_out_kwh), "kWh", "at the pack's terminals");
+  if (r.energy_back_kwh >= 5e-4) {
+    out += html_tile("Regenerated", fmt::format("{:.3f}", r.energy_back_kwh), "kWh",
+                     fmt::format("{:.1f} % more range", 100.0 * r.energy_back_kwh / r.energy_out_kwh));
+  }
   if (drove) {
     out += html_tile("Hottest cell", fmt::format("{:.1f}", r.max_battery_temp_c), "°C", at_time(at.battery_temp_s));
     out += html_tile("Peak current", fmt::format("{:.1f}", r.max_battery_current_a), "A",

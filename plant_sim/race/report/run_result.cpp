@@ -166,6 +166,7 @@ std::string run_result_json(const RunDescription& run, const VehicleParameters& 
       {"distance_m", result.distance_m},
       {"laps", result.laps},
       {"energy_out_kwh", result.energy_out_kwh},
+      {"energy_back_kwh", result.energy_back_kwh},
       {"energy_ledger_error_pct", result.energy_ledger_error_pct},
       {"charge_balance_error_pct", result.charge_balance_error_pct},
       {"bms_soc_error_pct", result.bms_soc_error_pct},

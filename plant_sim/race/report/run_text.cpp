@@ -47,6 +47,13 @@ std::string duration_text(double seconds) {
   return fmt::format("{}:{:02} min", whole / 60, whole % 60);
 }
 
+std::string regeneration_text(const EnduranceResult& result) {
+  const double net = result.energy_out_kwh, back = result.energy_back_kwh;
+  if (!(net > 0.0)) return fmt::format("{:.3f} kWh", back);
+  return fmt::format("{:.3f} kWh, {:.1f} % of what was taken: {:.1f} % more range", back, 100.0 * back / (net + back),
+                     100.0 * back / net);
+}
+
 std::string limits_text(const EnduranceResult& result) {
   std::string out;
   for (std::size_t i = 1; i < kLimitReasons; ++i) {

@@ -11,6 +11,9 @@ namespace voltlap::plant {
 [[nodiscard]] std::string duration_text(double seconds);
 
 /// "power 12.3 s, soc_low 4.0 s"; "none" when nothing held the driver back.
+/// What braking gave back, and how much farther the charge goes for it: gross over net energy.
+[[nodiscard]] std::string regeneration_text(const EnduranceResult& result);
+
 [[nodiscard]] std::string limits_text(const EnduranceResult& result);
 
 /// Whether no cell can be weaker than another: they were simulated alike.

@@ -88,6 +88,7 @@ std::string summary_table(const RunDescription& run, const EnduranceResult& resu
   for (const Line& line : lines) out += text(line);
   out += fmt::format("  limits that held back: {}\n  lowest cell: {}   energy ledger closes to {:.4f} %   frames: {}\n",
                      limits_text(result), result.min_cell, result.energy_ledger_error_pct, result.frames);
+  if (result.energy_back_kwh >= 5e-4) out += fmt::format("  regenerated: {}\n", regeneration_text(result));
   if (reference) out += fmt::format("  reference: study of 2016, Tables 8.2 and 8.3, row {}\n", reference->run);
   return out;
 }

@@ -56,6 +56,14 @@ TEST(SummaryTable, FailedRunSaysWhenAndWhy) {
                   summary_table(run, result, std::nullopt).c_str());
 }
 
+TEST(SummaryTable, WhatBrakingGaveBackIsSaidWhereItDid) {
+  result.energy_out_kwh = 0.4;
+  CHECK(summary_table(run, result, std::nullopt).find("regenerated") == std::string::npos);
+  result.energy_back_kwh = 0.02;
+  STRCMP_CONTAINS("regenerated: 0.020 kWh, 4.8 % of what was taken: 5.0 % more range",
+                  summary_table(run, result, std::nullopt).c_str());
+}
+
 TEST(SummaryTable, LimitThatHeldBackIsNamedWithItsTime) {
   result.limit_active_s[1] = 3.25;
   STRCMP_CONTAINS("limits that held back: config_maximum 3.2 s", summary_table(run, result, std::nullopt).c_str());
