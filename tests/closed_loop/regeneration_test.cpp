@@ -65,8 +65,9 @@ TEST(Regeneration, DrawnCarsBrakeWithinTheChargeLimitAndNotBelowFiveKilometresPe
     car.battery.initial_soc = draw.between(0.4, 0.999);
     BrakingRecord record;
     const EnduranceResult r = drive(options, record);
-    const std::string what = fmt::format("VOLTLAP_TEST_SEED={}, car {}: {:.1f} A, {:.1f} A over, {} too slow; {}", drawn, k,
-                                         record.most_charge_a, record.most_over_a, record.too_slow, r.failure_cause);
+    const std::string what =
+        fmt::format("VOLTLAP_TEST_SEED={}, car {}: {:.1f} A, {:.1f} A over, {} too slow; {}", drawn, k,
+                    record.most_charge_a, record.most_over_a, record.too_slow, r.failure_cause);
     CHECK_TEXT(r.finished, what.c_str());
     CHECK_TEXT(record.most_over_a < 1.0, what.c_str());
     LONGS_EQUAL_TEXT(0, record.too_slow, what.c_str());
