@@ -1,9 +1,16 @@
 // The master controller's configuration for vtm16e. Made by voltlap 0.1.0; make it again with
 //   voltlap firmware-tables --master-out FILE
 #pragma once
+#include <cstdint>
+
 #include "master/config.hpp"
 
 namespace voltlap::master {
+
+// Whose configuration it is, and its number, by which an image of another car is told. After a
+// change by hand set it to 0: whose it is, is not known then.
+inline constexpr char kMasterCar[] = "vtm16e";
+inline constexpr std::uint32_t kMasterNumber = 0x6C16E183U;
 
 inline constexpr Config kMasterConfig = [] {
   Config c{};
@@ -30,6 +37,7 @@ inline constexpr Config kMasterConfig = [] {
   c.motor_constant_unm_per_a = 150000;                                // 0.15 Nm/A
   c.drive_efficiency = Ratio::from_raw(900000);                       // 90 %
   c.power_max_mw = 79000000;                                          // 79 kW
+  c.pack_resistance = Resistance::from_raw(32526);                    // 32.526 mOhm
   c.motor_speed_max = MotorSpeed::from_raw(12000);                    // 12000 rpm
   c.ceiling_rise_ma_per_s = 2000000;                                  // 2000 A/s
   c.trim_gain = Ratio::from_raw(200000);                              // 20 %
