@@ -66,7 +66,7 @@ def test_each_example_sends_the_frames_of_the_run_in_one_process(tmp_path, cours
 def test_an_image_with_the_configuration_of_another_car_is_refused(course, image_of):
     for name in ("bms_node", "master_node", "both_nodes"):
         result = endurance("--drive", course, "--ecu", "qemu", "--image", image_of(name),
-                           *MANY, "--set", "master.pedal_release_level=0.06")
+                           *MANY, "--set", "master.pedal_release_level=0.04")
         assert result.returncode == 2, name
         assert "configuration of 'vtm16e'" in result.stderr and "./voltlap image" in result.stderr
     result = endurance("--drive", course, "--ecu", "qemu", "--image", image_of("bms_node"),

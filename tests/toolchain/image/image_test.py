@@ -101,7 +101,7 @@ def test_too_few_cells_are_told_before_anything_is_built(tmp_path):
 def test_the_number_of_a_configuration_is_of_its_values_alone(tmp_path):
     cars = {}
     for name, settings in (("as_it_is", []), ("heavier", ["vehicle.mass_kg=300"]),
-                           ("lower", ["bms.cell_voltage_min_v=2.6"]), ("pedal", ["master.pedal_release_level=0.06"])):
+                           ("lower", ["bms.cell_voltage_min_v=2.6"]), ("pedal", ["master.pedal_release_level=0.04"])):
         cars[name] = image_car.car_of("vtm16e", settings)
     same, heavier, lower, pedal = cars.values()
     assert (heavier.bms_number, heavier.master_number) == (same.bms_number, same.master_number)
