@@ -7,6 +7,7 @@ try:
 
     sys.exit(main())
 except ModuleNotFoundError as error:
-    sys.exit(f"voltlap monitor: the Python package {error.name} is missing. `pip install -r "
-             "toolchain/requirements/run.txt -r toolchain/requirements/hil.txt` installs it, and so does "
-             "./voltlap monitor.")
+    print(f"voltlap monitor: the Python package {error.name} is missing. `pip install -r "
+          "toolchain/requirements/run.txt -r toolchain/requirements/hil.txt` installs it, and so does "
+          "./voltlap monitor.", file=sys.stderr)
+    sys.exit(4)

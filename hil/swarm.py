@@ -2,11 +2,15 @@
 """Starts the swarm where the package is not installed: `voltlap swarm`."""
 import sys
 
+from voltlap_hil.swarm_options import parser
+
+parser().parse_args()  # help and mistakes need no other package
 try:
     from voltlap_hil.swarm_main import main
-
-    sys.exit(main())
 except ModuleNotFoundError as error:
-    sys.exit(f"voltlap swarm: the Python package {error.name} is missing. `pip install -r "
-             "toolchain/requirements/run.txt -r toolchain/requirements/hil.txt` installs it, and so does "
-             "./voltlap swarm.")
+    print(f"voltlap swarm: the Python package {error.name} is missing. `pip install -r "
+          "toolchain/requirements/run.txt -r toolchain/requirements/hil.txt` installs it, and so does ./voltlap swarm.",
+          file=sys.stderr)
+    sys.exit(4)
+
+sys.exit(main())

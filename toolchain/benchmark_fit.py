@@ -16,6 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from outputs import output_file
+
 GOAL = 100.0
 SAME = 1e-6  # relative difference of costs that counts as none
 ROUTES = {
@@ -29,7 +31,7 @@ def main():
     parser = argparse.ArgumentParser(prog="voltlap benchmark-fit", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter,
                                      epilog="Exit code: 0 at least 100 times faster at the same cost; 1 not; 2 usage.")
-    parser.add_argument("--json", type=Path, help="write the numbers")
+    parser.add_argument("--json", type=output_file, help="write the numbers")
     arguments = parser.parse_args()
     os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read when numpy is loaded
     import numpy as np

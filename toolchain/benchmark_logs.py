@@ -16,6 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from outputs import output_file
+
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = Path(os.environ.get("VOLTLAP_BUILD_DIR", ROOT / "build" / "default"))
 DBC = [ROOT / "can_dbc/car.dbc", ROOT / "can_dbc/orion.dbc"]
@@ -62,7 +64,7 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter,
                                      epilog="Exit code: 0 the marks are met; 1 not; 2 usage.")
     parser.add_argument("--laps", type=int, default=22, help="laps of the recording (22)")
-    parser.add_argument("--json", type=Path, help="write the numbers")
+    parser.add_argument("--json", type=output_file, help="write the numbers")
     arguments = parser.parse_args()
     dbc = [word for path in DBC for word in ("--dbc", path)]
     with tempfile.TemporaryDirectory() as folder:

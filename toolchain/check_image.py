@@ -34,7 +34,7 @@ LIBGCC_MEMBERS = re.compile(r"_(?:aeabi_)?u?(?:l|i)?div(?:mod)?(?:si3|di4)?|_udi
                             r"|_(?:u)?cmpdi2|_(?:u)?lcmp")
 MEMBER = re.compile(r"^(\S+\.a)\(([^)]+)\)$", re.MULTILINE)
 VECTORS_BYTES = 64
-IMAGE_MARK = b"VTL1"
+IMAGE_MARK = b"VTL2"
 
 
 def run(tool, *arguments):

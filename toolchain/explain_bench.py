@@ -16,6 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from outputs import output_file
+
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/controls"))  # the truth and the bank; read only when they are asked
 KINDS = ("cell", "pack", "car")
@@ -55,8 +57,8 @@ def arguments():
         "--real", action="store_true", help="instead: effects put exactly into recordings of real cars in VOLTLAP_DATA"
     )
     parser.add_argument("--tool", default=ROOT / "build/default/bin/voltlap", type=Path, help=argparse.SUPPRESS)
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write marks, curves and causes")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write one line a case")
+    parser.add_argument("--json", type=output_file, metavar="FILE", help="write marks, curves and causes")
+    parser.add_argument("--csv", type=output_file, metavar="FILE", help="write one line a case")
     parser.add_argument(
         "--ledger", type=Path, metavar="FOLDER", help="keep the commitments and the revealed labels in this new folder"
     )

@@ -15,6 +15,8 @@ import sys
 import time
 from pathlib import Path
 
+from outputs import output_file
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # --jobs says how many cores are used, numpy does not
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/controls"))  # the mirror and the bank; read only when they are asked
@@ -42,8 +44,8 @@ def arguments():
     add("--engine", type=Path, action="append", metavar="PROGRAM",
         help="called as voltlap is; default: this build's voltlap. Repeat it to see two on the same cases")
     add("--jobs", type=int, default=os.cpu_count(), help="processes at once; default: all cores")
-    add("--json", type=Path, metavar="FILE", help="write marks and every case")
-    add("--csv", type=Path, metavar="FILE", help="write one line a case and engine")
+    add("--json", type=output_file, metavar="FILE", help="write marks and every case")
+    add("--csv", type=output_file, metavar="FILE", help="write one line a case and engine")
     add("--bin", type=Path, default=ROOT / "build/default/bin", help=argparse.SUPPRESS)
     return parser.parse_args()
 

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes an image into the flash of a board, by OpenOCD, st-flash or probe-rs, whichever is installed.
 
-Without IMAGE it is the project's own for the board, which is built when it is not there (./voltlap image). Before
-anything is written the image is looked at: that it is one, for this board's flash, with what it says of itself.
+Of a car it is the image for the board, built as ./voltlap image does with the same --vehicle, --cells and --set; no car
+is taken that was not named. Before anything is written the image is looked at: that it is one, for this board's flash,
+whose configuration is in it. An IMAGE with a configuration of another car than --vehicle is refused.
 --dry-run prints the command and runs nothing.
 """
 import argparse
@@ -16,11 +17,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import image_build
+import image_car
 from image_build import Kind, Refused
 
-IMAGE_MARK = 0x314C5456            # firmware/port/image_info.hpp
-INFO = struct.Struct("<IHBBII24s16s")
+IMAGE_MARK, EARLIER_MARK = b"VTL2", b"VTL1"  # firmware/port/image_info.hpp
+INFO = struct.Struct("<IHBBII24s16sIIHH24s")
 SEARCHED = 1024                    # bytes behind the vector table
+BY_PLANT = "driven_by_plant"       # the image that has no configuration
 EXIT_USAGE, EXIT_FAILED, EXIT_MISSING = 2, 3, 4
 
 
@@ -46,7 +49,7 @@ TOOLS = {"openocd": "openocd", "st-flash": "stlink-tools",
 EPILOG = f"""\
 boards:
 {chr(10).join(f"  {name:<12}{board.what}" for name, board in BOARDS.items())}
-Example: ./voltlap flash --board stm32f407 --dry-run
+Example: ./voltlap flash --vehicle ours.toml --cells 96 --dry-run
 Exit codes: 0 written, 2 usage, or an image that does not fit, 3 the tool failed, 4 a program is missing, 5 the build
 failed, 130 interrupted"""
 
@@ -58,8 +61,27 @@ class Image:
     size: int
     name: str
     version: str
-    cells: int
-    nodes: str
+    cells: int            # that it has memory for
+    has_bms: bool
+    has_master: bool
+    bms_number: int       # of its configuration; 0: changed by hand, or none
+    master_number: int
+    cells_in_series: int  # of the pack that it is for
+    car: str              # empty: it has no configuration
+
+    @property
+    def nodes(self):
+        return " and ".join(word for word, there in (("BMS", self.has_bms), ("master controller", self.has_master))
+                            if there)
+
+    @property
+    def configuration(self):
+        if not self.car:
+            return "no configuration: the plant hands it over"
+        cells = f"{self.cells_in_series} cells in series, " if self.has_bms else ""
+        number = image_car.number_text(self.bms_number, self.master_number)
+        by_hand = self.has_bms and not self.bms_number or self.has_master and not self.master_number
+        return f"of {self.car}, {cells}configuration {number}{' (changed by hand)' if by_hand else ''}"
 
 
 def load_parts(data):
@@ -83,25 +105,39 @@ def read_image(path):
         raise Refused(EXIT_USAGE, f"{path}: found no 32-bit little-endian ELF; expected an image. ./voltlap image "
                                   "builds them: IMAGE is the file that ends with .elf.")
     parts = load_parts(data)
-    mark = struct.pack("<I", IMAGE_MARK)
-    at = parts[0][1][:SEARCHED].find(mark) if parts else -1
+    head = parts[0][1][:SEARCHED] if parts else b""
+    at = head.find(IMAGE_MARK)
     if at < 0:
-        raise Refused(EXIT_USAGE, f"{path}: found no mark of the project behind the vector table; expected an image of "
-                                  "firmware/examples. Other programs are written with their own tools.")
-    _, cells, bms, master, _, _, name, version = INFO.unpack_from(parts[0][1], at)
-    nodes = " and ".join(word for word, there in (("BMS", bms), ("master controller", master)) if there)
-    text = [bytes_.split(b"\0")[0].decode("ascii", "replace") for bytes_ in (name, version)]
+        raise Refused(EXIT_USAGE, f"{path}: found {what_else(head)}")
+    (_, cells, bms, master, _, _, name, version,
+     bms_number, master_number, series, _, car) = INFO.unpack_from(parts[0][1], at)
+    name, version, car = (text.split(b"\0")[0].decode("ascii", "replace") for text in (name, version, car))
     end = parts[-1][0] + len(parts[-1][1])
-    return Image(path, parts[0][0], end - parts[0][0], text[0], text[1], cells, nodes)
+    return Image(path, parts[0][0], end - parts[0][0], name, version, cells, bool(bms), bool(master), bms_number,
+                 master_number, series, car)
+
+
+def what_else(head):
+    if EARLIER_MARK in head:
+        return "an image that does not say whose configuration it has; expected one that does. Build it again: " \
+               "./voltlap image."
+    return "no mark of the project behind the vector table; expected an image of firmware/examples. Other programs " \
+           "are written with their own tools."
 
 
 def locate(given, board):
-    """The image that was named, or the project's own, built."""
+    """The image that was named, or the project's own, built, and the car that was asked for."""
+    asks = given.vehicle is not None or bool(given.settings)
+    car = image_car.car_of(given.vehicle, given.settings) if asks else None
     if given.image:
-        return given.image
-    kind = Kind()
+        return given.image, car
+    if car is None and board.image != BY_PLANT:
+        raise Refused(EXIT_USAGE, "found no car; expected --vehicle with the one whose configuration is to be written, "
+                                  "by name or file, such as --vehicle ours.toml, or IMAGE.elf. The example car is "
+                                  f"--vehicle {image_car.EXAMPLE}.")
+    kind = image_car.kind_of(car, cells=given.cells) if car else Kind(cells=given.cells)
     image_build.build(kind)
-    return kind.image(board.image)
+    return kind.image(board.image), car
 
 
 def check(image, board, name):
@@ -112,6 +148,19 @@ def check(image, board, name):
     if image.size > board.size:
         raise Refused(EXIT_USAGE, f"{image.path}: found {image.size} bytes; expected at most {board.size}, the flash "
                                   f"of {name} that is for an image. Build a smaller one.")
+
+
+def check_owner(image, car, cells):
+    """That it is of the car, and with memory for the cells, that were asked for."""
+    others = [there and found != wanted for there, found, wanted in (
+        (image.has_bms, image.bms_number, car.bms_number),
+        (image.has_master, image.master_number, car.master_number))] if car and image.car else []
+    if any(others):
+        raise Refused(EXIT_USAGE, f"{image.path}: found an image {image.configuration}; expected one of {car}. Leave "
+                                  "IMAGE out, and it is built.")
+    if cells is not None and image.cells != cells:
+        raise Refused(EXIT_USAGE, f"{image.path}: found memory for {image.cells} cells; expected the {cells} of "
+                                  "--cells. Leave IMAGE or --cells out.")
 
 
 def command_of(tool, image, board):
@@ -146,19 +195,25 @@ def how_to_install(tool):
 def arguments():
     parser = argparse.ArgumentParser(prog="voltlap flash", description=__doc__, epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("image", nargs="?", type=Path, metavar="IMAGE.elf", help="(default: the project's own)")
+    parser.add_argument("image", nargs="?", type=Path, metavar="IMAGE.elf", help="(default: that of --vehicle, built)")
+    image_car.add_flags(parser)
     parser.add_argument("--board", default="stm32f407", choices=BOARDS, help="(default: %(default)s)")
     parser.add_argument("--tool", choices=TOOLS, help="(default: the first that is installed)")
     parser.add_argument("--dry-run", action="store_true", help="print the command, run nothing")
-    return parser.parse_args()
+    given = parser.parse_args()
+    image_car.check_flags(parser, given)
+    return given
 
 
 def flash(given):
     board = BOARDS[given.board]
-    image = read_image(locate(given, board))
+    path, car = locate(given, board)
+    image = read_image(path)
     check(image, board, given.board)
-    print(f"{image.path}: {image.name} {image.version}, {image.nodes}, at most {image.cells} cells, {image.size} bytes "
-          f"from 0x{image.first:08x}")
+    check_owner(image, car, given.cells)
+    print(f"{image.path}: {image.name} {image.version}, {image.nodes}, at most {image.cells} cells, {image.size} "
+          f"bytes from 0x{image.first:08x}\n{image.configuration}{f', asked for as {car.asked}' if car else ''}",
+          flush=True)
     if given.board == "mps2-an386":
         print(f"this board is emulated: ./voltlap endurance --ecu qemu --image {image.path}")
         return 0

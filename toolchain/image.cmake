@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# voltlap_image(<name> BOARD <board> [PORT <port>] NODES bms|master... SOURCES <file>... LIBS <target>...): an image for a board of
+# voltlap_image(<name> BOARD <board> [PORT <port>] NODES bms|master... SOURCES <file>... LIBS <target>...
+#               [CONFIGURED_BY_PLANT]): an image for a board of
 # firmware/port/, in images/ of the build folder: <name>.elf, .map, .bin, .hex, <name>.stack, the deepest way of its
 # calls, and <name>.spdx.json, what it is made of. What must not be in an image fails the build (check_image.py), and so
 # does a stack that may not suffice (stack_use.py).
@@ -11,9 +12,26 @@ if(CMAKE_CROSSCOMPILING AND NOT VOLTLAP_IMAGE_PYTHON)
   message(FATAL_ERROR "No python3 was found, which checks the images. Install it, or name one with -DVOLTLAP_IMAGE_PYTHON=FILE.")
 endif()
 
-function(voltlap_image_info name nodes)
+# What it says of itself. An image that no plant configures has pack_config.hpp, master_config.hpp or both in it.
+function(voltlap_image_info name nodes by_plant)
   set(has_bms false)
   set(has_master false)
+  set(includes "")
+  set(bms_number 0)
+  set(master_number 0)
+  set(cells_in_series 0)
+  set(car "\"\"")
+  if(master IN_LIST nodes AND NOT by_plant)
+    string(APPEND includes "#include \"master_config.hpp\"\n")
+    set(master_number master::kMasterNumber)
+    set(car master::kMasterCar)
+  endif()
+  if(bms IN_LIST nodes AND NOT by_plant)
+    string(APPEND includes "#include \"pack_config.hpp\"\n")
+    set(bms_number bms::kPackNumber)
+    set(cells_in_series bms::kPackConfig.cells_in_series)
+    set(car bms::kPackCar)
+  endif()
   if(bms IN_LIST nodes)
     set(has_bms true)
   endif()
@@ -28,8 +46,8 @@ function(voltlap_image_info name nodes)
 endfunction()
 
 function(voltlap_image name)
-  cmake_parse_arguments(PARSE_ARGV 1 IMAGE "" "BOARD;PORT" "SOURCES;LIBS;NODES")
-  voltlap_image_info(${name} "${IMAGE_NODES}")
+  cmake_parse_arguments(PARSE_ARGV 1 IMAGE "CONFIGURED_BY_PLANT" "BOARD;PORT" "SOURCES;LIBS;NODES")
+  voltlap_image_info(${name} "${IMAGE_NODES}" ${IMAGE_CONFIGURED_BY_PLANT})
   if(NOT IMAGE_PORT)
     set(IMAGE_PORT ${IMAGE_BOARD})
   endif()

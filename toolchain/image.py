@@ -3,20 +3,16 @@
 """Builds the example images of the firmware for a Cortex-M, and prints how large they are.
 
 In images/ of the build folder lie for each: .elf, .bin, .hex, .map, .stack (its deepest calls) and .spdx.json (what it
-is made of). With --vehicle they have that car's configuration; the image driven_by_plant gets it from the plant when it
-is started (./voltlap endurance --ecu qemu).
+is made of). With --vehicle they have that car's configuration, and lie in a folder of that car's own; the image
+driven_by_plant gets it from the plant when it is started (./voltlap endurance --ecu qemu).
 """
 import argparse
-import os
-import re
-import subprocess
 import sys
-from pathlib import Path
 
 import image_build
-from image_build import Kind, Refused
+import image_car
+from image_build import Refused
 
-HOST = Path(os.environ.get("VOLTLAP_BUILD_DIR", image_build.ROOT / "build" / "default"))
 EPILOG = """\
 Example: ./voltlap image --vehicle ours.toml --cells 96
 Exit codes: 0 done, 2 usage or input, 4 a program is missing, 5 the build failed"""
@@ -26,35 +22,10 @@ def arguments():
     parser = argparse.ArgumentParser(prog="voltlap image", description=__doc__, epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cpu", default="cortex-m4", choices=image_build.CPUS, help="(default: %(default)s)")
-    parser.add_argument("--cells", type=int, metavar="N",
-                        help=f"most cells that the BMS has memory for, 1 to {image_build.CELLS_MOST} (default: all)")
-    parser.add_argument("--vehicle", metavar="CAR", help="a car by name or file (default: the example car, vtm16e)")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
-                        help="another value of the car; may be repeated")
+    image_car.add_flags(parser)
     given = parser.parse_args()
-    if given.cells is not None and not 1 <= given.cells <= image_build.CELLS_MOST:
-        parser.error(f"--cells {given.cells}: 1 to {image_build.CELLS_MOST} are expected")
+    image_car.check_flags(parser, given)
     return given
-
-
-def car_headers(given):
-    """(folder, name) of the car's configuration as headers; (None, "") for the example car as it is."""
-    if given.vehicle is None and not given.settings:
-        return None, ""
-    vehicle = given.vehicle or "vtm16e"
-    name = re.sub(r"\W+", "_", "_".join([Path(vehicle).stem, *given.settings]))
-    folder = image_build.ROOT / "build" / "images_of" / name
-    folder.mkdir(parents=True, exist_ok=True)
-    command = [HOST / "bin" / "voltlap", "firmware-tables", "--vehicle", vehicle, "--out", folder / "pack_config.hpp",
-               "--master-out", folder / "master_config.hpp"]
-    for setting in given.settings:
-        command += ["--set", setting]
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode != 0:
-        if not any(folder.iterdir()):
-            folder.rmdir()
-        raise Refused(2, done.stderr.strip().removeprefix("voltlap: "))
-    return folder, name
 
 
 def table(kind):
@@ -68,10 +39,10 @@ def table(kind):
 def main():
     given = arguments()
     try:
-        config, name = car_headers(given)
-        kind = Kind(given.cpu, given.cells, config, name)
+        car = image_car.car_of(given.vehicle, given.settings)
+        kind = image_car.kind_of(car, given.cpu, given.cells)
         image_build.build(kind)
-        print(table(kind))
+        print(f"images of {car}\n{table(kind)}")
     except Refused as error:
         print(f"voltlap image: {error}", file=sys.stderr)
         return error.code

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import image_build
 from image_build import Kind, Refused
+from outputs import marked_document
 
 HOST = Path(os.environ.get("VOLTLAP_BUILD_DIR", image_build.ROOT / "build" / "default"))
 METHODS = ("bms.soc_method=ekf", "bms.limit_method=ahead")
@@ -132,10 +133,8 @@ def table(kinds, steps):
 
 
 def write_into(path, text):
-    before, mark, rest = path.read_text().partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not mark or not end:
-        raise Refused(2, f"{path}: found no {BEGIN} and {END}; expected both around the table. Write them there.")
+    before, _, rest = path.read_text().partition(BEGIN)
+    _, _, after = rest.partition(END)
     path.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}")
 
 
@@ -144,7 +143,8 @@ def arguments():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--laps", type=int, metavar="N", help="of each run (default: a whole endurance)")
     parser.add_argument("--rows", type=int, metavar="N", help="of the fault matrix, drawn (default: all)")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="put the table into this document")
+    parser.add_argument("--write", type=marked_document(BEGIN, END), metavar="FILE",
+                        help="put the table into this document")
     given = parser.parse_args()
     for flag, number in (("--laps", given.laps), ("--rows", given.rows)):
         if number is not None and number < 1:

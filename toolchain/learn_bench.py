@@ -22,6 +22,8 @@ import tempfile
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
+from outputs import output_file
+
 ROOT = Path(__file__).resolve().parents[1]
 SHORT_CELLS, CELLS, GOAL = 8, 200, 1.2
 COVERED = (0.90, 0.98)
@@ -42,8 +44,8 @@ def arguments():
                         help="keep recordings, models, what was said and the commands of each cell there")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at once; default: all cores")
     parser.add_argument("--tool", type=Path, default=ROOT / "build/default/bin/voltlap", help="default: the built one")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write everything")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write one line a cell")
+    parser.add_argument("--json", type=output_file, metavar="FILE", help="write everything")
+    parser.add_argument("--csv", type=output_file, metavar="FILE", help="write one line a cell")
     return parser.parse_args()
 
 

@@ -18,6 +18,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from outputs import output_file
+
 VOLTLAP = Path(__file__).resolve().parent.parent / "build" / "default" / "bin" / "voltlap"
 LIMIT_S = 900
 BLOCK_S = 60
@@ -180,7 +182,7 @@ def arguments():
                         help="only this row, or those that begin with it; may be repeated")
     parser.add_argument("--rungs", default=",".join((*RUNGS, "rival")), help="columns; default: %(default)s")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep cell files, JSON and errors over time there")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers")
+    parser.add_argument("--json", type=output_file, metavar="FILE", help="write the numbers")
     parser.add_argument("--voltlap", type=Path, default=VOLTLAP, help="the program; default: the built one")
     given = parser.parse_args()
     given.rungs = given.rungs.split(",")

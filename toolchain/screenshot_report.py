@@ -9,6 +9,7 @@ import sys
 import tempfile
 
 from chromium import Chromium
+from outputs import output_folder
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
 LAP = 5  # what the charts show is one lap: a curve says more than a band
@@ -103,7 +104,7 @@ def main():
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(PICTURES)}; without: all")
     parser.add_argument("--binary", type=pathlib.Path, default=PROJECT / "build/default/bin/voltlap",
                         help="program that writes the reports")
-    parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "docs", help="folder of the PNG files")
+    parser.add_argument("--output", type=output_folder, default=PROJECT / "docs", help="folder of the PNG files")
     arguments = parser.parse_args()
     if unknown := set(arguments.names) - set(PICTURES):
         parser.error(f"no picture {', '.join(sorted(unknown))}; there are {', '.join(PICTURES)}")

@@ -1,9 +1,16 @@
 // The master controller's configuration for vtm16e. Made by voltlap 0.1.0; make it again with
 //   voltlap firmware-tables --master-out FILE
 #pragma once
+#include <cstdint>
+
 #include "master/config.hpp"
 
 namespace voltlap::master {
+
+// Whose configuration it is, and its number, by which an image of another car is told. After a
+// change by hand set it to 0: whose it is, is not known then.
+inline constexpr char kMasterCar[] = "vtm16e";
+inline constexpr std::uint32_t kMasterNumber = 0x6C16E183U;
 
 inline constexpr Config kMasterConfig = [] {
   Config c{};

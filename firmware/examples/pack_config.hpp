@@ -67,6 +67,11 @@ inline constexpr std::int32_t kBranch2Time[] = {  // ms
 
 }  // namespace pack_tables
 
+// Whose configuration it is, and its number, by which an image of another car is told. After a
+// change by hand set it to 0: whose it is, is not known then.
+inline constexpr char kPackCar[] = "vtm16e";
+inline constexpr std::uint32_t kPackNumber = 0x9AFE10B8U;
+
 inline constexpr Config kPackConfig = [] {
   Config c{};
   c.cells_in_series = 24;

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs scenarios on a CAN bus, simulated or real.
-
-Exit codes: 0 all is as it must be, 1 a check failed, 2 usage or input, 3 a scenario could not be run, 130 interrupted.
-"""
+"""`voltlap hil run`: reads scenario files, runs them, says what each check measured."""
 from __future__ import annotations
 
 import argparse
@@ -18,6 +15,7 @@ from .dbc import Dbc
 from .errors import HilError, InputError
 from .in_process import PROCESS
 from .rig import Bench, Rig
+from .run_options import parser
 from .runner import Outcome, run
 from .scenario_file import Scenario, load
 
@@ -25,11 +23,11 @@ _SIMULATED = "vcan"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that cannot show a title shows its escapes
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        return int(options.call(options))
+        return _run(options)
     except InputError as error:
         print(f"voltlap hil: {error}", file=sys.stderr)
         return 2
@@ -38,29 +36,6 @@ def main(arguments: list[str] | None = None) -> int:
         return 3
     except KeyboardInterrupt:
         return 130
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="voltlap hil", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    runs = commands.add_parser("run", help="run scenario files and say what each check measured")
-    runs.set_defaults(call=_run)
-    runs.add_argument("scenario", nargs="+", type=_path, help="a YAML file, or a folder of them")
-    runs.add_argument("--channel", default="vcan0", help="the plant's channel (vcan0); process: car and firmware in "
-                      "one process, without any interface; with can0 the nodes are not started and times are those of "
-                      "the bus")
-    runs.add_argument("--far", metavar="CHANNEL", help="channel behind the fault gateway (vcan1 with vcan0)")
-    runs.add_argument("--nodes", choices=["started", "running"], help="whether plant and ECUs are started here; "
-                      "default: started on a vcan channel")
-    runs.add_argument("--without-event", action="store_true", help="leave out `when`; then no check of `then` may hold")
-    runs.add_argument("--record", type=_path, metavar="FILE", help="all frames: .log (candump -l), .asc or .blf; "
-                      "for one scenario")
-    runs.add_argument("--report", type=_path, metavar="FILE", action="append", default=[],
-                      help="results as .xml (JUnit), .md or .html; may be given several times")
-    runs.add_argument("--check-only", action="store_true", help="read the files and say whether they are right")
-    parser.epilog = "\n" + runs.format_help()  # the help of all is the help of its one command
-    return parser
 
 
 def _files(paths: list[Path]) -> list[Path]:
@@ -90,12 +65,6 @@ def _check_flag(flag: str, check: Callable[[Path], None], path: Path) -> None:
         check(path)
     except InputError as error:
         raise InputError(f"{flag} {error}") from None
-
-
-def _path(text: str) -> Path:
-    if not text:
-        raise argparse.ArgumentTypeError("found an empty name, expected a file")
-    return Path(text)
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -2,10 +2,13 @@
 """What a scenario may name: messages of the DBC files, and parts of the car that its `arguments` choose."""
 from __future__ import annotations
 
+import re
 import subprocess
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 from .dbc import Dbc
 from .errors import InputError, did_you_mean
@@ -13,6 +16,7 @@ from .nodes import program
 
 _FLAGS = ("--vehicle", "--set")  # what plant and ECUs both take
 _ANSWER_S = 20.0
+_ROW = re.compile(r"(\S+) +.*?\S+ +\.\. +\S+ +([-+0-9.e]+) ")
 _CELLS, _THERMISTORS = "battery.cells_in_series", "sensors.temperature_count"
 
 
@@ -31,9 +35,19 @@ class Car:
 
     def _count(self, key: str, message: str, signal: str) -> int:
         """As the program says; without it, as many as there are signals for."""
-        known = _keys(self.arguments).get(key)
+        known = int(_keys(self.arguments).get(key, 0))
         return known or sum(name.startswith(signal) for m in self.dbc.messages.values() if m.name.startswith(message)
                             for name in m.signals)
+
+    @property
+    def keys(self) -> dict[str, float]:
+        """Every number of the car by its key; none where the program is not built yet."""
+        return _keys(self.arguments)
+
+    @property
+    def open_circuit_v(self) -> float:
+        """Of a cell at the start of a run, as the BMS's tables have it; 0 where the program is not built yet."""
+        return _open_circuit_v(self.arguments, self.keys.get("battery.initial_soc", 1.0))
 
     def check_arguments(self) -> None:
         """Each flag is one that plant and ECUs take, each name and value one that the program takes."""
@@ -55,14 +69,36 @@ class Car:
 
 
 @lru_cache(maxsize=256)
-def _keys(arguments: Sequence[str]) -> dict[str, int]:
-    """Counts of parts by the program's own reading of the arguments; none where it is not built yet."""
+def _keys(arguments: Sequence[str]) -> dict[str, float]:
+    """Numbers by the program's own reading of the arguments; none where it is not built yet."""
+    # A row: key, unit, low, "..", high, value, meaning.
+    rows = (_ROW.match(line) for line in _answer("list", "keys", *arguments).splitlines())
+    return {row[1]: float(row[2]) for row in rows if row}
+
+
+def _answer(*arguments: str) -> str:
+    """What the program prints; nothing where it is not built yet."""
     try:
-        asked = subprocess.run([str(program()), "list", "keys", *arguments], capture_output=True, text=True,
-                               errors="replace", stdin=subprocess.DEVNULL, timeout=_ANSWER_S)
+        asked = subprocess.run([str(program()), *arguments], capture_output=True, text=True, errors="replace",
+                               stdin=subprocess.DEVNULL, timeout=_ANSWER_S)
     except (InputError, OSError, subprocess.TimeoutExpired):
-        return {}
+        return ""
     if asked.returncode == 2:
         raise InputError(asked.stderr.strip().removeprefix("voltlap: ").replace("\n", " "))
-    rows = (line.split() for line in asked.stdout.splitlines())  # key, unit, low, "..", high, value, meaning
-    return {row[0]: int(row[5]) for row in rows if row and row[0] in (_CELLS, _THERMISTORS) and row[5].isdigit()}
+    return asked.stdout
+
+
+@lru_cache(maxsize=256)
+def _open_circuit_v(arguments: Sequence[str], soc: float) -> float:
+    with tempfile.TemporaryDirectory(prefix="voltlap-hil-") as folder:
+        out = Path(folder) / "pack_config.hpp"
+        _answer("firmware-tables", *arguments, "--out", str(out))
+        header = out.read_text() if out.exists() else ""
+    found = [re.search(rf"{name}\[\] = {{[^\n]*\n([^}}]*)}}", header) for name in ("kOcvSoc", "kOcvVoltage")]
+    if not all(found):
+        return 0.0
+    socs, volts = ([float(n) for n in one[1].split(",") if n.strip()] for one in found if one)
+    wanted = soc * 1e6
+    k = max(1, next((i for i, s in enumerate(socs) if s >= wanted), len(socs) - 1))
+    share = (wanted - socs[k - 1]) / (socs[k] - socs[k - 1])
+    return 1e-4 * (volts[k - 1] + share * (volts[k] - volts[k - 1]))

@@ -1,12 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fault matrix: every row of hil/faults.yaml is driven with plant and firmware in the loop, and measured.
-
-With --ecu qemu BMS and master controller run as images of a Cortex-M4, an emulated board each, with --ecu process as
-processes on pipes. Each row is then driven in one process, too, and fails where one frame differs.
-
-Exit codes: 0 every row passed, 1 a row failed or is a known failure, 2 usage or input, 3 a row could not be run,
-130 interrupted.
-"""
+"""`voltlap faults`: reads the table, drives its rows, several at a time, and writes what came of it."""
 from __future__ import annotations
 
 import argparse
@@ -22,18 +15,16 @@ from pathlib import Path
 from . import fault_report
 from .dbc import Dbc
 from .errors import HilError, InputError, check_place, did_you_mean
+from .fault_options import parser
 from .fault_run import PASSED, RowResult, Twins, run_row
 from .fault_table import TABLE, Row, load_table
 from .in_process import PROCESS, EcuPlace
 from .nodes import program
-from .quantity import whole
 from .rig import Bench, Rig
-
-_SEEDS, _MOST_JOBS = 2**32 - 1, 64
 
 
 def main(arguments: list[str] | None = None) -> int:
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     try:
         return _run(options)
     except InputError as error:
@@ -44,44 +35,6 @@ def main(arguments: list[str] | None = None) -> int:
         return 3
     except KeyboardInterrupt:
         return 130
-
-
-def number(low: int, high: int, text: str) -> int:
-    try:
-        return whole(text, low, high)
-    except InputError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="voltlap faults", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--row", action="append", default=[], metavar="ID", help="only this row; may be repeated")
-    parser.add_argument("--group", action="append", default=[], metavar="NAME",
-                        help="only the rows of this group; may be repeated")
-    parser.add_argument("--draw", type=partial(number, 1, 10_000), metavar="N",
-                        help="only so many of them, drawn by --seed")
-    parser.add_argument("--list", action="store_true", help="say which rows there are, and run nothing")
-    parser.add_argument("--table", type=Path, default=TABLE, metavar="FILE", help="another table (hil/faults.yaml)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="everything that was measured")
-    parser.add_argument("--report", type=Path, metavar="FILE",
-                        help="one page with the curves of each row (.html), or the table (.md), which takes the place "
-                        "of the one between its marks in a file such as docs/fault_matrix.md")
-    parser.add_argument("--jobs", type=partial(number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
-                        help="rows at a time; one on a CAN interface (all processors)")
-    parser.add_argument("--ecu", choices=("inside", "qemu", "process"), default="inside",
-                        help="where the firmware runs; qemu: ./voltlap image builds the image (inside)")
-    parser.add_argument("--image", metavar="FILE", help="with --ecu: an ELF or a program instead of the built one")
-    parser.add_argument("--count-instructions", action="store_true",
-                        help="with --ecu qemu: the worst step of each row, in --json and at the end")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
-                        help="a number of the car, in every row that does not set it itself; may be repeated")
-    parser.add_argument("--bus", metavar="IF", help="on this CAN interface, with processes for plant and ECUs, the "
-                        "rows that say vcan: true; without it in one process")
-    parser.add_argument("--far", metavar="IF", help="the interface behind the gateway (vcan1 with --bus vcan0)")
-    parser.add_argument("--seed", type=partial(number, 0, _SEEDS), default=1, metavar="N",
-                        help="of losses, noise and --draw; the same seed gives the same run (1)")
-    return parser
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -97,7 +50,7 @@ def _run(options: argparse.Namespace) -> int:
         program()  # its absence is told once, before anything starts
         ecu.check()
     dbc = Dbc.of_project()
-    rows = _chosen(load_table(options.table, dbc), options)
+    rows = _chosen(load_table(options.table or TABLE, dbc, _car_arguments(options)), options)
     if options.list:
         print(fault_report.listing(rows))
         return 0
@@ -146,10 +99,16 @@ def _chosen(rows: list[Row], options: argparse.Namespace) -> list[Row]:
     return rows
 
 
+def _car_arguments(options: argparse.Namespace) -> list[str]:
+    """Of the car that drives every row."""
+    return [*(["--vehicle", options.vehicle] if options.vehicle else []),
+            *(word for setting in options.set for word in ("--set", setting))]
+
+
 def _open_rig(options: argparse.Namespace, dbc: Dbc, ecu: EcuPlace, gateway: bool, behind: Sequence[str],
               **what: object) -> Rig:
     given: Sequence[str] = what.get("arguments", ())  # type: ignore[assignment]
-    what["arguments"] = [*(word for setting in options.set for word in ("--set", setting)), *given]
+    what["arguments"] = [*_car_arguments(options), *given]
     if options.bus is None:
         bench = Bench(PROCESS, PROCESS if gateway else None, behind, ecu=ecu)
     else:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from .errors import InputError
 from .fault_page import html_page
-from .fault_run import FAILED, KNOWN, PASSED, RowResult, bound_ms
+from .fault_run import FAILED, KNOWN, NOT_RUN, PASSED, RowResult, bound_ms
 from .fault_table import Row
 from .in_process import PROCESS
 
-_ORDER = {FAILED: 0, KNOWN: 1, PASSED: 2}
+_ORDER = {FAILED: 0, KNOWN: 1, PASSED: 2, NOT_RUN: 3}
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,17 @@ class Matrix:
     @property
     def summary(self) -> str:
         known = f", {self.count(KNOWN)} known" if self.count(KNOWN) else ""
-        return f"{len(self.rows)} faults: {self.count(PASSED)} passed, {self.count(FAILED)} failed{known}"
+        not_run = f", {self.count(NOT_RUN)} could not be run" if self.count(NOT_RUN) else ""
+        faults = "1 fault" if len(self.rows) == 1 else f"{len(self.rows)} faults"
+        return f"{faults}: {self.count(PASSED)} passed, {self.count(FAILED)} failed{known}{not_run}"
+
+    def not_run(self) -> dict[str, list[str]]:
+        """Why rows could not be run, each reason once -> their ids."""
+        out: dict[str, list[str]] = {}
+        for row, result in zip(self.rows, self.results, strict=True):
+            if result.verdict == NOT_RUN:
+                out.setdefault(result.error, []).append(row.id)
+        return out
 
 
 def milliseconds(value: float | None) -> str:
@@ -112,16 +123,19 @@ def listing(rows: Sequence[Row]) -> str:
 def text(matrix: Matrix) -> str:
     head = ("", "fault", "told", "torque zero", "contactors open", "the car")
     table: list[tuple[str, ...]] = [head]
-    for row, result in matrix.failures_first():
+    shown = [pair for pair in matrix.failures_first() if pair[1].verdict != NOT_RUN]
+    for row, result in shown:
         table.append((result.verdict, row.id, *cells(row, result), result.did))
     widths = [max(len(line[i]) for line in table) for i in range(len(head))]
     lines = []
-    for line, pair in zip(table, [None, *matrix.failures_first()], strict=True):
+    for line, pair in zip(table, [None, *shown], strict=True):
         lines.append("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
-        if pair is not None and pair[1].verdict != PASSED:
+        if pair is not None and pair[1].verdict in (FAILED, KNOWN):
             lines += [f"{'':{widths[0]}}    {reason}" for reason in reasons(pair[1])]
             if pair[0].known:
                 lines.append(f"{'':{widths[0]}}    known: {pair[0].known}")
+    for reason, ids in matrix.not_run().items():
+        lines += ["", reason, *textwrap.wrap(", ".join(ids), 116, initial_indent="  ", subsequent_indent="  ")]
     if matrix.ecu != "inside":
         lines += ["", f"{matrix.same_frames} of {len(matrix.rows)} with every frame as in one process"]
         lines += [f"instructions of a step, {node}: {found[0]:.0f} mean, {found[1]} at most ({found[2]})"

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import yaml
 
 from . import checks, requirements
 from .car import Car
+from .car_quantities import filled
 from .condition import Condition
 from .dbc import Dbc
 from .errors import InputError
@@ -25,7 +26,7 @@ from .scenario_steps import read_step
 from .yaml_node import YamlNode, document
 
 TABLE = Path(__file__).resolve().parents[1] / "faults.yaml"
-_SITUATION = ["what", "sound", "ends", "given", "meanwhile"]
+_SITUATION = ["what", "sound", "lasting", "ends", "given", "meanwhile"]
 _ENDS = {"torque": "torque_zero_within", "contactors": "contactors_open_within"}
 _ROW = ["id", "group", "what", "rule", "proves", "drive", "when", "meanwhile", "sees", "seen_within",
         "torque_zero_within", "contactors_open_within", "commanded_open_within", "goes_on", "then", "behind",
@@ -42,8 +43,9 @@ _RULE = re.compile(r"(?:EV|T)\.\d+(?:\.\d+){0,3}")
 class Situation:
     """How the car is driven when something breaks.
 
-    sound  what a car without fault keeps to all the while
-    ends   reactions that the drive itself brings, fault or not: the foot leaves the pedal, the circuit opens
+    sound    what a car without fault keeps to all the while
+    lasting  what it keeps to until the end of a long drive, where it is as fast as it gets; the same unless given
+    ends     reactions that the drive itself brings, fault or not: the foot leaves the pedal, the circuit opens
     """
 
     name: str
@@ -52,6 +54,11 @@ class Situation:
     given: tuple[YamlNode, ...]
     meanwhile: tuple[YamlNode, ...]
     ends: frozenset[str] = frozenset()
+    own_lasting: Condition | None = None
+
+    @property
+    def lasting(self) -> Condition:
+        return self.own_lasting or self.sound
 
 
 @dataclass
@@ -80,18 +87,28 @@ class Row:
         return ", ".join([*self.rule, *self.scenario.proves])
 
 
-def load_table(path: Path, dbc: Dbc) -> list[Row]:
-    """Reads and checks the whole table; every mistake is told with its line and field."""
-    top = document(path).fields(["situations", "rows"], needed=["situations", "rows"])
+def load_table(path: Path, dbc: Dbc, arguments: Sequence[str] = ()) -> list[Row]:
+    """Reads and checks the whole table for the car that `arguments` name; every mistake is told with its line and
+    field."""
+    car = Car(dbc, tuple(arguments))
+    car.check_arguments()
+
+    def fill(text: str) -> str:
+        try:
+            return filled(text, car)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    top = document(path, fill).fields(["situations", "rows"], needed=["situations", "rows"])
     mistakes = Mistakes(path)
     situations: dict[str, Situation] = {}
     for name, node in _named(top["situations"]):
         with mistakes.noted():
-            situations[name] = _situation(name, node, dbc)
+            situations[name] = _situation(name, node, car)
     rows: list[Row] = []
     for node in top["rows"].items():
         with mistakes.noted():
-            row = _row(node, situations, dbc)
+            row = _row(node, situations, car)
             if any(row.id == other.id for other in rows):
                 raise node.error(f"the id {row.id!r} stands here twice")
             rows.append(row)
@@ -106,30 +123,32 @@ def _named(node: YamlNode) -> Iterator[tuple[str, YamlNode]]:
     yield from node.fields([str(key.value) for key, _ in node.raw.value]).items()
 
 
-def _situation(name: str, node: YamlNode, dbc: Dbc) -> Situation:
+def _situation(name: str, node: YamlNode, car: Car) -> Situation:
     fields = node.fields(_SITUATION, needed=["what", "sound", "given"])
-    situation = Situation(name, fields["what"].words(), fields["sound"].value(lambda t: Condition.parse(t, dbc)),
+    situation = Situation(name, fields["what"].words(), fields["sound"].value(lambda t: Condition.parse(t, car.dbc)),
                           tuple(fields["given"].items()),
                           tuple(fields["meanwhile"].items()) if "meanwhile" in fields else (),
                           frozenset(_ENDS[n.one_of(list(_ENDS))] for n in fields["ends"].items())
-                          if "ends" in fields else frozenset())
+                          if "ends" in fields else frozenset(),
+                          fields["lasting"].value(lambda t: Condition.parse(t, car.dbc))
+                          if "lasting" in fields else None)
     for step in (*situation.given, *situation.meanwhile):
-        read_step(step, Car(dbc))
+        read_step(step, car)
     return situation
 
 
-def _row(node: YamlNode, situations: dict[str, Situation], dbc: Dbc) -> Row:
-    fields = node.fields(_ROW, needed=_NEEDED)
+def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car) -> Row:
+    fields, dbc = node.fields(_ROW, needed=_NEEDED), of_all.dbc
     identifier = fields["id"].words()
     if _ID.fullmatch(identifier) is None:
         raise fields["id"].error(f"found {identifier!r}, expected small letters, digits and _, such as apps1_open")
     node.name = f"row {identifier}"
     fields = node.fields(_ROW, needed=_NEEDED)  # once more, so that a mistake names the row
     situation = situations[fields["drive"].one_of(list(situations))]
-    scenario = Scenario(node.path, fields["what"].words(), arguments=_arguments(fields, dbc), behind=_behind(fields))
+    scenario = Scenario(node.path, fields["what"].words(), arguments=_arguments(fields, of_all), behind=_behind(fields))
     if "proves" in fields:
         scenario.proves = [n.value(requirements.requirement).id for n in fields["proves"].items()]
-    car = Car(dbc, tuple(scenario.arguments))
+    car = Car(dbc, (*of_all.arguments, *scenario.arguments))
     scenario.given = [read_step(step, car) for step in situation.given]
     scenario.when = [read_step(step, car) for step in fields["when"].items()]
     own = fields["meanwhile"].items() if "meanwhile" in fields else situation.meanwhile
@@ -195,13 +214,13 @@ def _behind(fields: dict[str, YamlNode]) -> tuple[str, ...]:
     return tuple(n.one_of(list(ECUS)) for n in fields["behind"].items())
 
 
-def _arguments(fields: dict[str, YamlNode], dbc: Dbc) -> list[str]:
+def _arguments(fields: dict[str, YamlNode], car: Car) -> list[str]:
     """What plant and ECUs are told: settings `KEY=VALUE`, one or a list."""
     if "arguments" not in fields:
         return []
     words = [word for n in fields["arguments"].items() for word in ("--set", n.words())]
     try:
-        Car(dbc, tuple(words)).check_arguments()
+        Car(car.dbc, (*car.arguments, *words)).check_arguments()
     except InputError as error:
         raise fields["arguments"].error(str(error)) from None
     return words

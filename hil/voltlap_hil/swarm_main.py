@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawn cars, drives and pairs of faults against what must hold in every drive; a failure is shrunk.
-
-Exit codes: 0 nothing was broken, 1 something was, with the seed that repeats it, 2 usage or input, 130 interrupted.
-"""
+"""`voltlap swarm`: draws scenarios until its time is over, and shrinks the first that breaks something."""
 from __future__ import annotations
 
 import argparse
@@ -12,23 +9,20 @@ import random
 import sys
 import time
 from collections.abc import Iterator
-from functools import partial
 from itertools import count
 
 from .dbc import Dbc
 from .errors import HilError, InputError
-from .fault_main import number
+from .fault_options import SEEDS
 from .fault_table import TABLE, Row, load_table
 from .in_process import PROCESS
 from .nodes import program
 from .rig import Bench, Rig
 from .swarm import Drawn, check, draw, smallest, usable
-
-_SEEDS, _MOST_JOBS, _LONGEST_S = 2**32 - 1, 64, 10_000_000
-
+from .swarm_options import parser
 
 def main(arguments: list[str] | None = None) -> int:
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     try:
         return _run(options)
     except InputError as error:
@@ -36,19 +30,6 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="voltlap swarm", description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=partial(number, 1, _LONGEST_S), default=60, metavar="N",
-                        help="how long it draws (60); what has begun is ended")
-    parser.add_argument("--runs", type=partial(number, 1, _LONGEST_S), metavar="N", help="at most so many scenarios")
-    parser.add_argument("--jobs", type=partial(number, 1, _MOST_JOBS), default=os.cpu_count() or 1, metavar="N",
-                        help="scenarios at a time (all processors)")
-    parser.add_argument("--seed", type=partial(number, 0, _SEEDS), metavar="N",
-                        help="of the first scenario, the next has the next number; without it one is drawn and said")
-    return parser
 
 
 _work: tuple[dict[str, Row], list[Row], Dbc] | None = None  # of a worker, which was forked with it
@@ -79,7 +60,7 @@ def _run(options: argparse.Namespace) -> int:
     dbc = Dbc.of_project()
     rows = load_table(TABLE, dbc)
     _work = ({row.id: row for row in rows}, usable(rows), dbc)
-    first = options.seed if options.seed is not None else random.randrange(_SEEDS)
+    first = options.seed if options.seed is not None else random.randrange(SEEDS)
     print(f"seed {first}", flush=True)
     begin, runs, faults = time.monotonic(), 0, 0
     for drawn, found in _outcomes(options, first, begin):
@@ -96,7 +77,7 @@ def _outcomes(options: argparse.Namespace, first: int, begin: float) -> Iterator
         for i in count():
             if time.monotonic() - begin > options.seconds and i or i == options.runs:
                 return
-            yield (first + i) % (_SEEDS + 1)
+            yield (first + i) % (SEEDS + 1)
 
     if options.jobs == 1 or options.runs == 1:
         yield from map(_one, seeds())

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import codecs
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
 import yaml
@@ -70,9 +71,9 @@ def line_of(mark: yaml.Mark) -> int:
     return text.count("\n", 0, min(mark.index, len(text))) + 1
 
 
-def compose(path: Path) -> yaml.Node:
+def compose(path: Path, fill: Callable[[str], str] = str) -> yaml.Node:
     """The one document of a file."""
-    text = _decoded(path, _read(path))
+    text = fill(_decoded(path, _read(path)))
     if odd := yaml.SafeLoader.NON_PRINTABLE.search(text):
         line = text.count("\n", 0, odd.start()) + 1
         raise InputError(f"{path}:{line}: found the control character U+{ord(odd[0]):04X}, expected text; take it out")

@@ -114,5 +114,6 @@ class YamlNode:
         return next(iter(found.items()))
 
 
-def document(path: Path) -> YamlNode:
-    return YamlNode(compose(path), path, "")
+def document(path: Path, fill: Callable[[str], str] = str) -> YamlNode:
+    """`fill` is given the file's text and returns what is read in its place, line for line."""
+    return YamlNode(compose(path, fill), path, "")

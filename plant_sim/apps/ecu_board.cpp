@@ -6,10 +6,15 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
+#include <array>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <thread>
 
+#include "apps/firmware_header.hpp"
+#include "apps/master_header.hpp"
 #include "apps/run_recorder.hpp"
 #include "can_dbc/tables.hpp"
 #include "core/errors.hpp"
@@ -44,10 +49,25 @@ std::string default_image(const std::string& where) {
   return (fs::read_symlink("/proc/self/exe").parent_path() / "voltlap-firmware").string();
 }
 
+/// An ELF for an ARM of 32 bits: what QEMU can load, told before it prints its registers.
+void check_elf(const std::string& image) {
+  std::array<char, 20> head{};
+  std::ifstream(image, std::ios::binary).read(head.data(), head.size());
+  const std::string_view begin(head.data(), 6);
+  constexpr char kArm = 40;  // e_machine
+  if (begin == std::string_view("\x7f" "ELF\x01\x01", 6) && head[18] == kArm && head[19] == 0) return;
+  throw InputError("--image", fmt::format("{}, which is no ELF for a Cortex-M", image),
+                   fmt::format("an image for the board {}", kBoard),
+                   "./voltlap image builds them: IMAGE is the file that ends with .elf");
+}
+
 std::string image_of(const EcuOptions& options) {
   const bool named = !options.image.empty();
   const std::string image = named ? options.image : default_image(options.where);
-  if (fs::is_regular_file(image)) return image;
+  if (fs::is_regular_file(image)) {
+    if (options.where == "qemu") check_elf(image);
+    return image;
+  }
   const char* remedy = named ? "Check the name"
                        : options.where == "qemu"
                            ? "Build it: ./voltlap image"
@@ -93,7 +113,9 @@ void EcuBoard::meet() {
     throw InputError("--ecu " + options_.where, fmt::format("{} that does not start: {}", options_.image, error.what()),
                      options_.where == "qemu" ? "an image of this firmware for the board mps2-an386"
                                               : "a program of this firmware",
-                     "Build it again: ./voltlap image");
+                     options_.where == "qemu"
+                         ? "Build it again: ./voltlap image"
+                         : "Leave --image out: the built one is bin/voltlap-firmware of the build folder");
   }
 }
 
@@ -141,7 +163,7 @@ void EcuBoard::check_greeting(const port::Greeting& greeting) const {
                      options_.where == "qemu" ? "Build it again: ./voltlap image"
                                               : "Build the target voltlap-firmware");
   }
-  if (greeting.bms_config_bytes == 0) return;
+  if (greeting.bms_config_bytes == 0) return check_owner(greeting);
   const bool fits = greeting.config_layout == port::kConfigLayout && greeting.bms_config_bytes == sizeof(bms::Config) &&
                     greeting.master_config_bytes == sizeof(master::Config);
   if (!fits) {
@@ -157,6 +179,25 @@ void EcuBoard::check_greeting(const port::Greeting& greeting) const {
                      fmt::format("the {} of the car", bms_.temperature_sensors),
                      "Build one with more: ./voltlap image --cells N makes room for as many thermistors as cells");
   }
+}
+
+/// An image with a configuration of its own is driven in the car whose configuration that is, and in no other.
+void EcuBoard::check_owner(const port::Greeting& greeting) const {
+  const std::uint32_t bms = configuration_number(bms_), master = configuration_number(master_);
+  const bool other_bms = greeting.has_bms != 0 && greeting.bms_number != 0 && greeting.bms_number != bms;
+  const bool other_master =
+      greeting.has_master != 0 && greeting.master_number != 0 && greeting.master_number != master;
+  if (!other_bms && !other_master) return;
+  const std::string car(greeting.car, strnlen(greeting.car, sizeof greeting.car));
+  const std::string cells =
+      greeting.has_bms != 0 ? fmt::format(", {} cells in series", greeting.cells_in_series) : "";
+  throw InputError("image " + options_.image,
+                   fmt::format("the configuration of '{}'{} ({:08x}-{:08x})", car, cells, greeting.bms_number,
+                               greeting.master_number),
+                   fmt::format("that of the car of this run, {} cells in series ({:08x}-{:08x})",
+                               bms_.cells_in_series, bms, master),
+                   "Build its own: ./voltlap image with the same --vehicle and --set; or leave --image out: the "
+                   "built one takes every car");
 }
 
 void EcuBoard::end() {

@@ -44,6 +44,7 @@ class EcuBoard {
   [[nodiscard]] ChildProgram program() const;
   void greet();
   void check_greeting(const port::Greeting& greeting) const;
+  void check_owner(const port::Greeting& greeting) const;
   [[nodiscard]] std::string what_became_of_it();
 
   EcuOptions options_;

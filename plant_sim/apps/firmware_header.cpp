@@ -140,6 +140,15 @@ std::vector<Line> lines_of(const bms::Config& c) {
   };
 }
 
+/// Those of an image: the circuit of a filter is in it where there is one.
+std::vector<Line> lines_of_image(const bms::Config& config) {
+  std::vector<Line> lines = lines_of(config);
+  if (config.soc_method == bms::SocMethod::kEkf) {
+    for (Line& line : branch_lines(config.branches)) lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
 std::string array(const char* name, const char* unit, const std::vector<std::int32_t>& raw) {
   std::string out = fmt::format("inline constexpr std::int32_t {}[] = {{  // {}\n", name, unit);
   constexpr std::size_t kPerLine = 8;
@@ -184,6 +193,14 @@ std::string branch_arrays(const VehicleParameters& car, const BranchReduction& r
   return out + list("kBranch2Time", "ms", 1e3, [](const auto& c) { return c.tau_s[1]; });
 }
 
+std::string cell_arrays(const bms::Config& config) {
+  return array("kOcvSoc", "ppm of full charge", config.ocv.soc, config.ocv.count) +
+         array("kOcvVoltage", "0.1 mV", config.ocv.voltage, config.ocv.count) +
+         array("kResistanceSoc", "ppm of full charge", config.resistance.soc, config.resistance.count) +
+         array("kResistance", "uOhm of a parallel group, at the reference temperature",
+               config.resistance.resistance, config.resistance.count);
+}
+
 std::string commented(const std::string& text) {
   std::string out;
   for (std::size_t from = 0; from < text.size();) {
@@ -195,6 +212,31 @@ std::string commented(const std::string& text) {
 }
 
 }  // namespace
+
+std::uint32_t number_of_text(std::string_view text) {
+  std::uint32_t number = 2166136261U;  // FNV-1a of 32 bits
+  for (const char c : text) number = (number ^ static_cast<unsigned char>(c)) * 16777619U;
+  return number == 0 ? 1 : number;
+}
+
+std::uint32_t configuration_number(const bms::Config& config) {
+  std::string text = cell_arrays(config);
+  if (config.soc_method == bms::SocMethod::kEkf) text += filter_arrays(config.branches, config.resistance.count);
+  for (const Line& line : lines_of_image(config)) text += line.assignment;
+  return number_of_text(text);
+}
+
+std::string owner_lines(const char* kind, const std::string& car, std::uint32_t number) {
+  constexpr std::size_t kNameMost = 23;  // of port::ImageInfo
+  std::string name = car.substr(0, kNameMost);
+  for (char& c : name) {
+    if (c < ' ' || c > '~' || c == '"' || c == '\\') c = '_';
+  }
+  return fmt::format("// Whose configuration it is, and its number, by which an image of another car is told. After a\n"
+                     "// change by hand set it to 0: whose it is, is not known then.\n"
+                     "inline constexpr char k{}Car[] = \"{}\";\ninline constexpr std::uint32_t k{}Number = "
+                     "0x{:08X}U;\n\n", kind, name, kind, number);
+}
 
 std::string rounding_text(const bms::Config& config, const TableRounding& rounding) {
   std::string out = fmt::format(
@@ -240,22 +282,15 @@ std::string firmware_header(const VehicleParameters& car, const bms::Config& con
   out +=
       "#pragma once\n#include <cstdint>\n\n#include \"bms/config.hpp\"\n\nnamespace voltlap::bms {\nnamespace "
       "pack_tables {\n\n";
-  out += array("kOcvSoc", "ppm of full charge", config.ocv.soc, config.ocv.count);
-  out += array("kOcvVoltage", "0.1 mV", config.ocv.voltage, config.ocv.count);
-  out += array("kResistanceSoc", "ppm of full charge", config.resistance.soc, config.resistance.count);
-  out += array("kResistance", "uOhm of a parallel group, at the reference temperature",
-               config.resistance.resistance, config.resistance.count);
+  out += cell_arrays(config);
   const bool filtered = config.soc_method == bms::SocMethod::kEkf;
   out += fmt::format("\n// For a filter: the circuit of a parallel group at kResistanceSoc, at the reference "
                      "temperature.{}\n",
                      filtered ? "" : " kPackConfig holds\n// its whole resistance alone, kResistance.");
   out += filtered ? filter_arrays(config.branches, config.resistance.count) : branch_arrays(car, reduction);
-  out += "\n}  // namespace pack_tables\n\ninline constexpr Config kPackConfig = [] {\n  Config c{};\n";
-  std::vector<Line> lines = lines_of(config);
-  if (filtered) {
-    for (Line& line : branch_lines(config.branches)) lines.push_back(std::move(line));
-  }
-  for (const Line& line : lines) {
+  out += "\n}  // namespace pack_tables\n\n" + owner_lines("Pack", car.name, configuration_number(config)) +
+         "inline constexpr Config kPackConfig = [] {\n  Config c{};\n";
+  for (const Line& line : lines_of_image(config)) {
     out += line.meaning.empty() ? fmt::format("  {}\n", line.assignment)
                                 : fmt::format("  {:<66}  // {}\n", line.assignment, line.meaning);
   }

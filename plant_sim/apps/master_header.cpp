@@ -69,15 +69,19 @@ std::string times(const master::Config& c) {
          time("rx_timeout", c.rx_timeout);
 }
 
+std::string assignments(const master::Config& c) { return pedals(c) + request(c) + ceilings(c) + times(c); }
+
 }  // namespace
+
+std::uint32_t configuration_number(const master::Config& config) { return number_of_text(assignments(config)); }
 
 std::string master_header(const std::string& vehicle, const master::Config& config, const HeaderSource& source) {
   return fmt::format(
              "// The master controller's configuration for {}. Made by voltlap {}; make it again with\n//   {}\n"
-             "#pragma once\n#include \"master/config.hpp\"\n\nnamespace voltlap::master {{\n\n"
-             "inline constexpr Config kMasterConfig = [] {{\n  Config c{{}};\n",
+             "#pragma once\n#include <cstdint>\n\n#include \"master/config.hpp\"\n\nnamespace voltlap::master {{\n\n",
              vehicle, source.version, source.command) +
-         pedals(config) + request(config) + ceilings(config) + times(config) +
+         owner_lines("Master", vehicle, configuration_number(config)) +
+         "inline constexpr Config kMasterConfig = [] {\n  Config c{};\n" + assignments(config) +
          "  return c;\n}();\n"
          "static_assert(config_check(kMasterConfig) == ConfigError::kNone, \"this firmware refuses the configuration: "
          "make the\"\n              \" header again\");\n\n"

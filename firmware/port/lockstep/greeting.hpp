@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How image and plant meet on a stream, before the first frame:
 //
-//   image   Greeting          who it is, and whether it waits for a configuration
+//   image   Greeting          who it is, and whether it waits for a configuration or whose it has
 //   plant   Configuration     head, bms::Config, master::Config, only if it does; the head says which of its nodes run
 //   image   READY of its nodes, then frames: see lockstep_port.hpp
 //
@@ -13,7 +13,7 @@
 
 namespace voltlap::port {
 
-inline constexpr std::uint32_t kGreetingMark = 0x3248'4C56;       ///< "VLH2"
+inline constexpr std::uint32_t kGreetingMark = 0x3348'4C56;       ///< "VLH3"
 inline constexpr std::uint32_t kConfigurationMark = 0x3246'4C56;  ///< "VLF2"
 
 struct Greeting {
@@ -22,9 +22,11 @@ struct Greeting {
   std::uint32_t bms_config_bytes = 0, master_config_bytes = 0;  ///< 0: the image has its own
   std::uint16_t cells_max = 0, temperatures_max = 0;
   std::uint8_t has_bms = 0, has_master = 0;
-  std::uint8_t reserved[2] = {};
+  std::uint16_t cells_in_series = 0;                            ///< of its own configuration, as image_info.hpp
+  std::uint32_t bms_number = 0, master_number = 0;
+  char car[24] = {};
 };
-static_assert(sizeof(Greeting) == 28, "no padding: it goes onto the stream as it lies in memory");
+static_assert(sizeof(Greeting) == 60, "no padding: it goes onto the stream as it lies in memory");
 
 struct ConfigurationHead {
   std::uint32_t mark = kConfigurationMark;

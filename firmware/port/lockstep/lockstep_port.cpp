@@ -20,6 +20,10 @@ void LockstepPort::greet(void* bms, std::size_t bms_bytes, void* master, std::si
   greeting.temperatures_max = static_cast<std::uint16_t>(temperatures_max);
   greeting.has_bms = image_.has_bms ? 1 : 0;
   greeting.has_master = image_.has_master ? 1 : 0;
+  greeting.cells_in_series = image_.cells_in_series;
+  greeting.bms_number = image_.bms_number;
+  greeting.master_number = image_.master_number;
+  for (std::size_t i = 0; i < sizeof greeting.car; ++i) greeting.car[i] = image_.car[i];
   if (!rig_.write(reinterpret_cast<const std::uint8_t*>(&greeting), sizeof greeting)) rig_.end(false);
   greeted_ = true;
   if (!asks) return;

@@ -26,10 +26,11 @@ bool is_ready(const Frame& frame) {
 }  // namespace
 
 const port::Greeting& BoardStream::await_greeting() {
-  read_all(&greeting_, sizeof greeting_);
-  if (greeting_.mark != port::kGreetingMark || (greeting_.has_bms == 0 && greeting_.has_master == 0)) {
-    fail("does not greet as an image of this firmware does");
-  }
+  read_all(&greeting_.mark, sizeof greeting_.mark);  // one of another length has another mark
+  if (greeting_.mark != port::kGreetingMark) fail("does not greet as an image of this firmware does");
+  read_all(reinterpret_cast<std::uint8_t*>(&greeting_) + sizeof greeting_.mark,
+           sizeof greeting_ - sizeof greeting_.mark);
+  if (greeting_.has_bms == 0 && greeting_.has_master == 0) fail("does not greet as an image of this firmware does");
   nodes_ = {greeting_.has_bms != 0, greeting_.has_master != 0};
   return greeting_;
 }

@@ -107,7 +107,7 @@ def test_a_reset_handler_elsewhere_is_found(image_of, tmp_path):
     elf = tmp_path / "moved.elf"
     shutil.copy(image_of("bms_node"), elf)
     data = bytearray(elf.read_bytes())
-    info = data.index(b"VTL1")  # behind the 16 vectors
+    info = data.index(b"VTL2")  # behind the 16 vectors
     data[info - 64 + 4] ^= 0x10
     elf.write_bytes(data)
     result = tool("check_image.py", elf)

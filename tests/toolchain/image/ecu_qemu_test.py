@@ -63,6 +63,17 @@ def test_each_example_sends_the_frames_of_the_run_in_one_process(tmp_path, cours
     assert "with the configuration it was built with" in text
 
 
+def test_an_image_with_the_configuration_of_another_car_is_refused(course, image_of):
+    for name in ("bms_node", "master_node", "both_nodes"):
+        result = endurance("--drive", course, "--ecu", "qemu", "--image", image_of(name),
+                           *MANY, "--set", "master.pedal_release_level=0.04")
+        assert result.returncode == 2, name
+        assert "configuration of 'vtm16e'" in result.stderr and "./voltlap image" in result.stderr
+    result = endurance("--drive", course, "--ecu", "qemu", "--image", image_of("bms_node"),
+                       "--set", "battery.cells_in_series=20")
+    assert "24 cells in series" in result.stderr and "20 cells in series" in result.stderr
+
+
 def test_counting_instructions_changes_no_frame_and_is_repeatable(tmp_path, course, image_of):
     image = image_of("driven_by_plant", 24)
     counted = [run(tmp_path, "--drive", course, *FILTERED, "--ecu", "qemu", "--image", image, "--count-instructions")[0]
@@ -83,7 +94,7 @@ def test_more_cells_than_the_image_has_memory_for_are_refused(course, image_of):
 def test_an_image_of_other_sources_is_refused(tmp_path, course, image_of):
     image = image_of("driven_by_plant")
     data = image.read_bytes()
-    at = data.index(b"VTL1")
+    at = data.index(b"VTL2")
     (tmp_path / "other.elf").write_bytes(data[:at + 8] + b"\0\0\0\0" + data[at + 12:])
     result = endurance("--drive", course, "--ecu", "qemu", "--image", tmp_path / "other.elf")
     assert result.returncode == 2 and "layout" in result.stderr and "./voltlap image" in result.stderr
@@ -92,7 +103,7 @@ def test_an_image_of_other_sources_is_refused(tmp_path, course, image_of):
 def test_an_image_of_other_firmware_is_noted(tmp_path, course, image_of):
     """The built one is refused then (`--ecu qemu` promises the same frames); a named one may be an earlier one."""
     data = image_of("driven_by_plant").read_bytes()
-    at = data.index(b"VTL1")
+    at = data.index(b"VTL2")
     (tmp_path / "other.elf").write_bytes(data[:at + 12] + b"\0\0\0\0" + data[at + 16:])
     _, text = run(tmp_path, "--drive", course, "--ecu", "qemu", "--image", tmp_path / "other.elf")
     assert "of other firmware than this program's" in text
@@ -100,8 +111,11 @@ def test_an_image_of_other_firmware_is_noted(tmp_path, course, image_of):
 
 def test_what_is_no_image_is_refused(tmp_path, course):
     (tmp_path / "x.elf").write_text("no image")
-    result = endurance("--drive", course, "--ecu", "qemu", "--image", tmp_path / "x.elf")
-    assert result.returncode == 2 and "does not start" in result.stderr and "x.elf" in result.stderr
+    (tmp_path / "z.elf").write_bytes(b"\x7fELF\x01\x01" + bytes(60))
+    for name in ("x.elf", "z.elf"):
+        result = endurance("--drive", course, "--ecu", "qemu", "--image", tmp_path / name)
+        assert result.returncode == 2 and "no ELF for a Cortex-M" in result.stderr and name in result.stderr
+        assert "R00=" not in result.stderr and len(result.stderr.splitlines()) < 5
     result = endurance("--drive", course, "--ecu", "qemu", "--image", tmp_path / "y.elf")
     assert result.returncode == 2 and "no file" in result.stderr and "y.elf" in result.stderr
 

@@ -72,3 +72,45 @@ def test_the_emulated_board_is_run_and_not_written(image_of):
 def test_help_names_every_board():
     text = tool("flash.py", "--help").stdout
     assert "stm32f407" in text and "mps2-an386" in text and "Exit codes" in text
+
+
+OURS = 'base = "vtm16e"\nname = "ours"\n[battery]\ncells_in_series = {}\n'
+
+
+@pytest.fixture
+def ours(tmp_path):
+    path = tmp_path / "ours.toml"
+    path.write_text(OURS.format(20))
+    return path
+
+
+def test_no_car_is_taken_that_was_not_named():
+    result = tool("flash.py", "--board", BOARD, "--dry-run")
+    assert result.returncode == 2 and "--vehicle" in result.stderr and not result.stdout
+
+
+def test_it_says_whose_configuration_it_writes_before_it_writes(tmp_path, ours):
+    result = tool("flash.py", "--vehicle", ours, "--cells", 24, "--dry-run")
+    assert result.returncode == 0, result.stderr
+    told, command = result.stdout.splitlines()[1:]
+    assert all(word in told for word in ("of ours", "20 cells in series", "configuration ", str(ours)))
+    assert "openocd" in command or "st-flash" in command or "probe-rs" in command
+
+
+def test_an_image_of_another_car_is_refused(image, ours):
+    result = tool("flash.py", image, "--vehicle", ours, "--dry-run")
+    assert result.returncode == 2 and not result.stdout
+    assert all(word in result.stderr for word in ("of vtm16e, 24 cells", "one of ours", "20 cells"))
+    result = tool("flash.py", image, "--vehicle", "vtm16e", "--dry-run")
+    assert result.returncode == 0 and "of vtm16e, 24 cells in series" in result.stdout
+
+
+def test_an_image_with_memory_for_other_cells_is_refused(image):
+    result = tool("flash.py", image, "--cells", 24, "--dry-run")
+    assert result.returncode == 2 and "144 cells" in result.stderr and "--cells" in result.stderr
+
+
+def test_an_image_that_does_not_say_whose_it_is_is_refused(tmp_path, image):
+    (tmp_path / "x.elf").write_bytes(image.read_bytes().replace(b"VTL2", b"VTL1", 1))
+    result = tool("flash.py", tmp_path / "x.elf", "--dry-run")
+    assert result.returncode == 2 and "whose configuration" in result.stderr and "./voltlap image" in result.stderr

@@ -2,6 +2,7 @@
 """What the firmware takes of a microcontroller is within its budgets, and what docs/microcontroller.md says of it."""
 import re
 import shutil
+import time
 
 import pytest
 from image_tools import ROOT, tool
@@ -83,9 +84,16 @@ def test_the_table_goes_between_the_marks_and_nowhere_else(tmp_path):
     path.write_text(f"before\n{image_budgets.BEGIN}\nold\n{image_budgets.END}\nafter\n")
     image_budgets.write_into(path, "new")
     assert path.read_text() == f"before\n{image_budgets.BEGIN}\nnew\n{image_budgets.END}\nafter\n"
+
+
+@pytest.mark.parametrize("name, words", [("bare.md", "expected both"), ("nothere.md", "no such file"),
+                                         ("", "an empty name")])
+def test_a_document_that_cannot_take_the_table_is_told_before_the_work(tmp_path, name, words):
     (tmp_path / "bare.md").write_text("nothing")
-    with pytest.raises(image_build.Refused, match="expected both"):
-        image_budgets.write_into(tmp_path / "bare.md", "new")
+    begin = time.monotonic()
+    done = tool("image_budgets.py", "--laps", 1, "--write", name, cwd=tmp_path)
+    assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
+    assert time.monotonic() - begin < 5.0 and not done.stdout
 
 
 def test_laps_that_are_none_are_refused():

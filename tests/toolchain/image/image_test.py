@@ -10,6 +10,7 @@ import pytest
 from image_tools import ROOT, VOLTLAP, tool
 
 import image_build
+import image_car
 
 PROGRAM = "image.py"
 
@@ -71,3 +72,40 @@ def test_a_capacity_that_no_frame_carries_is_refused_by_cmake(tmp_path, value):
                            f"-DVOLTLAP_PYTHON={sys.executable}", f"-DVOLTLAP_CELLS_MAX={value}"],
                           capture_output=True, text=True)
     assert done.returncode != 0 and "1 to 144" in " ".join(done.stderr.split())
+
+
+def test_two_cars_of_one_name_have_images_in_two_folders(tmp_path):
+    kinds = []
+    for folder, cells in (("a", 20), ("b", 21)):
+        (tmp_path / folder).mkdir()
+        car = tmp_path / folder / "car.toml"
+        car.write_text(f'base = "vtm16e"\nname = "car"\n[battery]\ncells_in_series = {cells}\n')
+        kinds.append(image_car.kind_of(image_car.car_of(str(car), [])))
+    assert kinds[0].folder != kinds[1].folder and kinds[0].config != kinds[1].config
+    again = image_car.kind_of(image_car.car_of(str(tmp_path / "a" / "car.toml"), []))
+    assert again.folder == kinds[0].folder
+    other = image_car.kind_of(image_car.car_of(str(tmp_path / "a" / "car.toml"), ["vehicle.mass_kg=260"]))
+    assert other.folder != kinds[0].folder
+
+
+def test_settings_that_read_alike_are_two_cars():
+    assert image_car.label_of("vtm16e", ["a.b=1.5"]) != image_car.label_of("vtm16e", ["a_b=1_5"])
+
+
+def test_too_few_cells_are_told_before_anything_is_built(tmp_path):
+    result = tool(PROGRAM, "--cells", 12, env={**os.environ, "PATH": str(tmp_path)})
+    assert result.returncode == 2 and not result.stdout
+    assert all(word in result.stderr for word in ("--cells 12", "24 in series", "vtm16e"))
+
+
+def test_the_number_of_a_configuration_is_of_its_values_alone(tmp_path):
+    cars = {}
+    for name, settings in (("as_it_is", []), ("heavier", ["vehicle.mass_kg=300"]),
+                           ("lower", ["bms.cell_voltage_min_v=2.6"]), ("pedal", ["master.pedal_release_level=0.04"])):
+        cars[name] = image_car.car_of("vtm16e", settings)
+    same, heavier, lower, pedal = cars.values()
+    assert (heavier.bms_number, heavier.master_number) == (same.bms_number, same.master_number)
+    assert lower.bms_number != same.bms_number and lower.master_number == same.master_number
+    assert pedal.bms_number == same.bms_number and pedal.master_number != same.master_number
+    example = image_car.car_of(None, [])
+    assert (example.bms_number, example.master_number) == (same.bms_number, same.master_number)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of the car that is driven, by name: `{full_current}` in the table of faults is another one for each car."""
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+
+from .car import Car
+from .errors import InputError, did_you_mean
+
+_NAME = re.compile(r"\{([a-z][a-z_0-9]*)\}")
+# Of the example car: what the numbers are worked out from where the program, which knows them, is not built.
+_EXAMPLE = {"inverter.current_max_a": 550.0, "master.phase_current_max_a": 550.0, "battery.cells_in_series": 24.0,
+            "bms.cell_voltage_max_v": 4.2, "bms.cell_voltage_min_v": 2.5, "bms.cell_voltage_trip_low_v": 2.4,
+            "bms.cell_voltage_trip_high_v": 4.25, "bms.discharge_current_trip_a": 720.0}
+_OPEN_CIRCUIT_V = 4.17
+
+
+def _phase_current(keys: Mapping[str, float]) -> float:
+    return min(keys["inverter.current_max_a"], keys["master.phase_current_max_a"])
+
+
+def _cell_to_limit(keys: Mapping[str, float]) -> float:
+    """Half way between the cell voltage that the limit keeps and the one that trips, from where the cell is."""
+    aim = (keys["bms.cell_voltage_min_v"] + keys["bms.cell_voltage_trip_low_v"]) / 2
+    return -1000 * (keys["open_circuit_v"] - aim)
+
+
+QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
+    # A, of a phase: at full pedal the car comes so far / a pedal is still obeyed
+    "full_current": lambda keys: _phase_current(keys) * 8 / 11,
+    "driving_current": lambda keys: _phase_current(keys) * 2 / 11,
+    # A, of the pack: more than the BMS lets pass
+    "current_beyond_trip": lambda keys: keys["bms.discharge_current_trip_a"] * 1.25,
+    # V: what a charged DC link has; a cell's worth and a tenth
+    "dc_link_charged": lambda keys: keys["battery.cells_in_series"] * keys["bms.cell_voltage_max_v"] / 1.05,
+    # mV, to be added to what a cell at rest reads
+    "cell_to_limit": _cell_to_limit,
+}
+
+
+def filled(text: str, car: Car) -> str:
+    """The text with a number for each `{name}`, rounded as a person would write it."""
+    keys: dict[str, float] = {}
+
+    def number(match: re.Match[str]) -> str:
+        if match[1] not in QUANTITIES:
+            line = text.count("\n", 0, match.start()) + 1
+            raise InputError(f"line {line}: no quantity of the car {match[0]}.{did_you_mean(match[1], QUANTITIES)} "
+                             f"There are: {', '.join(QUANTITIES)}")
+        if not keys:
+            keys.update({**_EXAMPLE, **car.keys, "open_circuit_v": car.open_circuit_v or _OPEN_CIRCUIT_V})
+        value = QUANTITIES[match[1]](keys)
+        return f"{round(value, -1):.0f}" if match[1] == "cell_to_limit" else f"{value:.0f}"
+
+    return _NAME.sub(number, text)
