@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from .car import Car
 from .errors import InputError, did_you_mean
@@ -27,8 +28,9 @@ def _cell_to_limit(keys: Mapping[str, float]) -> float:
 
 
 QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
-    # A, of a phase: at full pedal the car comes so far / a pedal is still obeyed
+    # A, of a phase: at full pedal the car comes so far / at half of it / a pedal is still obeyed
     "full_current": lambda keys: _phase_current(keys) * 8 / 11,
+    "half_current": lambda keys: _phase_current(keys) * 5 / 11,
     "driving_current": lambda keys: _phase_current(keys) * 2 / 11,
     # A, of the pack: more than the BMS lets pass
     "current_beyond_trip": lambda keys: keys["bms.discharge_current_trip_a"] * 1.25,
@@ -39,14 +41,19 @@ QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
 }
 
 
-def filled(text: str, car: Car) -> str:
-    """The text with a number for each `{name}`, rounded as a person would write it."""
+def full_phase_current_a(car: Car) -> float:
+    """What a full pedal asks for."""
+    return _phase_current({**_EXAMPLE, **car.keys})
+
+
+def filled(text: str, car: Car, path: Path) -> str:
+    """The text of a file with a number for each `{name}`, rounded as a person would write it."""
     keys: dict[str, float] = {}
 
     def number(match: re.Match[str]) -> str:
         if match[1] not in QUANTITIES:
             line = text.count("\n", 0, match.start()) + 1
-            raise InputError(f"line {line}: no quantity of the car {match[0]}.{did_you_mean(match[1], QUANTITIES)} "
+            raise InputError(f"{path}:{line}: no quantity of the car {match[0]}.{did_you_mean(match[1], QUANTITIES)} "
                              f"There are: {', '.join(QUANTITIES)}")
         if not keys:
             keys.update({**_EXAMPLE, **car.keys, "open_circuit_v": car.open_circuit_v or _OPEN_CIRCUIT_V})

@@ -92,14 +92,7 @@ def load_table(path: Path, dbc: Dbc, arguments: Sequence[str] = ()) -> list[Row]
     field."""
     car = Car(dbc, tuple(arguments))
     car.check_arguments()
-
-    def fill(text: str) -> str:
-        try:
-            return filled(text, car)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
-
-    top = document(path, fill).fields(["situations", "rows"], needed=["situations", "rows"])
+    top = document(path, lambda text: filled(text, car, path)).fields(["situations", "rows"], needed=["situations", "rows"])
     mistakes = Mistakes(path)
     situations: dict[str, Situation] = {}
     for name, node in _named(top["situations"]):
