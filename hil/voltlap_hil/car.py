@@ -16,6 +16,7 @@ from .nodes import program
 
 _FLAGS = ("--vehicle", "--set")  # what plant and ECUs both take
 _ANSWER_S = 20.0
+_WORD = re.compile(r'(\S+) +- +"([^"]*)"')
 _ROW = re.compile(r"(\S+) +.*?\S+ +\.\. +\S+ +([-+0-9.e]+) ")
 _CELLS, _THERMISTORS = "battery.cells_in_series", "sensors.temperature_count"
 
@@ -43,6 +44,12 @@ class Car:
     def keys(self) -> dict[str, float]:
         """Every number of the car by its key; none where the program is not built yet."""
         return _keys(self.arguments)
+
+    @property
+    def words(self) -> dict[str, str]:
+        """As `keys`, of those whose value is a word."""
+        found = (_WORD.match(line) for line in _answer("list", "keys", *self.arguments).splitlines())
+        return {row[1]: row[2] for row in found if row}
 
     @property
     def open_circuit_v(self) -> float:
@@ -76,6 +83,7 @@ def _keys(arguments: Sequence[str]) -> dict[str, float]:
     return {row[1]: float(row[2]) for row in rows if row}
 
 
+@lru_cache(maxsize=256)
 def _answer(*arguments: str) -> str:
     """What the program prints; nothing where it is not built yet."""
     try:

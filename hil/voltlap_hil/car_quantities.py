@@ -15,6 +15,7 @@ _EXAMPLE = {"inverter.current_max_a": 550.0, "master.phase_current_max_a": 550.0
             "bms.cell_voltage_max_v": 4.2, "bms.cell_voltage_min_v": 2.5, "bms.cell_voltage_trip_low_v": 2.4,
             "bms.cell_voltage_trip_high_v": 4.25, "bms.discharge_current_trip_a": 720.0}
 _OPEN_CIRCUIT_V = 4.17
+_FAST_CELLS, _FAST_MS, _SLOW_MS, _TICK_MS = 48, 30.0, 100.0, 10.0
 
 
 def _phase_current(keys: Mapping[str, float]) -> float:
@@ -36,6 +37,10 @@ QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
     "current_beyond_trip": lambda keys: keys["bms.discharge_current_trip_a"] * 1.25,
     # V: what a charged DC link has; a cell's worth and a tenth
     "dc_link_charged": lambda keys: keys["battery.cells_in_series"] * keys["bms.cell_voltage_max_v"] / 1.05,
+    # ms: how much later than the example car's a cell is read anew, by the cycle of the frames
+    "cells_later": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else _SLOW_MS - _FAST_MS,
+    # ms: and how much later a second sender of it is told (BMS-004: 100 ms, 200 ms of messages of 100 ms)
+    "cells_foreign": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else 100.0 + _TICK_MS,
     # mV, to be added to what a cell at rest reads
     "cell_to_limit": _cell_to_limit,
 }
