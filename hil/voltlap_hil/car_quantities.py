@@ -2,6 +2,7 @@
 """Numbers of the car that is driven, by name: `{full_current}` in the table of faults is another one for each car."""
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,8 +14,9 @@ _NAME = re.compile(r"\{([a-z][a-z_0-9]*)\}")
 # Of the example car: what the numbers are worked out from where the program, which knows them, is not built.
 _EXAMPLE = {"inverter.current_max_a": 550.0, "master.phase_current_max_a": 550.0, "battery.cells_in_series": 24.0,
             "bms.cell_voltage_max_v": 4.2, "bms.cell_voltage_min_v": 2.5, "bms.cell_voltage_trip_low_v": 2.4,
-            "bms.cell_voltage_trip_high_v": 4.25, "bms.discharge_current_trip_a": 720.0}
-_OPEN_CIRCUIT_V = 4.17
+            "bms.cell_voltage_trip_high_v": 4.25, "bms.discharge_current_trip_a": 720.0,
+            "master.motor_constant_nm_per_a": 0.15}
+_OPEN_CIRCUIT_V, _RESISTANCE_OHM = 4.17, 0.0024
 _FAST_CELLS, _FAST_MS, _SLOW_MS, _TICK_MS = 48, 30.0, 100.0, 10.0
 
 
@@ -35,6 +37,13 @@ QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
     "driving_current": lambda keys: _phase_current(keys) * 2 / 11,
     # A, of the pack: more than the BMS lets pass
     "current_beyond_trip": lambda keys: keys["bms.discharge_current_trip_a"] * 1.25,
+    # A of the pack and rpm: above the one, below the other its current is held against the inverter's power (BMS-067)
+    "power_judged": lambda keys: 8000.0 / (keys["battery.cells_in_series"] * keys["open_circuit_v"]),
+    "speed_judged": lambda keys: 0.6 * keys["battery.cells_in_series"] * keys["open_circuit_v"]
+    / keys["master.motor_constant_nm_per_a"] * 60 / math.tau,
+    # A of the pack: explains 5 mV and 20 mV of a cell (BMS-060, BMS-066, BMS-069)
+    "current_5mv": lambda keys: math.ceil(0.005 / keys["resistance_ohm"]),
+    "current_20mv": lambda keys: math.ceil(0.020 / keys["resistance_ohm"]),
     # V: what a charged DC link has; a cell's worth and a tenth
     "dc_link_charged": lambda keys: keys["battery.cells_in_series"] * keys["bms.cell_voltage_max_v"] / 1.05,
     # ms: how much later than the example car's a cell is read anew, by the cycle of the frames
@@ -61,7 +70,8 @@ def filled(text: str, car: Car, path: Path) -> str:
             raise InputError(f"{path}:{line}: no quantity of the car {match[0]}.{did_you_mean(match[1], QUANTITIES)} "
                              f"There are: {', '.join(QUANTITIES)}")
         if not keys:
-            keys.update({**_EXAMPLE, **car.keys, "open_circuit_v": car.open_circuit_v or _OPEN_CIRCUIT_V})
+            keys.update({**_EXAMPLE, **car.keys, "open_circuit_v": car.open_circuit_v or _OPEN_CIRCUIT_V,
+                         "resistance_ohm": car.resistance_ohm or _RESISTANCE_OHM})
         value = QUANTITIES[match[1]](keys)
         return f"{round(value, -1):.0f}" if match[1] == "cell_to_limit" else f"{value:.0f}"
 

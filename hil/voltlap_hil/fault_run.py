@@ -26,6 +26,7 @@ from .trace import Trace
 
 PASSED, FAILED, KNOWN, NOT_RUN = "passed", "failed", "known", "not run"
 _SAME_MS = 20.0    # by which a break may be longer with a fault than without
+_TOLD_BY_MS = 1000.0  # BMS-060 to BMS-069 judge for so long
 _BREAK_MS = 100.0  # of what a sound car keeps to: wheels spin, a limit is met
 CURVES = ("InverterStatus.PhaseCurrent", "PackSensor.PackCurrent", "BmsLimits.DischargeLimit", "MasterStatus.Faults",
           "BmsStatus.Faults", "VehicleIo.AirPlusAux", "VehicleIo.AirMinusAux", "VehicleIo.PrechargeAux",
@@ -107,6 +108,9 @@ def _run_in(row: Row, dbc: Dbc, open_rig: OpenRig, twins: Twins, open_inside: Op
         elif row.goes_on_ms:
             out.sound_car = _went_on(row, trace, out, twins)
         held = all(result.held for result in out.results) and out.sound_car in ("", "goes on")
+        if not held and row.told_by and (brought := twins.lasts_ms(row, row.told_by)) < _TOLD_BY_MS:
+            raise CannotDrive(f"the sound car's drive brings '{row.told_by.text}', by which the fault is told, for "
+                              f"{brought:g} ms of the {_TOLD_BY_MS:g} ms that it takes")
         out.verdict = FAILED if out.other_frame else PASSED if held else KNOWN if row.known else FAILED
     except CannotDrive as error:
         out.verdict, out.error = NOT_RUN, f"could not be run: {error}"
@@ -257,6 +261,16 @@ class Twins:
         if not _keeps_to(row.situation.sound, trace, event_ms):
             raise CannotDrive(f"the sound car does not keep to '{row.situation.sound.text}'")
         return "goes on"
+
+    def lasts_ms(self, row: Row, condition: Condition) -> float:
+        """For how long in all it holds in the sound car's drive, from the event on."""
+        trace, event_ms, _ = self._drive(self._key(row))
+        total, before = 0.0, event_ms
+        for time_ms, values in trace.states(condition.signals):
+            if time_ms > before:
+                total += (time_ms - before) * condition.holds(values)
+                before = time_ms
+        return round(total, 3)
 
     def breach_ms(self, row: Row) -> float:
         """How long without a break the sound car does not keep to what it should, while the row looks."""

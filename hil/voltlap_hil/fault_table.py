@@ -30,7 +30,7 @@ _SITUATION = ["what", "sound", "ends", "given", "meanwhile"]
 _ENDS = {"torque": "torque_zero_within", "contactors": "contactors_open_within"}
 _ROW = ["id", "group", "what", "rule", "proves", "drive", "when", "meanwhile", "sees", "seen_within",
         "torque_zero_within", "contactors_open_within", "commanded_open_within", "goes_on", "then", "behind",
-        "arguments", "observe", "only_with", "vcan", "known"]
+        "arguments", "observe", "only_with", "told_by", "vcan", "known"]
 _NEEDED = ["id", "group", "what", "drive", "when"]
 _REACTIONS = {"torque_zero_within": checks.torque_zero_within, "contactors_open_within": checks.contactors_open_within,
               "commanded_open_within": checks.contactors_commanded_open_within}
@@ -75,6 +75,7 @@ class Row:
     own_meanwhile: bool = False
     fault: str = ""  # the text of `when`
     otherwise: Row | None = None  # in the next of its drives, for a car that does not do this one
+    told_by: Condition | None = None  # what the drive has to bring for a second, or the fault cannot be told
     only_with: str = ""           # why the row says nothing of this car; empty: it does
 
     @property
@@ -154,6 +155,8 @@ def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car, drive: i
                                    "out")
     row.known = fields["known"].words() if "known" in fields else ""
     _read_expectations(row, node, fields, dbc)
+    if "told_by" in fields:
+        row.told_by = fields["told_by"].value(lambda text: Condition.parse(text, dbc))
     if "only_with" in fields:
         row.only_with = fields["only_with"].value(lambda text: _unlike(text, car))
     if drive + 1 < len(drives):
