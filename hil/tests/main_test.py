@@ -1,4 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
+import pathlib
+import subprocess
+import sys
+
 import pytest
 
 from voltlap_hil.__main__ import main
@@ -100,3 +104,26 @@ def test_all_mistakes_of_a_file_are_told_in_one_go_until_they_are_too_many(file,
 def test_a_name_too_long_for_a_file_is_told(capsys):
     assert main(["run", "x" * 300, "--check-only"]) == 2
     assert "File name too long" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("program", ["", "faults.py", "swarm.py", "monitor.py"])
+def test_help_needs_no_package_and_what_does_says_so_with_code_4(program):
+    """-S: no package but Python's own."""
+    path = pathlib.Path(__file__).resolve().parents[1] / program
+    bare = [sys.executable, "-S", str(path)]
+    done = subprocess.run([*bare, "--help"], capture_output=True, text=True)
+    assert done.returncode == 0 and "Exit code" in done.stdout and not done.stderr
+    use = {"": ["run", "x.yaml"], "monitor.py": ["--bus", "vcan0"]}.get(program, [])
+    done = subprocess.run([*bare, *use], capture_output=True, text=True)
+    assert done.returncode == 4 and "is missing" in done.stderr and "pip install" in done.stderr
+
+
+def test_an_interface_that_is_missing_is_no_wrong_reaction(file, capsys):
+    assert main(["run", str(file), "--channel", "vcan9"]) == 3
+    out = capsys.readouterr()
+    assert "could not run" in out.out and "vcan9" in out.out and "with-vcan" in out.out and "WRONG" not in out.out
+
+
+def test_a_car_that_is_not_there_is_told(file, capsys):
+    assert main(["run", str(file), "--vehicle", "no_such_car", "--channel", "process"]) == 2
+    assert "no_such_car" in capsys.readouterr().err

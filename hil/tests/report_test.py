@@ -30,7 +30,7 @@ def test_junit_counts_failures_and_errors(outcomes):
 
 def test_markdown_has_a_row_for_each_check_with_measured_time_and_bound(outcomes):
     lines = report.markdown(outcomes).splitlines()
-    assert "4 runs, 2 as they must be, 2 not." in lines
+    assert "4 runs: 2 as it must be, 1 not, 1 could not be run." in lines
     assert lines[6] == "| Pedals <lost> \\| late | MST-001 | with event | torque zero | 60 ms | 100 ms | held |"
     assert lines[7].endswith("| without event | torque zero | never | 100 ms | not held |")
     assert lines[8].endswith("| never | 100 ms | not held, WRONG |")
@@ -40,6 +40,12 @@ def test_markdown_has_a_row_for_each_check_with_measured_time_and_bound(outcomes
 def test_html_is_escaped_and_marks_what_is_wrong(outcomes):
     page = report.html_page(outcomes)
     assert "Pedals &lt;lost&gt;" in page and page.count('class="wrong"') == 2
+
+
+def test_html_is_read_on_a_phone_and_one_run_is_one(outcomes):
+    page = report.html_page(outcomes[:1])
+    assert 'name="viewport" content="width=device-width' in page and 'data-name="measured"' in page
+    assert "1 run: 1 as it must be, 0 not." in page and 'class="status good"' in page
 
 
 @pytest.mark.parametrize("suffix", [".xml", ".md", ".html"])

@@ -11,6 +11,9 @@ import pytest
 import yaml
 
 from synthetic_rig import act_out
+from voltlap_hil.car import Car
+from voltlap_hil.car_quantities import filled
+from voltlap_hil.dbc import Dbc
 from voltlap_hil.errors import InputError
 from voltlap_hil.scenario_file import load
 
@@ -59,7 +62,7 @@ def inside(tree, path):
 
 
 def changed_tree(text, draw):
-    tree = yaml.safe_load(text)
+    tree = yaml.safe_load(filled(text, Car(Dbc.of_project()), SHIPPED[0]))
     for _ in range(draw.choice((1, 1, 1, 2, 3))):
         known = list(places(tree))
         if not known:

@@ -11,6 +11,8 @@ from functools import partial
 from pathlib import Path
 
 from . import record, report
+from .car import Car
+from .car_flags import car_words
 from .dbc import Dbc
 from .errors import HilError, InputError
 from .in_process import PROCESS
@@ -45,12 +47,12 @@ def _files(paths: list[Path]) -> list[Path]:
     return files
 
 
-def _load_all(files: list[Path], dbc: Dbc) -> list[Scenario]:
+def _load_all(files: list[Path], dbc: Dbc, arguments: Sequence[str]) -> list[Scenario]:
     """Every file is read before any runs, and every file with a mistake is told."""
     scenarios, mistakes = [], []
     for path in files:
         try:
-            scenarios.append(load(path, dbc))
+            scenarios.append(load(path, dbc, arguments))
         except InputError as error:
             mistakes.append(str(error))
     if len(files) > 1 and mistakes:
@@ -69,7 +71,8 @@ def _check_flag(flag: str, check: Callable[[Path], None], path: Path) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     dbc = Dbc.of_project()
-    scenarios = _load_all(_files(options.scenario), dbc)
+    Car(dbc, car_words(options)).check_arguments()
+    scenarios = _load_all(_files(options.scenario), dbc, car_words(options))
     for path in options.report:
         if path.suffix not in report.WRITERS:
             raise InputError(f"--report {path}: expected a name that ends in {', '.join(report.WRITERS)}")
@@ -104,7 +107,8 @@ def _run_one(scenario: Scenario, options: argparse.Namespace, dbc: Dbc) -> Outco
         raise
     except HilError as error:
         outcome = Outcome(scenario, not options.without_event, error=str(error))
-    print(f"{'as it must be' if outcome.good else 'WRONG':13}  {scenario.title}")
+    word = "could not run" if outcome.error else "as it must be" if outcome.good else "WRONG"
+    print(f"{word:13}  {scenario.title}")
     for line in [outcome.error] if outcome.error else [*map(str, outcome.then), *map(str, outcome.always)]:
         print(f"               {line}")
     return outcome
@@ -123,6 +127,7 @@ def open_rig(options: argparse.Namespace, dbc: Dbc, gateway: bool, behind: Seque
                              f"beside --channel {options.channel}")
         far = "vcan1"
     bench = Bench(options.channel, far if gateway else None, behind, start)
+    what["arguments"] = [*car_words(options), *what.get("arguments", ())]  # type: ignore[misc]
     return Rig(bench, dbc=dbc, **what)  # type: ignore[arg-type]
 
 

@@ -16,6 +16,7 @@ from .nodes import program
 
 _FLAGS = ("--vehicle", "--set")  # what plant and ECUs both take
 _ANSWER_S = 20.0
+_WORD = re.compile(r'(\S+) +- +"([^"]*)"')
 _ROW = re.compile(r"(\S+) +.*?\S+ +\.\. +\S+ +([-+0-9.e]+) ")
 _CELLS, _THERMISTORS = "battery.cells_in_series", "sensors.temperature_count"
 
@@ -45,9 +46,23 @@ class Car:
         return _keys(self.arguments)
 
     @property
+    def words(self) -> dict[str, str]:
+        """As `keys`, of those whose value is a word."""
+        found = (_WORD.match(line) for line in _answer("list", "keys", *self.arguments).splitlines())
+        return {row[1]: row[2] for row in found if row}
+
+    @property
     def open_circuit_v(self) -> float:
         """Of a cell at the start of a run, as the BMS's tables have it; 0 where the program is not built yet."""
-        return _open_circuit_v(self.arguments, self.keys.get("battery.initial_soc", 1.0))
+        return 1e-4 * self._at_start("kOcvSoc", "kOcvVoltage")
+
+    @property
+    def resistance_ohm(self) -> float:
+        """As `open_circuit_v`, of cells in parallel."""
+        return 1e-6 * self._at_start("kResistanceSoc", "kResistance")
+
+    def _at_start(self, axis: str, name: str) -> float:
+        return _table(self.arguments, self.keys.get("battery.initial_soc", 1.0), axis, name)
 
     def check_arguments(self) -> None:
         """Each flag is one that plant and ECUs take, each name and value one that the program takes."""
@@ -76,6 +91,7 @@ def _keys(arguments: Sequence[str]) -> dict[str, float]:
     return {row[1]: float(row[2]) for row in rows if row}
 
 
+@lru_cache(maxsize=256)
 def _answer(*arguments: str) -> str:
     """What the program prints; nothing where it is not built yet."""
     try:
@@ -89,16 +105,17 @@ def _answer(*arguments: str) -> str:
 
 
 @lru_cache(maxsize=256)
-def _open_circuit_v(arguments: Sequence[str], soc: float) -> float:
+def _table(arguments: Sequence[str], soc: float, axis: str, name: str) -> float:
+    """Of a cell at this charge, by the tables that an image gets; 0 where the program is not built yet."""
     with tempfile.TemporaryDirectory(prefix="voltlap-hil-") as folder:
         out = Path(folder) / "pack_config.hpp"
-        _answer("firmware-tables", *arguments, "--out", str(out))
+        _answer.__wrapped__("firmware-tables", *arguments, "--out", str(out))
         header = out.read_text() if out.exists() else ""
-    found = [re.search(rf"{name}\[\] = {{[^\n]*\n([^}}]*)}}", header) for name in ("kOcvSoc", "kOcvVoltage")]
+    found = [re.search(rf"{one}\[\] = {{[^\n]*\n([^}}]*)}}", header) for one in (axis, name)]
     if not all(found):
         return 0.0
-    socs, volts = ([float(n) for n in one[1].split(",") if n.strip()] for one in found if one)
+    socs, values = ([float(n) for n in one[1].split(",") if n.strip()] for one in found if one)
     wanted = soc * 1e6
     k = max(1, next((i for i, s in enumerate(socs) if s >= wanted), len(socs) - 1))
     share = (wanted - socs[k - 1]) / (socs[k] - socs[k - 1])
-    return 1e-4 * (volts[k - 1] + share * (volts[k] - volts[k - 1]))
+    return values[k - 1] + share * (values[k] - values[k - 1])

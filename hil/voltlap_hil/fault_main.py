@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from . import fault_report
+from .car_flags import car_words
 from .dbc import Dbc
 from .errors import HilError, InputError, check_place, did_you_mean
 from .fault_options import parser
@@ -50,7 +51,7 @@ def _run(options: argparse.Namespace) -> int:
         program()  # its absence is told once, before anything starts
         ecu.check()
     dbc = Dbc.of_project()
-    rows = _chosen(load_table(options.table or TABLE, dbc, _car_arguments(options)), options)
+    rows = _chosen(load_table(options.table or TABLE, dbc, car_words(options)), options)
     if options.list:
         print(fault_report.listing(rows))
         return 0
@@ -99,16 +100,10 @@ def _chosen(rows: list[Row], options: argparse.Namespace) -> list[Row]:
     return rows
 
 
-def _car_arguments(options: argparse.Namespace) -> list[str]:
-    """Of the car that drives every row."""
-    return [*(["--vehicle", options.vehicle] if options.vehicle else []),
-            *(word for setting in options.set for word in ("--set", setting))]
-
-
 def _open_rig(options: argparse.Namespace, dbc: Dbc, ecu: EcuPlace, gateway: bool, behind: Sequence[str],
               **what: object) -> Rig:
     given: Sequence[str] = what.get("arguments", ())  # type: ignore[assignment]
-    what["arguments"] = [*_car_arguments(options), *given]
+    what["arguments"] = [*car_words(options), *given]
     if options.bus is None:
         bench = Bench(PROCESS, PROCESS if gateway else None, behind, ecu=ecu)
     else:

@@ -26,11 +26,11 @@ from .scenario_steps import read_step
 from .yaml_node import YamlNode, document
 
 TABLE = Path(__file__).resolve().parents[1] / "faults.yaml"
-_SITUATION = ["what", "sound", "lasting", "ends", "given", "meanwhile"]
+_SITUATION = ["what", "sound", "ends", "given", "meanwhile"]
 _ENDS = {"torque": "torque_zero_within", "contactors": "contactors_open_within"}
 _ROW = ["id", "group", "what", "rule", "proves", "drive", "when", "meanwhile", "sees", "seen_within",
         "torque_zero_within", "contactors_open_within", "commanded_open_within", "goes_on", "then", "behind",
-        "arguments", "observe", "vcan", "known"]
+        "arguments", "observe", "only_with", "told_by", "vcan", "known"]
 _NEEDED = ["id", "group", "what", "drive", "when"]
 _REACTIONS = {"torque_zero_within": checks.torque_zero_within, "contactors_open_within": checks.contactors_open_within,
               "commanded_open_within": checks.contactors_commanded_open_within}
@@ -43,9 +43,8 @@ _RULE = re.compile(r"(?:EV|T)\.\d+(?:\.\d+){0,3}")
 class Situation:
     """How the car is driven when something breaks.
 
-    sound    what a car without fault keeps to all the while
-    lasting  what it keeps to until the end of a long drive, where it is as fast as it gets; the same unless given
-    ends     reactions that the drive itself brings, fault or not: the foot leaves the pedal, the circuit opens
+    sound  what a car without fault keeps to all the while
+    ends   reactions that the drive itself brings, fault or not: the foot leaves the pedal, the circuit opens
     """
 
     name: str
@@ -54,11 +53,6 @@ class Situation:
     given: tuple[YamlNode, ...]
     meanwhile: tuple[YamlNode, ...]
     ends: frozenset[str] = frozenset()
-    own_lasting: Condition | None = None
-
-    @property
-    def lasting(self) -> Condition:
-        return self.own_lasting or self.sound
 
 
 @dataclass
@@ -80,6 +74,9 @@ class Row:
     known: str = ""
     own_meanwhile: bool = False
     fault: str = ""  # the text of `when`
+    otherwise: Row | None = None  # in the next of its drives, for a car that does not do this one
+    told_by: Condition | None = None  # what the drive has to bring for a second, or the fault cannot be told
+    only_with: str = ""           # why the row says nothing of this car; empty: it does
 
     @property
     def answers_to(self) -> str:
@@ -92,14 +89,8 @@ def load_table(path: Path, dbc: Dbc, arguments: Sequence[str] = ()) -> list[Row]
     field."""
     car = Car(dbc, tuple(arguments))
     car.check_arguments()
-
-    def fill(text: str) -> str:
-        try:
-            return filled(text, car)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
-
-    top = document(path, fill).fields(["situations", "rows"], needed=["situations", "rows"])
+    top = document(path, lambda text: filled(text, car, path)).fields(["situations", "rows"],
+                                                                      needed=["situations", "rows"])
     mistakes = Mistakes(path)
     situations: dict[str, Situation] = {}
     for name, node in _named(top["situations"]):
@@ -129,22 +120,21 @@ def _situation(name: str, node: YamlNode, car: Car) -> Situation:
                           tuple(fields["given"].items()),
                           tuple(fields["meanwhile"].items()) if "meanwhile" in fields else (),
                           frozenset(_ENDS[n.one_of(list(_ENDS))] for n in fields["ends"].items())
-                          if "ends" in fields else frozenset(),
-                          fields["lasting"].value(lambda t: Condition.parse(t, car.dbc))
-                          if "lasting" in fields else None)
+                          if "ends" in fields else frozenset())
     for step in (*situation.given, *situation.meanwhile):
         read_step(step, car)
     return situation
 
 
-def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car) -> Row:
+def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car, drive: int = 0) -> Row:
     fields, dbc = node.fields(_ROW, needed=_NEEDED), of_all.dbc
     identifier = fields["id"].words()
     if _ID.fullmatch(identifier) is None:
         raise fields["id"].error(f"found {identifier!r}, expected small letters, digits and _, such as apps1_open")
     node.name = f"row {identifier}"
     fields = node.fields(_ROW, needed=_NEEDED)  # once more, so that a mistake names the row
-    situation = situations[fields["drive"].one_of(list(situations))]
+    drives = [situations[n.one_of(list(situations))] for n in fields["drive"].items()]
+    situation = drives[drive]
     scenario = Scenario(node.path, fields["what"].words(), arguments=_arguments(fields, of_all), behind=_behind(fields))
     if "proves" in fields:
         scenario.proves = [n.value(requirements.requirement).id for n in fields["proves"].items()]
@@ -165,7 +155,24 @@ def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car) -> Row:
                                    "out")
     row.known = fields["known"].words() if "known" in fields else ""
     _read_expectations(row, node, fields, dbc)
+    if "told_by" in fields:
+        row.told_by = fields["told_by"].value(lambda text: Condition.parse(text, dbc))
+    if "only_with" in fields:
+        row.only_with = fields["only_with"].value(lambda text: _unlike(text, car))
+    if drive + 1 < len(drives):
+        row.otherwise = _row(node, situations, of_all, drive + 1)
     return row
+
+
+def _unlike(text: str, car: Car) -> str:
+    """Why a car is none that `KEY=WORD|WORD` says; nothing when it is one."""
+    key, equals, words = text.partition("=")
+    if not equals or not words:
+        raise InputError(f"found {text!r}, expected KEY=WORD or KEY=WORD|WORD, such as bms.limit_method=equation")
+    has = car.words.get(key)
+    if has is None or has in words.split("|"):
+        return ""
+    return f"it is about a car with {key} {' or '.join(words.split('|'))}; this one has {has}"
 
 
 def _read_expectations(row: Row, node: YamlNode, fields: dict[str, YamlNode], dbc: Dbc) -> None:

@@ -15,7 +15,6 @@ from .dbc import Dbc
 from .fault_table import Row
 from .trace import Trace
 
-_FULL_A = 550.0                    # phase current of a full pedal: what InverterCommand can ask
 _APPS_V = ((0.5, 4.0), (0.25, 2.0))  # released, travel of the two sensors: MasterConfig
 _ANSWERED_MS = 70.0                # the oldest pedal that may carry torque (MST-050), and a tick each way
 _FOUND_MS = 120.0                  # a second sender or a replay is believed for 100 ms (MST-061), and a tick each way
@@ -27,7 +26,8 @@ _TOLERANCE_A = 1.0
 
 @dataclass(frozen=True)
 class Drive:
-    """A run to judge from `ready_ms` on. `by_foot`: the pedals were drawn, and never both at once."""
+    """A run to judge from `ready_ms` on. `by_foot`: the pedals were drawn, and never both at once; `full_a`: phase
+    current of a full pedal."""
 
     dbc: Dbc
     trace: Trace
@@ -35,6 +35,7 @@ class Drive:
     by_foot: bool
     loss: int
     faults: tuple[Row, ...]
+    full_a: float = 550.0
 
     def has(self, *words: str) -> bool:
         return any(word in fault.fault for fault in self.faults for word in words)
@@ -71,7 +72,7 @@ def _never_more_than_asked(drive: Drive) -> str:
         travels = [(v - zero) / span for v, (zero, span) in zip(volts, _APPS_V, strict=True)
                    if isinstance(v, (int, float))]
         past = [p for p in past if p[0] > time_ms - _ANSWERED_MS] + [(time_ms, max(travels, default=0.0))]
-        most_a = _FULL_A * min(1.0, max(travel for _, travel in past)) + _TOLERANCE_A
+        most_a = drive.full_a * min(1.0, max(travel for _, travel in past)) + _TOLERANCE_A
         more = time_ms > drive.ready_ms and isinstance(command, (int, float)) and command > most_a
         since_ms = None if not more else time_ms if since_ms is None else since_ms
         if since_ms is not None and time_ms - since_ms > _FOUND_MS:

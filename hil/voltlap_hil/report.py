@@ -33,8 +33,10 @@ def _rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
 
 
 def _summary(outcomes: Sequence[Outcome]) -> str:
-    good = sum(outcome.good for outcome in outcomes)
-    return f"{len(outcomes)} runs, {good} as they must be, {len(outcomes) - good} not."
+    good, not_run = sum(outcome.good for outcome in outcomes), sum(bool(outcome.error) for outcome in outcomes)
+    runs = "1 run" if len(outcomes) == 1 else f"{len(outcomes)} runs"
+    rest = f", {not_run} could not be run" if not_run else ""
+    return f"{runs}: {good} as it must be, {len(outcomes) - good - not_run} not{rest}."
 
 
 def markdown(outcomes: Sequence[Outcome]) -> str:
@@ -44,19 +46,42 @@ def markdown(outcomes: Sequence[Outcome]) -> str:
     return "\n".join(lines) + "\n"
 
 
-_STYLE = ("body{font:15px/1.4 sans-serif;margin:2em;max-width:80em}table{border-collapse:collapse}"
-          "td,th{border-bottom:1px solid #ccc;padding:.25em .7em;text-align:left;vertical-align:top}"
-          ".wrong{background:#fdd}")
+_SHEET = Path(__file__).resolve().parents[2] / "plant_sim" / "io" / "page" / "html" / "page.css"
+_OWN_STYLE = """
+table { border-collapse: collapse; width: 100%; font-size: 13.5px; }
+td, th { border-bottom: 1px solid var(--line, #ccc); padding: 5px 10px 5px 0; text-align: left; vertical-align: top;
+  overflow-wrap: anywhere; }
+td[data-name]::before { display: none; content: attr(data-name) ": "; color: var(--muted, #666); }
+.wrong td { font-weight: 600; }
+@media (max-width: 820px) {
+  main { padding: 18px 12px 32px; }
+  thead { display: none; }
+  table, tbody, tr, td { display: block; }
+  tr { border-bottom: 1px solid var(--line, #ccc); padding: 8px 0; }
+  td { border: 0; padding: 1px 0; }
+  td:empty { display: none; }
+  td[data-name]::before { display: inline; }
+}
+"""
 
 
 def html_page(outcomes: Sequence[Outcome]) -> str:
-    def row(cells: Sequence[str], tag: str) -> str:
+    """One file, no network; a table on a desk, a card a check on a phone. It wears the sheet of the other reports."""
+    def row(cells: Sequence[str]) -> str:
         wrong = ' class="wrong"' if cells[-1].endswith("WRONG") or cells[-1] == "not run" else ""
-        return f"<tr{wrong}>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+        named = zip(_COLUMNS, cells, strict=True)
+        return f"<tr{wrong}>" + "".join(f'<td data-name="{name}">{html.escape(cell)}</td>' for name, cell in named) + "</tr>"
 
-    body = "\n".join([row(_COLUMNS, "th"), *(row(cells, "td") for cells in _rows(outcomes))])
-    return (f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>Scenarios</title><style>{_STYLE}</style>\n'
-            f"<h1>Scenarios</h1>\n<p>{html.escape(_summary(outcomes))}</p>\n<table>\n{body}\n</table>\n</html>\n")
+    head = "".join(f"<th>{name}</th>" for name in _COLUMNS)
+    body = "\n".join(row(cells) for cells in _rows(outcomes))
+    chip = "good" if all(outcome.good for outcome in outcomes) else "bad"
+    sheet = _SHEET.read_text(encoding="utf-8") if _SHEET.exists() else ""
+    return ('<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">'
+            f'<meta name="color-scheme" content="light dark"><title>Scenarios</title><style>{sheet}{_OWN_STYLE}</style>'
+            f'</head>\n<body><main>\n<p class="status {chip}">{html.escape(_summary(outcomes))}</p>\n'
+            f"<h1>Scenarios</h1>\n<table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table>\n"
+            "</main></body></html>\n")
 
 
 def junit(outcomes: Sequence[Outcome]) -> str:

@@ -2,13 +2,14 @@
 """A scenario as a page of YAML: given, when, meanwhile, then, always. Every mistake is told with its place."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from . import checks, requirements
 from .car import Car
+from .car_quantities import filled
 from .dbc import Dbc
 from .errors import InputError
 from .nodes import ECUS
@@ -85,10 +86,10 @@ class Mistakes:
             raise InputError("\n".join(self._texts))
 
 
-def load(path: str | Path, dbc: Dbc) -> Scenario:
-    """Reads and checks a file whole, before anything runs."""
-    path = Path(path)
-    top = document(path).fields(TOP, needed=["scenario", "when", "then"])
+def load(path: str | Path, dbc: Dbc, arguments: Sequence[str] = ()) -> Scenario:
+    """Reads and checks a file whole, before anything runs. `arguments`: of the car, before those of the file."""
+    path, car = Path(path), Car(dbc, tuple(arguments))
+    top = document(path, lambda text: filled(text, car, path)).fields(TOP, needed=["scenario", "when", "then"])
     scenario, mistakes = Scenario(path, ""), Mistakes(path)
     with mistakes.noted():
         scenario.title = _title(top["scenario"])
@@ -100,8 +101,8 @@ def load(path: str | Path, dbc: Dbc) -> Scenario:
             scenario.behind = tuple(_each_once(top["behind_gateway"], lambda n: n.one_of(list(ECUS))))
     if "arguments" in top:
         with mistakes.noted():
-            scenario.arguments = _arguments(top["arguments"], dbc)
-    _read_steps(scenario, top, Car(dbc, tuple(scenario.arguments)), mistakes)
+            scenario.arguments = _arguments(top["arguments"], car)
+    _read_steps(scenario, top, Car(dbc, (*arguments, *scenario.arguments)), mistakes)
     for part, node in _entries(top, ("then", "always"), mistakes):
         with mistakes.noted():
             getattr(scenario, part).append(read_check(node, dbc))
@@ -130,10 +131,10 @@ def _each_once(node: YamlNode, read: Callable[[YamlNode], str]) -> list[str]:
     return list(found)
 
 
-def _arguments(node: YamlNode, dbc: Dbc) -> list[str]:
+def _arguments(node: YamlNode, car: Car) -> list[str]:
     arguments = [one.words() for one in node.items()]
     try:
-        Car(dbc, tuple(arguments)).check_arguments()
+        Car(car.dbc, (*car.arguments, *arguments)).check_arguments()
     except InputError as error:
         raise node.error(str(error)) from None
     return arguments

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+from .car import Car
+from .car_quantities import full_phase_current_a
 from .errors import HilError
 from .fault_table import Row
 from .invariants import Drive, broken
@@ -44,12 +46,13 @@ class Drawn:
     loss: int         # [%] of all frames
     foot: tuple[Piece, ...]
     faults: tuple[tuple[str, int], ...] = field(default=())
+    own: tuple[str, ...] = ()  # arguments of a car that was named, instead of `vehicle`
 
     def __str__(self) -> str:
         pieces = [f"{p.ms} ms {p.accelerator} %/{p.brake} %" for p in self.foot]
         foot = ", ".join(pieces) or f"laps of {self.track}"
         faults = ", ".join(f"{row} at {ms} ms" for row, ms in self.faults) or "none"
-        car = (f"{self.vehicle}, charge {100 * self.soc:.0f} %, {self.celsius} degC, a cell with {self.weak:g} times "
+        car = (f"{' '.join(self.own) or self.vehicle}, charge {100 * self.soc:.0f} %, {self.celsius} degC, a cell with {self.weak:g} times "
                "the resistance")
         return (f"{car}, {'noise' if self.noise else 'no noise'}, {self.loss} % of the frames lost; foot: {foot}; "
                 f"faults: {faults}")
@@ -59,7 +62,7 @@ class Drawn:
         settings = [f"battery.initial_soc={self.soc:g}", f"battery.initial_temperature_c={self.celsius}",
                     f"environment.ambient_c={self.celsius}", f"battery.cells.3.resistance_scale={self.weak:g}",
                     f"sensors.noise={'true' if self.noise else 'false'}"]
-        return ["--vehicle", self.vehicle, *(word for setting in settings for word in ("--set", setting))]
+        return [*(self.own or ("--vehicle", self.vehicle)), *(word for setting in settings for word in ("--set", setting))]
 
 
 def usable(rows: Sequence[Row]) -> list[Row]:
@@ -68,7 +71,7 @@ def usable(rows: Sequence[Row]) -> list[Row]:
             and not row.own_meanwhile and not row.known]
 
 
-def draw(seed: int, rows: Sequence[Row]) -> Drawn:
+def draw(seed: int, rows: Sequence[Row], own: tuple[str, ...] = ()) -> Drawn:
     source = random.Random(seed)
     laps = source.random() < 0.25
     foot: list[Piece] = []
@@ -85,10 +88,10 @@ def draw(seed: int, rows: Sequence[Row]) -> Drawn:
         faults.append((row.id, 10 * source.randint(0, _LONGEST_MS // 10)))
     return Drawn(seed, source.choice(VEHICLES), source.choice(TRACKS), round(source.uniform(0.3, 1.0), 2),
                  source.randint(5, 40), round(source.uniform(1.0, 1.4), 2), source.random() < 0.5,
-                 source.choice((0, 0, 1, 2)), tuple(foot), tuple(sorted(faults, key=lambda f: f[1])))
+                 source.choice((0, 0, 1, 2)), tuple(foot), tuple(sorted(faults, key=lambda f: f[1])), own)
 
 
-def check(drawn: Drawn, rows: dict[str, Row], open_rig: Callable[..., Rig]) -> list[str]:
+def check(drawn: Drawn, rows: dict[str, Row], open_rig: Callable[..., Rig], car: Car) -> list[str]:
     """What the run broke, as sentences that begin with the name of the invariant."""
     faults = [rows[name] for name, _ in drawn.faults]
     behind = faults[0].scenario.behind if faults else ("bms", "master")
@@ -104,7 +107,8 @@ def check(drawn: Drawn, rows: dict[str, Row], open_rig: Callable[..., Rig]) -> l
             rig.gateway("drop", ["PLANT", "BMS", "MASTER"], share=0.01 * drawn.loss)
         _act(drawn, rows, rig)
         rig.run(f"{_AFTER_MS} ms")
-        return broken(Drive(rig.dbc, rig.trace, ready_ms, bool(drawn.foot), drawn.loss, tuple(faults)))
+        return broken(Drive(rig.dbc, rig.trace, ready_ms, bool(drawn.foot), drawn.loss, tuple(faults),
+                            full_phase_current_a(car)))
 
 
 def _act(drawn: Drawn, rows: dict[str, Row], rig: Rig) -> None:

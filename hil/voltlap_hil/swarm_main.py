@@ -11,6 +11,8 @@ import time
 from collections.abc import Iterator
 from itertools import count
 
+from .car import Car
+from .car_flags import car_words
 from .dbc import Dbc
 from .errors import HilError, InputError
 from .fault_options import SEEDS
@@ -20,6 +22,7 @@ from .nodes import program
 from .rig import Bench, Rig
 from .swarm import Drawn, check, draw, smallest, usable
 from .swarm_options import parser
+
 
 def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
@@ -32,7 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
-_work: tuple[dict[str, Row], list[Row], Dbc] | None = None  # of a worker, which was forked with it
+_work: tuple[dict[str, Row], list[Row], Dbc, Car] | None = None  # of a worker, which was forked with it
 
 
 def _open_rig(gateway: bool, behind: tuple[str, ...], **what: object) -> Rig:
@@ -43,14 +46,14 @@ def _open_rig(gateway: bool, behind: tuple[str, ...], **what: object) -> Rig:
 def _check(drawn: Drawn) -> list[str]:
     assert _work is not None
     try:
-        return check(drawn, _work[0], _open_rig)
+        return check(drawn, _work[0], _open_rig, _work[3])
     except HilError as error:
         return [f"the run ends: {error}"]
 
 
 def _one(seed: int) -> tuple[Drawn, list[str]]:
     assert _work is not None
-    drawn = draw(seed, _work[1])
+    drawn = draw(seed, _work[1], _work[3].arguments)
     return drawn, _check(drawn)
 
 
@@ -58,8 +61,8 @@ def _run(options: argparse.Namespace) -> int:
     global _work
     program()
     dbc = Dbc.of_project()
-    rows = load_table(TABLE, dbc)
-    _work = ({row.id: row for row in rows}, usable(rows), dbc)
+    rows = load_table(TABLE, dbc, car_words(options))
+    _work = ({row.id: row for row in rows}, usable(rows), dbc, Car(dbc, car_words(options)))
     first = options.seed if options.seed is not None else random.randrange(SEEDS)
     print(f"seed {first}", flush=True)
     begin, runs, faults = time.monotonic(), 0, 0

@@ -11,7 +11,7 @@ NAMES = ("bms_node", "master_node", "both_nodes", "driven_by_plant")
 FLAGS = ["-mcpu=cortex-m4", "-mthumb", "-std=c++17", "-O2", "-ffreestanding", "-nostdlib", f"-I{ROOT / 'firmware'}"]
 SOFT = ["-mfloat-abi=soft"]
 NO_EXCEPTIONS = ["-fno-exceptions", "-fno-rtti", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables"]
-MARK = '__attribute__((section(".image_info"), used)) extern const char kMark[4] = {\'V\', \'T\', \'L\', \'1\'};\n'
+MARK = '__attribute__((section(".image_info"), used)) extern const char kMark[4] = {\'V\', \'T\', \'L\', \'2\'};\n'
 FAULT = 'extern "C" [[noreturn]] void board_fault(unsigned) { for (;;) {} }\n'
 CLEAN = "volatile long long x = 7; int main() { x = x * 3 / x; return 0; }\n"
 

@@ -124,6 +124,22 @@ TEST(LockstepPort, GreetsAndIsReadyBeforeTheFirstTick) {
   LONGS_EQUAL(can::ReadyMaster::kId, frames[1].id);
 }
 
+TEST(LockstepPort, SaysWhoseConfigurationItHas) {
+  ImageInfo image = kBoth;
+  image.bms_number = 0x1234'5678;
+  image.master_number = 0x9ABC'DEF0;
+  image.cells_in_series = 60;
+  std::memcpy(image.car, "ours", 5);
+  LockstepPort port(rig, image);
+  port.greet(nullptr, 0, nullptr, 0, 36);
+  Greeting greeting;
+  std::memcpy(&greeting, rig.out.data(), sizeof greeting);
+  LONGS_EQUAL(0x1234'5678, greeting.bms_number);
+  UNSIGNED_LONGS_EQUAL(0x9ABC'DEF0, greeting.master_number);
+  LONGS_EQUAL(60, greeting.cells_in_series);
+  STRCMP_EQUAL("ours", greeting.car);
+}
+
 TEST(LockstepPort, TakesAConfigurationInPieces) {
   std::uint32_t bms[3] = {}, master[2] = {};
   const std::uint32_t sent[5] = {1, 2, 3, 4, 5};

@@ -177,6 +177,13 @@ TEST(StreamBus, WhatIsNoGreetingIsAFailure) {
   CHECK(board().failed());
 }
 
+TEST(StreamBus, TheGreetingOfAnEarlierImageIsAFailureAtOnceHoweverShortItIs) {
+  StreamBus bus = this->bus();
+  const std::uint32_t earlier[7] = {0x3248'4C56};  // "VLH2", 28 bytes
+  say(earlier, sizeof earlier);
+  STRCMP_CONTAINS("does not greet", failure([&] { static_cast<void>(board().await_greeting()); }).c_str());
+}
+
 TEST(StreamBus, ABoardThatIsGoneIsAFailureThatSaysWhatBecameOfItAndWhen) {
   StreamBus bus = this->bus();
   greet(true, true);
