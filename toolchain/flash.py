@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import image_build
+import image_crc
 from image_build import Kind, Refused
 
 IMAGE_MARK = 0x314C5456            # firmware/port/image_info.hpp
@@ -38,6 +39,8 @@ class Board:
 BOARDS = {
     "stm32f407": Board("STM32F407xG: STM32F4DISCOVERY, Olimex STM32-H407 and others", "both_nodes_stm32f4",
                        0x0800_0000, 512 * 1024, "target/stm32f4x.cfg", "STM32F407VGTx", True),
+    "stm32g474": Board("STM32G474xE: Nucleo-G474RE and others with a 24 MHz crystal", "both_nodes_stm32g4",
+                       0x0800_0000, 256 * 1024, "target/stm32g4x.cfg", "STM32G474RETx", True),
     "mps2-an386": Board("ARM MPS2 with AN386, as QEMU emulates it; nothing is written: it is run", "driven_by_plant",
                         0, 4 * 1024 * 1024),
 }
@@ -62,17 +65,6 @@ class Image:
     nodes: str
 
 
-def load_parts(data):
-    """[(address in flash, bytes)] of an ELF."""
-    offset, size, count = struct.unpack_from("<I", data, 28)[0], *struct.unpack_from("<HH", data, 42)
-    parts = []
-    for k in range(count):
-        kind, at, _, address, length = struct.unpack_from("<5I", data, offset + k * size)
-        if kind == 1 and length:
-            parts.append((address, data[at:at + length]))
-    return sorted(parts)
-
-
 def read_image(path):
     try:
         data = path.read_bytes()
@@ -82,12 +74,15 @@ def read_image(path):
     if data[:6] != b"\x7fELF\x01\x01" or len(data) < 52:
         raise Refused(EXIT_USAGE, f"{path}: found no 32-bit little-endian ELF; expected an image. ./voltlap image "
                                   "builds them: IMAGE is the file that ends with .elf.")
-    parts = load_parts(data)
+    parts = [(address, piece) for address, _, piece in image_crc.load_parts(data)]
     mark = struct.pack("<I", IMAGE_MARK)
     at = parts[0][1][:SEARCHED].find(mark) if parts else -1
     if at < 0:
         raise Refused(EXIT_USAGE, f"{path}: found no mark of the project behind the vector table; expected an image of "
                                   "firmware/examples. Other programs are written with their own tools.")
+    if fault := image_crc.fault_of(data):
+        raise Refused(EXIT_USAGE, f"{path}: found that {fault}; expected an image as toolchain/image.cmake makes it, "
+                                  "for a board refuses to drive with another. Build it again: ./voltlap image.")
     _, cells, bms, master, _, _, name, version = INFO.unpack_from(parts[0][1], at)
     nodes = " and ".join(word for word, there in (("BMS", bms), ("master controller", master)) if there)
     text = [bytes_.split(b"\0")[0].decode("ascii", "replace") for bytes_ in (name, version)]

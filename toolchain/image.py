@@ -18,14 +18,17 @@ from image_build import Kind, Refused
 
 HOST = Path(os.environ.get("VOLTLAP_BUILD_DIR", image_build.ROOT / "build" / "default"))
 EPILOG = """\
-Example: ./voltlap image --vehicle ours.toml --cells 96
+Examples: ./voltlap image --vehicle ours.toml --cells 96
+          ./voltlap image --board stm32g4
 Exit codes: 0 done, 2 usage or input, 4 a program is missing, 5 the build failed"""
 
 
 def arguments():
     parser = argparse.ArgumentParser(prog="voltlap image", description=__doc__, epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cpu", default="cortex-m4", choices=image_build.CPUS, help="(default: %(default)s)")
+    parser.add_argument("--cpu", choices=image_build.CPUS, help="(default: cortex-m4, or the board's)")
+    parser.add_argument("--board", choices=image_build.BOARDS,
+                        help="the images of this part, as voltlap flash writes them (default: those that are emulated)")
     parser.add_argument("--cells", type=int, metavar="N",
                         help=f"most cells that the BMS has memory for, 1 to {image_build.CELLS_MOST} (default: all)")
     parser.add_argument("--vehicle", metavar="CAR", help="a car by name or file (default: the example car, vtm16e)")
@@ -34,6 +37,10 @@ def arguments():
     given = parser.parse_args()
     if given.cells is not None and not 1 <= given.cells <= image_build.CELLS_MOST:
         parser.error(f"--cells {given.cells}: 1 to {image_build.CELLS_MOST} are expected")
+    own = image_build.BOARDS.get(given.board, given.cpu or "cortex-m4")
+    if given.cpu not in (None, own):
+        parser.error(f"--board {given.board} --cpu {given.cpu}: that part has a {own}; leave out --cpu")
+    given.cpu = own
     return given
 
 
@@ -57,11 +64,11 @@ def car_headers(given):
     return folder, name
 
 
-def table(kind):
-    rows = [f"{'image':<17}{'flash':>9}{'RAM':>9}{'stack':>9}   bytes; RAM without the stack, which is a bound"]
-    for name in image_build.EXAMPLES:
+def table(kind, names):
+    rows = [f"{'image':<18}{'flash':>9}{'RAM':>9}{'stack':>9}   bytes; RAM without the stack, which is a bound"]
+    for name in names:
         size = image_build.size_of(kind.image(name))
-        rows.append(f"{name:<17}{size.flash:>9}{size.ram:>9}{size.stack:>9}")
+        rows.append(f"{name:<18}{size.flash:>9}{size.ram:>9}{size.stack:>9}")
     return "\n".join([*rows, f"in {kind.folder / 'images'}"])
 
 
@@ -71,7 +78,9 @@ def main():
         config, name = car_headers(given)
         kind = Kind(given.cpu, given.cells, config, name)
         image_build.build(kind)
-        print(table(kind))
+        ours = [f"{image}_{given.board}" for image in image_build.BOARD_EXAMPLES]
+        names = ours if given.board else image_build.EXAMPLES
+        print(table(kind, names))
     except Refused as error:
         print(f"voltlap image: {error}", file=sys.stderr)
         return error.code
