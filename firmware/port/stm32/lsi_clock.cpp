@@ -15,10 +15,11 @@ constexpr std::uint32_t over_captured(std::uint8_t channel) { return 1U << (8U +
 
 }  // namespace
 
-void LsiClock::start(Register& csr) {
+void LsiClock::start(Register& csr, Register& select, std::uint32_t lsi) {
   csr.set(kLsiOn);
   static_cast<void>(wait_set(csr, kLsiReady));
   const unsigned index = input_.channel - 1U, shift = index % 2U * 8U;
+  select.write(lsi);
   timer_.psc.write(0);
   timer_.arr.write(input_.counter_mask);
   timer_.egr.write(kUpdate);  // the prescaler is taken over

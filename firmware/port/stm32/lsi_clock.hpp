@@ -4,9 +4,9 @@
 //
 // What it can find follows from the datasheet's range of the LSI. With c, the clock over what it should be: a period
 // that counts as an LSI beyond its range is a fault, so any LSI finds c > fastest/slowest and c < slowest/fastest.
-//   STM32F4, 17 to 47 kHz: surely above 2.77 or below 0.36, of a typical LSI of 32 kHz above 1.88 or below 0.68. That is
-//   a crystal of another value (25 MHz for 8 MHz: 3.1), a PLL that is not in use (16 MHz of 168: 0.095), a bus divider
-//   off by four; not a crystal that drifts or one a third off.
+//   STM32F4, 17 to 47 kHz: surely above 2.77 or below 0.36, of a typical LSI of 32 kHz above 1.88 or below 0.68. That
+//   is a crystal of another value (25 MHz for 8 MHz: 3.1), a PLL that is not in use (16 MHz of 168: 0.095), a bus
+//   divider off by four; not a crystal that drifts or one a third off.
 //   STM32G4, 29.5 to 34 kHz: surely above 1.153 or below 0.868.
 #pragma once
 #include "port/second_clock.hpp"
@@ -30,9 +30,10 @@ class LsiClock final : public SecondClock {
 
   LsiClock(TimerRegisters& timer, const Input& input) : timer_(timer), input_(input) {}
 
-  /// The timer's clock is on and its channel listens to the LSI by then. `csr`: RCC_CSR, which turns the LSI on.
+  /// The timer's clock is on by then. `csr`: RCC_CSR, which turns the LSI on; `select`: the timer's register that has its
+  /// channel listen to `lsi`.
   /// Waits at most some ms for it; one that does not come is a look that failed, not a refusal to start.
-  void start(Register& csr);
+  void start(Register& csr, Register& select, std::uint32_t lsi);
 
   bool agrees() override;
 

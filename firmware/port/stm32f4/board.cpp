@@ -144,8 +144,7 @@ Board start_board() {
   static stm32::Iwdg watchdog(iwdg(), rcc().csr, kRemoveFlags, stm32::kLsiStm32f4);
   // Timers of a divided bus run twice as fast as it (7.2).
   static stm32::LsiClock second_clock(tim5(), {4, 0xFFFF'FFFFU, 2 * stm32f4::kApb1_hz, stm32::kLsiStm32f4});
-  tim5().option.write(kTi4IsLsi);
-  second_clock.start(rcc().csr);
+  second_clock.start(rcc().csr, tim5().option, kTi4IsLsi);
   return {bus, clock, gpio, nvm, watchdog, nullptr, &restart, &second_clock};
 }
 

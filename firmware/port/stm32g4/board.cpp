@@ -126,8 +126,7 @@ class ProcessorReset final : public Restart {
 
 stm32::LsiClock& start_second_clock() {
   static stm32::LsiClock second_clock(tim16(), {1, 0xFFFFU, stm32g4::kCore_hz, stm32::kLsiStm32g4});
-  tim16().tisel.write(kTi1IsLsi);
-  second_clock.start(rcc().csr);
+  second_clock.start(rcc().csr, tim16().tisel, kTi1IsLsi);
   return second_clock;
 }
 

@@ -114,7 +114,8 @@ def test_elf_bin_and_hex_hold_the_same_value(tmp_path, image_of):
         assert struct.unpack("<I", image[-4:])[0] == zlib.crc32(image[:-4])
         assert elf.with_suffix(".bin").read_bytes() == image
         back = tmp_path / "back.bin"
-        subprocess.run(["arm-none-eabi-objcopy", "-I", "ihex", "-O", "binary", elf.with_suffix(".hex"), back], check=True)
+        subprocess.run(["arm-none-eabi-objcopy", "-I", "ihex", "-O", "binary", elf.with_suffix(".hex"), back],
+                       check=True)
         assert back.read_bytes() == image
 
 

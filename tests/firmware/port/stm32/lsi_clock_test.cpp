@@ -17,7 +17,8 @@ class FakeTimer final : public test::Model {
 
   TimerRegisters block{};
   double timer_hz = 84e6, core_hz = 168e6, lsi_hz = 32'000;
-  bool stands = false, listens_to_lsi = true;
+  bool stands = false;
+  std::uint32_t lsi_select = 0;  ///< what the option register must hold for the channel to hear the LSI
   std::uint64_t reads = 0;
   int long_interrupt_in = -1;  ///< reads until one that lasts three periods
 
@@ -42,7 +43,7 @@ class FakeTimer final : public test::Model {
   [[nodiscard]] bool captures() const {
     const unsigned index = channel_ - 1U;
     const bool input = (words_[6 + index / 2] >> (index % 2 * 8) & 3U) == 1U;
-    return input && (words_[8] >> (4 * index) & 1U) != 0 && (words_[0] & 1U) != 0 && listens_to_lsi && !stands;
+    return input && (words_[8] >> (4 * index) & 1U) != 0 && (words_[0] & 1U) != 0 && words_[20] == lsi_select && !stands;
   }
 
  private:
@@ -76,6 +77,8 @@ struct Part {
 constexpr Part kF4{4, 0xFFFF'FFFFU, 84'000'000, 168'000'000, kLsiStm32f4};
 constexpr Part kG4{1, 0xFFFFU, 160'000'000, 160'000'000, kLsiStm32g4};
 
+constexpr std::uint32_t kSelect = 1U << 6;
+
 /// A part whose clock is `c` times what it should be, with an LSI of this frequency.
 struct Bench {
   FakeTimer fake;
@@ -89,7 +92,8 @@ struct Bench {
     fake.core_hz = c * part.core_hz;
     fake.lsi_hz = lsi_hz;
     csr.write(2);  // LSIRDY
-    clock.start(csr);
+    fake.lsi_select = kSelect;
+    clock.start(csr, fake.block.option, kSelect);
   }
   /// Ticks until it is told; 0: never within 300.
   int ticks_until_lost() {
@@ -141,7 +145,7 @@ TEST(LsiClock, WithATypicalLsiTheBoundIsAsDocumented) {
 TEST(LsiClock, AnLsiThatStandsOrIsNotConnectedIsToldAndNoWaitIsEndless) {
   Bench stands(kF4), elsewhere(kF4);
   stands.fake.stands = true;
-  elsewhere.fake.listens_to_lsi = false;
+  elsewhere.fake.lsi_select = 0;
   LONGS_EQUAL(kFirstTold, stands.ticks_until_lost());
   LONGS_EQUAL(kFirstTold, elsewhere.ticks_until_lost());
   CHECK(stands.fake.reads < 3 * 2'600);

@@ -24,6 +24,7 @@ import image_crc  # noqa: E402
 
 BXCAN = 0x40006400
 TSR, RF0R, RF1R, IER, ESR = BXCAN + 0x08, BXCAN + 0x0C, BXCAN + 0x10, BXCAN + 0x14, BXCAN + 0x18
+MSR, INAK = BXCAN + 0x04, 1 << 0
 NVIC_ISPR0, SYST_RVR, SYST_CVR = 0xE000E200, 0xE000E014, 0xE000E018
 CAN1_TX, CAN1_RX0 = 1 << 19, 1 << 20
 TMEIE, FMPIE0, RQCP_ALL = 1 << 0, 1 << 1, 0x010101
@@ -37,7 +38,7 @@ def without_second_clock(elf, folder):
     rows = subprocess.run(["arm-none-eabi-nm", elf], check=True, capture_output=True, text=True).stdout.splitlines()
     data = bytearray(elf.read_bytes())
     code = {"_ZN7voltlap4port5stm328LsiClock6agreesEv": b"\x01\x20\x70\x47",           # movs r0, #1; bx lr
-            "_ZN7voltlap4port5stm328LsiClock5startERNS1_8RegisterE": b"\x70\x47\x70\x47"}   # bx lr
+            "_ZN7voltlap4port5stm328LsiClock5startERNS1_8RegisterES4_m": b"\x70\x47\x70\x47"}   # bx lr
     for name, instructions in code.items():
         address = next(int(row.split()[0], 16) for row in rows if row.endswith(" " + name)) & ~1
         begin, at, _ = next(part for part in image_crc.load_parts(bytes(data))
@@ -72,7 +73,7 @@ class Board:
         configs = pathlib.Path(labwired.__file__).parent / "configs"
         self.sim = labwired.Sim(elf, system=system_file(configs, folder))
         for _ in range(60_000):  # the march through memory and the CRC over the image come first
-            if self.sim.read_u32(IER) != 0:
+            if self.sim.read_u32(IER) != 0 and self.sim.read_u32(MSR) & INAK == 0:
                 break
             self.sim.run_for("20us")
         assert self.sim.read_u32(IER) != 0, "the image did not bring its CAN controller up"
