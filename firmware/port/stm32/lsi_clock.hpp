@@ -30,8 +30,8 @@ class LsiClock final : public SecondClock {
 
   LsiClock(TimerRegisters& timer, const Input& input) : timer_(timer), input_(input) {}
 
-  /// The timer's clock is on by then. `csr`: RCC_CSR, which turns the LSI on; `select`: the timer's register that has its
-  /// channel listen to `lsi`.
+  /// The timer's clock is on by then. `csr`: RCC_CSR, which turns the LSI on; `select`: the register that has the
+  /// channel listen to the LSI when it holds `lsi`.
   /// Waits at most some ms for it; one that does not come is a look that failed, not a refusal to start.
   void start(Register& csr, Register& select, std::uint32_t lsi);
 

@@ -18,7 +18,7 @@ class FakeTimer final : public test::Model {
   TimerRegisters block{};
   double timer_hz = 84e6, core_hz = 168e6, lsi_hz = 32'000;
   bool stands = false;
-  std::uint32_t lsi_select = 0;  ///< what the option register must hold for the channel to hear the LSI
+  std::uint32_t lsi_select = 0;  ///< in the option register: the channel hears the LSI
   std::uint64_t reads = 0;
   int long_interrupt_in = -1;  ///< reads until one that lasts three periods
 
@@ -43,7 +43,8 @@ class FakeTimer final : public test::Model {
   [[nodiscard]] bool captures() const {
     const unsigned index = channel_ - 1U;
     const bool input = (words_[6 + index / 2] >> (index % 2 * 8) & 3U) == 1U;
-    return input && (words_[8] >> (4 * index) & 1U) != 0 && (words_[0] & 1U) != 0 && words_[20] == lsi_select && !stands;
+    const bool counts = (words_[8] >> (4 * index) & 1U) != 0 && (words_[0] & 1U) != 0;
+    return input && counts && words_[20] == lsi_select && !stands;
   }
 
  private:
