@@ -18,6 +18,7 @@ from pathlib import Path
 
 import image_build
 import image_car
+import image_crc
 from image_build import Kind, Refused
 
 IMAGE_MARK, EARLIER_MARK = b"VTL2", b"VTL1"  # firmware/port/image_info.hpp
@@ -41,6 +42,8 @@ class Board:
 BOARDS = {
     "stm32f407": Board("STM32F407xG: STM32F4DISCOVERY, Olimex STM32-H407 and others", "both_nodes_stm32f4",
                        0x0800_0000, 512 * 1024, "target/stm32f4x.cfg", "STM32F407VGTx", True),
+    "stm32g474": Board("STM32G474xE: Nucleo-G474RE and others with a 24 MHz crystal", "both_nodes_stm32g4",
+                       0x0800_0000, 256 * 1024, "target/stm32g4x.cfg", "STM32G474RETx", True),
     "mps2-an386": Board("ARM MPS2 with AN386, as QEMU emulates it; nothing is written: it is run", "driven_by_plant",
                         0, 4 * 1024 * 1024),
 }
@@ -84,17 +87,6 @@ class Image:
         return f"of {self.car}, {cells}configuration {number}{' (changed by hand)' if by_hand else ''}"
 
 
-def load_parts(data):
-    """[(address in flash, bytes)] of an ELF."""
-    offset, size, count = struct.unpack_from("<I", data, 28)[0], *struct.unpack_from("<HH", data, 42)
-    parts = []
-    for k in range(count):
-        kind, at, _, address, length = struct.unpack_from("<5I", data, offset + k * size)
-        if kind == 1 and length:
-            parts.append((address, data[at:at + length]))
-    return sorted(parts)
-
-
 def read_image(path):
     try:
         data = path.read_bytes()
@@ -104,11 +96,14 @@ def read_image(path):
     if data[:6] != b"\x7fELF\x01\x01" or len(data) < 52:
         raise Refused(EXIT_USAGE, f"{path}: found no 32-bit little-endian ELF; expected an image. ./voltlap image "
                                   "builds them: IMAGE is the file that ends with .elf.")
-    parts = load_parts(data)
+    parts = [(address, piece) for address, _, piece in image_crc.load_parts(data)]
     head = parts[0][1][:SEARCHED] if parts else b""
     at = head.find(IMAGE_MARK)
     if at < 0:
         raise Refused(EXIT_USAGE, f"{path}: found {what_else(head)}")
+    if fault := image_crc.fault_of(data):
+        raise Refused(EXIT_USAGE, f"{path}: found that {fault}; expected an image as toolchain/image.cmake makes it, "
+                                  "for a board refuses to drive with another. Build it again: ./voltlap image.")
     (_, cells, bms, master, _, _, name, version,
      bms_number, master_number, series, _, car) = INFO.unpack_from(parts[0][1], at)
     name, version, car = (text.split(b"\0")[0].decode("ascii", "replace") for text in (name, version, car))

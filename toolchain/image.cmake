@@ -3,7 +3,8 @@
 #               [CONFIGURED_BY_PLANT]): an image for a board of
 # firmware/port/, in images/ of the build folder: <name>.elf, .map, .bin, .hex, <name>.stack, the deepest way of its
 # calls, and <name>.spdx.json, what it is made of. What must not be in an image fails the build (check_image.py), and so
-# does a stack that may not suffice (stack_use.py).
+# does a stack that may not suffice (stack_use.py). Behind the image lies the CRC by which it checks itself at the start
+# (image_crc.py).
 set(VOLTLAP_STACK_SIZE 4096 CACHE STRING "Stack of an image [byte]")
 
 # The checks need nothing beside Python itself.
@@ -67,8 +68,9 @@ function(voltlap_image name)
   string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
   set(flags "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}}")
   add_custom_command(TARGET ${name} POST_BUILD
+    COMMAND ${VOLTLAP_IMAGE_PYTHON} ${PROJECT_SOURCE_DIR}/toolchain/image_crc.py $<TARGET_FILE:${name}>
     COMMAND ${CMAKE_OBJCOPY} -O binary $<TARGET_FILE:${name}> ${folder}/${name}.bin
-    COMMAND ${CMAKE_OBJCOPY} -O ihex $<TARGET_FILE:${name}> ${folder}/${name}.hex
+    COMMAND ${CMAKE_OBJCOPY} -O ihex --gap-fill 0 $<TARGET_FILE:${name}> ${folder}/${name}.hex
     COMMAND ${VOLTLAP_IMAGE_PYTHON} ${PROJECT_SOURCE_DIR}/toolchain/check_image.py --map ${folder}/${name}.map
             $<TARGET_FILE:${name}>
     COMMAND ${VOLTLAP_IMAGE_PYTHON} ${PROJECT_SOURCE_DIR}/toolchain/stack_use.py --limit ${VOLTLAP_STACK_SIZE}

@@ -12,9 +12,11 @@ ROOT = Path(__file__).resolve().parents[1]
 CPUS = ("cortex-m0plus", "cortex-m4", "cortex-m7")
 CELLS_MOST = 144
 EXAMPLES = ("bms_node", "master_node", "both_nodes", "both_nodes_slcan", "driven_by_plant")
+BOARDS = {"stm32f4": "cortex-m4", "stm32g4": "cortex-m4"}   # parts with images of their own, and their processor
+BOARD_EXAMPLES = ("bms_node", "both_nodes")
 STEP = re.compile(r"^\[(\d+)/(\d+)\]")
 STEPS_SHOWN = 20   # where no terminal is
-FLASH_SECTIONS, RAM_SECTIONS = (".vectors", ".text", ".rodata", ".data"), (".data", ".bss")
+FLASH_SECTIONS, RAM_SECTIONS = (".vectors", ".text", ".rodata", ".data", ".image_crc"), (".data", ".bss")
 EXIT_MISSING, EXIT_BUILD = 4, 5
 
 

@@ -23,8 +23,8 @@ class BmsNode {
   /// Before the first tick: what was known of the cells when the supply was lost.
   void restore_soc(const bms::SocRecord& record) { bms::restore(config_, record, state_.soc); }
 
-  /// Before the first tick: the board's self-test failed. Until the next power-on the BMS closes nothing, allows no
-  /// current, and says why: ContactorCommand.WaitsFor.
+  /// Before a tick, most often the first: the board's self-test failed. Until the next power-on the BMS closes nothing,
+  /// allows no current, and says why: ContactorCommand.WaitsFor.
   void refuse(can::WaitsFor failed) { state_.self_test = failed; }
 
   [[nodiscard]] const bms::Config& config() const { return config_; }

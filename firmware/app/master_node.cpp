@@ -11,4 +11,13 @@ void MasterNode::tick(Instant now, FrameView rx, TxQueue& tx) {
   master::transmit(output_, sealer_, tx);
 }
 
+// DIA-003
+bool MasterNode::rests() const {
+  const bool off = output_.drive_state == can::DriveState::kLvOn || output_.drive_state == can::DriveState::kFault;
+  const Sample<can::BmsState>& bms = receiver_.input.bms_state;
+  const bool open = !bms.good() || bms.value == can::BmsState::kIdle || bms.value == can::BmsState::kFault ||
+                    bms.value == can::BmsState::kOpen;
+  return off && open && !output_.enable && !output_.ts_request;
+}
+
 }  // namespace voltlap::app

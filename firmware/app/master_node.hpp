@@ -17,6 +17,14 @@ class MasterNode {
   /// One step, every 10 ms. `tx` is added to, never cleared.
   void tick(Instant now, FrameView rx, TxQueue& tx);
 
+  /// Before a tick, most often the first: the board's self-test failed. Until the next power-on there is no torque and
+  /// no request for the tractive system, and MasterStatus.Faults says ConfigInvalid.
+  void refuse() { state_.drive.refused = true; }
+  /// No torque, no wish for the tractive system, and no contactor that the BMS holds closed or is about to close: as it
+  /// says, where it is heard.
+  [[nodiscard]] bool rests() const;
+  [[nodiscard]] bool refused() const { return state_.drive.refused; }
+
   [[nodiscard]] const master::State& state() const { return state_; }
   [[nodiscard]] const master::Output& output() const { return output_; }  ///< of the last tick
 

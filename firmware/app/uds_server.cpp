@@ -16,8 +16,6 @@ constexpr std::uint8_t kDefaultSession = 0x01, kProgrammingSession = 0x02, kHard
 constexpr std::uint8_t kCountByMask = 0x01, kFaultsByMask = 0x02, kSupported = 0x0A;
 constexpr std::uint8_t kTestFailed = 1U << 0, kConfirmed = 1U << 3, kStatusKnown = kTestFailed | kConfirmed;
 constexpr std::uint8_t kFormatIso14229 = 0x01;
-constexpr unsigned kFaults = 20;       // bits of BmsStatus.Faults; those of the master are fewer
-constexpr std::uint8_t kGroup = 0x1A;  // SAE J2012: P1A00 to P1A13, the fault's bit behind it
 
 std::uint8_t status_of(const UdsView& view, unsigned bit) {
   const bool now = (view.faults_now >> bit & 1U) != 0, latched = (view.faults_latched >> bit & 1U) != 0;
@@ -45,6 +43,7 @@ void UdsServer::Answer::add_text(const char* text) {
   for (; *text != '\0' && !too_long; ++text) add(static_cast<std::uint8_t>(*text));
 }
 
+// DIA-006: the address is all that tells one node's server from another's.
 UdsServer::UdsServer(std::uint8_t address, const UdsIdentity& identity)
     : identity_(identity),
       transport_(diagnostic_id(address, kTesterAddress), diagnostic_id(kTesterAddress, address)) {}
@@ -79,12 +78,12 @@ std::uint8_t UdsServer::read_faults(const UdsView& view, Answer& out) const {
   out.add(function);
   out.add(kStatusKnown);
   std::uint16_t found = 0;
-  for (unsigned bit = 0; bit < kFaults; ++bit) {
+  for (unsigned bit = 0; bit < identity_.faults.count; ++bit) {
     const std::uint8_t status = status_of(view, bit);
     if (by_mask && (status & mask) == 0) continue;
     ++found;
     if (function == kCountByMask) continue;
-    out.add(kGroup);
+    out.add(identity_.faults.group);
     out.add(static_cast<std::uint8_t>(bit));
     out.add(0);  // no failure type
     out.add(status);

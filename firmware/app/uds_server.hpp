@@ -12,9 +12,18 @@
 
 namespace voltlap::app {
 
+/// The bits of a node's faults as trouble codes: SAE J2012, P1A00 and on, P1B00 and on, the fault's bit behind it.
+struct UdsFaults {
+  std::uint8_t group = 0;
+  std::uint8_t count = 0;
+};
+inline constexpr UdsFaults kBmsFaults{0x1A, 20};     ///< bits of BmsStatus.Faults
+inline constexpr UdsFaults kMasterFaults{0x1B, 16};  ///< bits of MasterStatus.Faults
+
 struct UdsIdentity {
   const char* software_version = "";  ///< F189: of the project
   const char* image_name = "";        ///< F195: of the image
+  UdsFaults faults = kBmsFaults;
 };
 
 /// What the node says of itself in this tick.

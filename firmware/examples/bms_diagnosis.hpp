@@ -13,15 +13,19 @@ class BmsDiagnosis {
  public:
   /// `restart` nullptr: the board cannot; a tester is refused.
   explicit BmsDiagnosis(port::Restart* restart)
-      : restart_(restart), server_(kBmsAddress, {port::kImageInfo.version, port::kImageInfo.name}) {}
+      : restart_(restart), server_(kBmsAddress, {port::kImageInfo.version, port::kImageInfo.name, app::kBmsFaults}) {}
 
+  /// No contactor is closed or about to be.
+  [[nodiscard]] static bool rests(const app::BmsNode& node) {
+    const bms::Output& out = node.output();
+    const bool open = out.state == can::BmsState::kIdle || out.state == can::BmsState::kFault ||
+                      out.state == can::BmsState::kInvalid || out.state == can::BmsState::kOpen;
+    return open && !bms::commanded(out.contactors);
+  }
   /// After the node's tick. Adds at most two frames; returns only where the board has not been restarted.
   void tick(Instant now, FrameView rx, const app::BmsNode& node, TxQueue& tx) {
-    const bms::Output& out = node.output();
-    const bool rests = out.state == can::BmsState::kIdle || out.state == can::BmsState::kFault ||
-                       out.state == can::BmsState::kInvalid || out.state == can::BmsState::kOpen;
-    const bool open = rests && !bms::commanded(out.contactors);
-    server_.tick(now, rx, {out.faults, node.state().faults.latched, restart_ != nullptr && open}, tx);
+    const bool may = restart_ != nullptr && rests(node);
+    server_.tick(now, rx, {node.output().faults, node.state().faults.latched, may}, tx);
     const app::UdsRestart asked = server_.restart();
     if (asked != app::UdsRestart::kNone) restart_->restart(asked == app::UdsRestart::kBootLoader);
   }

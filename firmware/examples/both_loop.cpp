@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "examples/both_loop.hpp"
 
+#include "examples/self_test.hpp"
+
 namespace voltlap::examples {
 namespace {
 
@@ -28,9 +30,13 @@ void BothNodes::step() {
   std::size_t count = board_.can.receive(off_bus, kInbox);
   count += cells_.take(now, off_bus + count);
 
+  if (clock_is_lost(board_.second_clock)) {
+    bms_.refuse(can::WaitsFor::kSelfTestClock);
+    master_.refuse();
+  }
   if (running_.bms) step_bms(now, {frames_, master_tx_.size() + count}, {off_bus, count});
   append(bms_tx_, off_bus + count);
-  if (running_.master) step_master(now, {off_bus, count + bms_tx_.size()});
+  if (running_.master) step_master(now, {off_bus, count + bms_tx_.size()}, {off_bus, count});
 }
 
 void BothNodes::step_bms(Instant now, FrameView rx, FrameView off_bus) {
@@ -41,9 +47,10 @@ void BothNodes::step_bms(Instant now, FrameView rx, FrameView off_bus) {
   static_cast<void>(board_.can.send(bms_tx_));  // frames that are lost grow old at their receivers
 }
 
-void BothNodes::step_master(Instant now, FrameView rx) {
+void BothNodes::step_master(Instant now, FrameView rx, FrameView off_bus) {
   master_tx_.clear();
   master_.tick(now, rx, master_tx_);
+  master_diagnosis_.tick(now, off_bus, master_, BmsDiagnosis::rests(bms_), master_tx_);
   static_cast<void>(board_.can.send(master_tx_));
 }
 

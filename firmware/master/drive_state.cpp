@@ -25,7 +25,7 @@ void read_buttons(const Input& input, DriveStateState& state) {
 
 Faults find_faults(const Input& input, const DriveStateState& state) {
   Faults f;
-  f.set(MasterFault::kConfigInvalid, !state.config_good);
+  f.set(MasterFault::kConfigInvalid, !state.config_good || state.refused);  // MST-062
   f.set(MasterFault::kBmsLost, !input.bms_state.good());
   f.set(MasterFault::kVehicleIoLost, !input.switches.good());
   f.set(MasterFault::kInverterLost, !input.inverter_state.good());

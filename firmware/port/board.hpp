@@ -7,6 +7,7 @@
 #include "port/gpio.hpp"
 #include "port/nvm.hpp"
 #include "port/restart.hpp"
+#include "port/second_clock.hpp"
 #include "port/watchdog.hpp"
 
 namespace voltlap::port {
@@ -19,6 +20,7 @@ struct Board {
   Watchdog& watchdog;
   Cells* cells = nullptr;  ///< of a board that measures them itself; else monitors on the bus do
   Restart* restart = nullptr;  ///< of a board that a tester may start anew
+  SecondClock* second_clock = nullptr;  ///< of a part that has another oscillator; else nothing is compared
 };
 
 /// Brings clocks, pins and bus up; once, first thing in main(). The memory is not prepared and the watchdog sleeps.

@@ -4,6 +4,7 @@
 #include "examples/bms_diagnosis.hpp"
 #include "examples/bms_memory.hpp"
 #include "examples/own_cells.hpp"
+#include "examples/self_test.hpp"
 #include "examples/tick.hpp"
 #include "pack_config.hpp"
 #include "port/board.hpp"
@@ -25,6 +26,7 @@ void drive_pins(const bms::Output& output, port::Gpio& gpio) {
 
 int main() {
   const bool memory_good = port::memory_is_good();
+  const examples::SelfTest self_test(memory_good, port::image_residue());
   const port::Board board = port::start_board();
   static app::BmsNode node(bms::kPackConfig);
   static examples::BmsMemory memory(board.nvm);
@@ -34,7 +36,7 @@ int main() {
   static TxQueue tx;
 
   memory.restore(node);
-  if (!memory_good) node.refuse(can::WaitsFor::kSelfTestMemory);
+  self_test.judge(node);
   static_cast<void>(board.watchdog.start(examples::kWatchdogTime));
   for (Instant at = board.clock.now();; at = at + examples::kTick) {
     board.clock.sleep_until(at);
@@ -42,6 +44,7 @@ int main() {
     std::size_t count = board.can.receive(inbox, examples::kInbox);
     count += cells.take(now, inbox + count);
     tx.clear();
+    if (examples::clock_is_lost(board.second_clock)) node.refuse(can::WaitsFor::kSelfTestClock);
     node.tick(now, {inbox, count}, tx);
     drive_pins(node.output(), board.gpio);
     cells.bleed(node.output());

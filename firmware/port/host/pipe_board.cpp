@@ -11,6 +11,7 @@
 #include <cstdlib>
 
 #include "base/require.hpp"
+#include "port/image_check.hpp"
 #include "port/lockstep/lockstep_board.hpp"
 
 namespace voltlap::port {
@@ -75,6 +76,9 @@ RamNvm::Memory& lasting_memory() {
 }
 
 }  // namespace
+
+/// A process has no flash of its own.
+std::uint32_t image_residue() { return kImageWhole; }
 
 LockstepBoard start_lockstep_board() {
   static PipeRig rig;

@@ -2,6 +2,7 @@
 // The independent watchdog (IWDG) of the STM32: RM0090 chapter 21, RM0440 "Independent watchdog (IWDG)". It counts an
 // RC oscillator of its own (LSI), so it bites when the main clock stops, too.
 #pragma once
+#include "port/stm32/lsi_range.hpp"
 #include "port/stm32/register.hpp"
 #include "port/watchdog.hpp"
 
@@ -14,14 +15,6 @@ struct IwdgRegisters {
   Register sr;   // 0x0C PVU, RVU
 };
 static_assert(offsetof(IwdgRegisters, sr) == 0x0C);
-
-/// The range of the oscillator by the datasheet.
-struct LsiRange {
-  std::uint32_t slowest_hz;
-  std::uint32_t fastest_hz;
-};
-inline constexpr LsiRange kLsiStm32f4{17'000, 47'000};  // DS8626, "LSI oscillator characteristics"
-inline constexpr LsiRange kLsiStm32g4{29'500, 34'000};  // DS12288, the same, over temperature and supply
 
 class Iwdg final : public Watchdog {
  public:

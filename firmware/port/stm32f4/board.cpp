@@ -4,11 +4,12 @@
 #include "port/board.hpp"
 
 #include "base/boot_request.hpp"
-#include "base/diagnostic_address.hpp"
 #include "base/require.hpp"
 #include "port/flash/flash_nvm.hpp"
 #include "port/image_info.hpp"
 #include "port/stm32/gpio.hpp"
+#include "port/stm32/heard.hpp"
+#include "port/stm32/lsi_clock.hpp"
 #include "port/stm32/systick.hpp"
 #include "port/stm32/watchdog.hpp"
 #include "port/stm32f4/bxcan.hpp"
@@ -32,6 +33,7 @@ Block& at(std::uintptr_t address) {
 stm32f4::BxCanRegisters& can1() { return at<stm32f4::BxCanRegisters>(0x4000'6400U); }
 stm32f4::RccRegisters& rcc() { return at<stm32f4::RccRegisters>(0x4002'3800U); }
 stm32f4::FlashRegisters& flash_registers() { return at<stm32f4::FlashRegisters>(0x4002'3C00U); }
+stm32::TimerRegisters& tim5() { return at<stm32::TimerRegisters>(0x4000'0C00U); }
 stm32::IwdgRegisters& iwdg() { return at<stm32::IwdgRegisters>(0x4000'3000U); }
 stm32::GpioRegisters& gpio_d() { return at<stm32::GpioRegisters>(0x4002'0C00U); }
 stm32::GpioRegisters& gpio_e() { return at<stm32::GpioRegisters>(0x4002'1000U); }
@@ -40,9 +42,10 @@ Register& nvic_iser0() { return at<Register>(0xE000'E100U); }
 Register& scb_vtor() { return at<Register>(0xE000'ED08U); }
 Register& scb_aircr() { return at<Register>(0xE000'ED0CU); }
 
-constexpr std::uint32_t kGpioDClock = 1U << 3, kGpioEClock = 1U << 4, kCan1Clock = 1U << 25;
+constexpr std::uint32_t kGpioDClock = 1U << 3, kGpioEClock = 1U << 4, kCan1Clock = 1U << 25, kTim5Clock = 1U << 3;
 constexpr std::uint32_t kCan1Interrupts = 1U << 19 | 1U << 20 | 1U << 21;  // TX, RX0, RX1: RM0090 table 61
 constexpr std::uint32_t kAlternate = 2, kAlternateCan1 = 9, kRemoveFlags = 1U << 24;
+constexpr std::uint32_t kTi4IsLsi = 1U << 6;  // TIM5_OR, 18.4.21
 constexpr std::size_t kCan1Banks = 14;  // as CAN2SB has it from reset
 constexpr std::size_t kSectorBytes = 128 * 1024, kSectorsPerArea = 2;
 constexpr std::uint32_t kSystemReset = 0x05FA'0004U;  // ARMv7-M B3.2.6: the key, SYSRESETREQ
@@ -92,32 +95,11 @@ constexpr Vectors make_vectors() {
 }
 alignas(512) const Vectors kBoardVectors = make_vectors();  // 38 words: the next power of two is 256 bytes
 
-/// The rows of a table, and a tester's questions to the BMS.
-template <std::size_t N>
-struct Heard {
-  can::MessageRow row[N + 1];
-};
-template <std::size_t N>
-constexpr Heard<N> heard(const can::MessageRow (&rows)[N]) {
-  Heard<N> out{};
-  for (std::size_t i = 0; i < N; ++i) out.row[i] = rows[i];
-  out.row[N].id = diagnostic_id(kBmsAddress, kTesterAddress);
-  return out;
-}
-constexpr auto kHeardByBms = heard(can::kBmsRx);
-constexpr auto kHeardByBoth = heard(can::kMessages);
-
-template <std::size_t N>
-constexpr std::size_t count_of(const can::MessageRow (&)[N]) {
-  return N;
-}
-
 /// What the nodes of this image listen to.
 stm32::CanError join_bus(stm32f4::BxCan& bus) {
   const stm32f4::BxCan::Config config{stm32f4::kApb1_hz, can::kBitRate, stm32::kSamplePoint_permille, 0, kCan1Banks};
-  if (!kImageInfo.has_bms) return bus.init(config, can::kMasterRx, count_of(can::kMasterRx));
-  if (!kImageInfo.has_master) return bus.init(config, kHeardByBms.row, count_of(kHeardByBms.row));
-  return bus.init(config, kHeardByBoth.row, count_of(kHeardByBoth.row));
+  const stm32::HeardRows heard = stm32::heard_by(kImageInfo.has_bms, kImageInfo.has_master);
+  return bus.init(config, heard.rows, heard.count);
 }
 
 __attribute__((section(".noinit"))) BootRequest the_boot_request;
@@ -142,7 +124,7 @@ class ProcessorReset final : public Restart {
 Board start_board() {
   scb_vtor().write(static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(&kBoardVectors)));
   rcc().ahb1enr.set(kGpioDClock | kGpioEClock);
-  rcc().apb1enr.set(kCan1Clock);
+  rcc().apb1enr.set(kCan1Clock | kTim5Clock);
   static stm32::BoardPins gpio(pins());
   if (!gpio.init()) refuse();  // first of all: the relays are driven open
   if (!stm32f4::start_clocks(rcc(), flash_registers().acr)) refuse();
@@ -160,7 +142,10 @@ Board start_board() {
   static FlashNvm nvm(flash, kSocAhead);
   static ProcessorReset restart;
   static stm32::Iwdg watchdog(iwdg(), rcc().csr, kRemoveFlags, stm32::kLsiStm32f4);
-  return {bus, clock, gpio, nvm, watchdog, nullptr, &restart};
+  // Timers of a divided bus run twice as fast as it (7.2).
+  static stm32::LsiClock second_clock(tim5(), {4, 0xFFFF'FFFFU, 2 * stm32f4::kApb1_hz, stm32::kLsiStm32f4});
+  second_clock.start(rcc().csr, tim5().option, kTi4IsLsi);
+  return {bus, clock, gpio, nvm, watchdog, nullptr, &restart, &second_clock};
 }
 
 }  // namespace voltlap::port

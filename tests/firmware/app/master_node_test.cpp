@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/master_node.hpp"
 
+#include "firmware/app/bench.hpp"
+
 #include "CppUTest/TestHarness.h"
 
 using namespace voltlap;
@@ -23,6 +25,47 @@ TEST(MasterNode, WithoutAFrameItSendsZeroAndDisabled) {
     CHECK(status.drive_state == can::DriveState::kLvOn);
     CHECK_FALSE(status.ts_request);
   }
+}
+
+// MST-062, and that a whole one drives: ClosedLoop.StartsUpToReadyToDriveThroughPrecharge.
+TEST(MasterNode, ABoardThatFailedItsSelfTestGivesNoTorqueWhateverIsAskedOfIt) {
+  app::test::Loop loop;
+  loop.master.refuse();
+  for (int tick = 0; tick < 1'000; ++tick) {
+    loop.io.ts_on_button = tick / 20 % 3 == 1;
+    loop.io.rtd_button = tick / 30 % 3 == 1;
+    loop.io.reset_button = tick / 70 % 2 == 1;
+    loop.brake(tick % 100 < 50 ? 20'000 : 0);
+    loop.pedal(tick % 100 < 50 ? 0 : 1'000);
+    loop.tick();
+    LONGS_EQUAL(0, loop.command.phase_current_ma);
+    CHECK_FALSE(loop.command.enable || loop.master_status.ts_request);
+    CHECK(loop.in(can::DriveState::kFault));
+    CHECK(loop.master.output().faults.has(master::MasterFault::kConfigInvalid));
+    CHECK_FALSE(loop.contactors.air_plus_close || loop.contactors.precharge_close);
+  }
+}
+
+// DIA-003
+TEST(MasterNode, ItRestsOnlyWhileNothingIsWantedAndTheBmsHoldsNothingClosed) {
+  app::test::Loop loop;
+  loop.run(500);
+  CHECK(loop.master.rests());
+  loop.io.ts_on_button = true;
+  loop.run(20);
+  loop.io.ts_on_button = false;
+  int restless = 0;
+  for (int tick = 0; tick < 300; ++tick) {
+    loop.tick();
+    if (loop.contactors.air_plus_close || loop.contactors.air_minus_close || loop.contactors.precharge_close) {
+      CHECK_FALSE(loop.master.rests());
+      ++restless;
+    }
+  }
+  CHECK(restless > 200);
+  loop.io.shutdown_closed = false;
+  loop.run(3'000);
+  CHECK(loop.master.rests());
 }
 
 TEST(MasterNode, FramesThatAreNotItsOwnChangeNothing) {

@@ -122,6 +122,40 @@ TEST(UdsServer, FaultsAreToldWithWhatIsSetNowAndWhatIsLatched) {
   LONGS_EQUAL(3 + 4 * 20, ask({0x19, 0x0A}).size());
 }
 
+// DIA-006
+TEST(UdsServer, TheMasterAnswersAtItsOwnAddressWithItsOwnCodesAndIsDeafToWhatTheBmsIsAsked) {
+  UdsServer master{kMasterAddress, {"0.1.0", "master_node", app::kMasterFaults}};
+  const app::UdsView seen{1U << 4 | 1U << 15, 1U << 0, false};
+  const auto answer_to = [&](std::uint8_t address, const Bytes& request) {
+    const Frame frame = frame_of(request, diagnostic_id(address, kTesterAddress));
+    TxQueue tx;
+    master.tick(Instant::from_ms(now_ms += 10), {&frame, 1}, seen, tx);
+    return std::vector<Frame>(tx.begin(), tx.end());
+  };
+  CHECK(answer_to(kBmsAddress, {3, 0x19, 0x01, 0xFF}).empty());
+  const auto count = answer_to(kMasterAddress, {3, 0x19, 0x01, 0xFF});
+  LONGS_EQUAL(1, count.size());
+  UNSIGNED_LONGS_EQUAL(diagnostic_id(kTesterAddress, kMasterAddress), count[0].id);
+  CHECK((Bytes(count[0].data, count[0].data + 7) == Bytes{6, 0x59, 0x01, 0x09, 0x01, 0x00, 0x03}));
+  const auto first = answer_to(kMasterAddress, {3, 0x19, 0x02, 0x08});
+  LONGS_EQUAL(1, first.size());
+  CHECK((Bytes(first[0].data + 1, first[0].data + 8) == Bytes{3 + 4 * 3, 0x59, 0x02, 0x09, 0x1B, 0, 0}));
+  const auto reset = answer_to(kMasterAddress, {2, 0x11, 0x01});
+  LONGS_EQUAL(1, reset.size());
+  CHECK((Bytes(reset[0].data, reset[0].data + 4) == Bytes{3, 0x7F, 0x11, 0x22}));
+}
+
+TEST(UdsServer, EveryBitOfANodesFaultsHasItsCode) {
+  for (const app::UdsFaults& faults : {app::kBmsFaults, app::kMasterFaults}) {
+    UdsServer node{kBmsAddress, {"0.1.0", "x", faults}};
+    const Frame frame = frame_of({2, 0x19, 0x0A});
+    TxQueue tx;
+    node.tick(Instant::from_ms(now_ms += 10), {&frame, 1}, view, tx);
+    LONGS_EQUAL(1, tx.size());
+    LONGS_EQUAL(3 + 4 * faults.count, tx[0].data[1]);
+  }
+}
+
 // DIA-003
 TEST(UdsServer, ResetAndBootLoaderComeAfterTheAnswerAndNeverWithClosedContactors) {
   view.may_restart = false;

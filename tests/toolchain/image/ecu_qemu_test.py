@@ -9,7 +9,7 @@ import subprocess
 import time
 
 import pytest
-from image_tools import VOLTLAP
+from image_tools import VOLTLAP, tool
 
 pytestmark = pytest.mark.skipif(shutil.which("qemu-system-arm") is None, reason="qemu-system-arm is not installed")
 FILTERED = ("--set", "bms.soc_method=ekf", "--set", "bms.limit_method=ahead")
@@ -105,6 +105,7 @@ def test_an_image_of_other_firmware_is_noted(tmp_path, course, image_of):
     data = image_of("driven_by_plant").read_bytes()
     at = data.index(b"VTL2")
     (tmp_path / "other.elf").write_bytes(data[:at + 12] + b"\0\0\0\0" + data[at + 16:])
+    assert tool("image_crc.py", tmp_path / "other.elf").returncode == 0  # its value is its own
     _, text = run(tmp_path, "--drive", course, "--ecu", "qemu", "--image", tmp_path / "other.elf")
     assert "of other firmware than this program's" in text
 

@@ -35,6 +35,14 @@ def test_the_tool_is_called_with_the_image(tmp_path, image, name):
     assert "both_nodes_stm32f4" in result.stdout and "at most 144 cells" in result.stdout
 
 
+def test_the_board_with_the_g4_has_its_image_and_its_chip(tmp_path, image_of):
+    for name, words in (("openocd", "target/stm32g4x.cfg"), ("probe-rs", "--chip STM32G474RETx")):
+        result = tool("flash.py", image_of("both_nodes_stm32g4"), "--board", "stm32g474", "--tool", name,
+                      env=path_with(tmp_path, name))
+        assert result.returncode == 0, result.stderr
+        assert words in (tmp_path / "calls").read_text() and "both_nodes_stm32g4" in result.stdout
+
+
 def test_a_dry_run_calls_nothing(tmp_path, image):
     result = tool("flash.py", image, "--dry-run", env=path_with(tmp_path, "openocd", "st-flash", "probe-rs"))
     assert result.returncode == 0 and "openocd" in result.stdout and not (tmp_path / "calls").exists()

@@ -25,6 +25,21 @@ def test_it_builds_and_prints_the_sizes(kind_of):
     assert 0 <= binary.stat().st_size - int(rows["bms_node"]) < 16  # what aligns the sections
 
 
+@pytest.mark.parametrize("board", image_build.BOARDS)
+def test_the_images_of_a_part_are_built_for_its_memory(kind_of, board):
+    kind_of()
+    result = tool(PROGRAM, "--board", board)
+    assert result.returncode == 0, result.stderr
+    rows = dict(re.findall(r"^(\w+) +(\d+) ", result.stdout, re.MULTILINE))
+    assert rows.keys() == {f"{name}_{board}" for name in image_build.BOARD_EXAMPLES}
+    assert all(20_000 < int(flash) < 256 * 1024 for flash in rows.values())
+
+
+def test_a_part_with_another_processor_is_refused():
+    result = tool(PROGRAM, "--board", "stm32g4", "--cpu", "cortex-m7")
+    assert result.returncode == 2 and "leave out --cpu" in result.stderr
+
+
 @pytest.mark.parametrize("cells", ["0", "145", "many"])
 def test_cells_that_no_frame_carries_are_refused(cells):
     result = tool(PROGRAM, "--cells", cells)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "port/stm32f4/bxcan.hpp"
 
+#include "port/stm32/heard.hpp"
+
 #include <array>
 #include <vector>
 
@@ -71,6 +73,20 @@ TEST(BxCan, TheFiltersOfTheBmsTakeFourBanks) {
 
 TEST(BxCan, EveryMessageOfTheBusFitsTheBanksOfOneOfTwoControllers) {
   CHECK(init(can::kMessages) == CanError::kNone);
+}
+
+// DIA-006
+TEST(BxCan, EachNodeHearsATestersQuestionsToItselfAndThoseToNoOther) {
+  constexpr std::uint32_t kToBms = diagnostic_id(kBmsAddress, kTesterAddress);
+  constexpr std::uint32_t kToMaster = diagnostic_id(kMasterAddress, kTesterAddress);
+  for (const unsigned nodes : {1U, 2U, 3U}) {
+    const port::stm32::HeardRows heard = port::stm32::heard_by((nodes & 1U) != 0, (nodes & 2U) != 0);
+    CHECK(can.init(config, heard.rows, heard.count) == CanError::kNone);
+    CHECK_EQUAL((nodes & 1U) != 0, fake.arrive(frame_of(kToBms)));
+    CHECK_EQUAL((nodes & 2U) != 0, fake.arrive(frame_of(kToMaster)));
+    CHECK(!fake.arrive(frame_of(kToMaster + 1)));
+    received();
+  }
 }
 
 TEST(BxCan, TheBanksOfTheOtherControllerStayAsTheyAre) {

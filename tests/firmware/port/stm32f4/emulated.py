@@ -9,20 +9,44 @@ only this:
   register, whenever the registers say that they would be (RM0090 32.8)
 - it has no FIFO 1, no overrun and no bus-off: those are tested against tests/firmware/port/stm32f4/fake_bxcan.cpp
 - it programs no flash of the STM32F4: the image's memory is one that cannot be used
+- its TIM5 captures no edge of an LSI: the image's LsiClock::start() returns at once and agrees() says true, with the
+  value of the image (toolchain/image_crc.py) placed again. tests/firmware/port/stm32/lsi_clock_test.cpp has the rest
 - a millisecond of 168 000 cycles takes it 45 ms: SysTick is told to count 24 000 once the image has set it up, so that
   the processor has a seventh of the time for each tick that it has on the part
 """
 import pathlib
 import re
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "toolchain"))
+import image_crc  # noqa: E402
 
 BXCAN = 0x40006400
 TSR, RF0R, RF1R, IER, ESR = BXCAN + 0x08, BXCAN + 0x0C, BXCAN + 0x10, BXCAN + 0x14, BXCAN + 0x18
+MSR, INAK = BXCAN + 0x04, 1 << 0
 NVIC_ISPR0, SYST_RVR, SYST_CVR = 0xE000E200, 0xE000E014, 0xE000E018
 CAN1_TX, CAN1_RX0 = 1 << 19, 1 << 20
 TMEIE, FMPIE0, RQCP_ALL = 1 << 0, 1 << 1, 0x010101
 CYCLES_PER_MS = 24_000
 USED = {"rcc", "gpiod", "gpioe", "systick", "bxcan1", "nvic", "iwdg", "flash"}
 EXTENDED = 0x80000000
+
+
+def without_second_clock(elf, folder):
+    """A copy of the image that compares its clock with nothing."""
+    rows = subprocess.run(["arm-none-eabi-nm", elf], check=True, capture_output=True, text=True).stdout.splitlines()
+    data = bytearray(elf.read_bytes())
+    code = {"_ZN7voltlap4port5stm328LsiClock6agreesEv": b"\x01\x20\x70\x47",           # movs r0, #1; bx lr
+            "_ZN7voltlap4port5stm328LsiClock5startERNS1_8RegisterES4_m": b"\x70\x47\x70\x47"}   # bx lr
+    for name, instructions in code.items():
+        address = next(int(row.split()[0], 16) for row in rows if row.endswith(" " + name)) & ~1
+        begin, at, _ = next(part for part in image_crc.load_parts(bytes(data))
+                            if part[0] <= address < part[0] + len(part[2]))
+        data[at + address - begin:at + address - begin + 4] = instructions
+    out = folder / "without_second_clock.elf"
+    out.write_bytes(image_crc.placed(bytes(data)))
+    return out
 
 
 def system_file(configs, folder):
@@ -48,8 +72,8 @@ class Board:
     def __init__(self, labwired, elf, folder):
         configs = pathlib.Path(labwired.__file__).parent / "configs"
         self.sim = labwired.Sim(elf, system=system_file(configs, folder))
-        for _ in range(20_000):  # the march through memory comes first
-            if self.sim.read_u32(IER) != 0:
+        for _ in range(60_000):  # the march through memory and the CRC over the image come first
+            if self.sim.read_u32(IER) != 0 and self.sim.read_u32(MSR) & INAK == 0:
                 break
             self.sim.run_for("20us")
         assert self.sim.read_u32(IER) != 0, "the image did not bring its CAN controller up"

@@ -12,7 +12,7 @@ import pytest
 
 labwired = pytest.importorskip(
     "labwired", reason="the package labwired is not installed (toolchain/requirements/test.txt: x86-64, ARM64)")
-from emulated import EXTENDED, Board  # noqa: E402
+from emulated import EXTENDED, Board, without_second_clock  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 BUILD = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"])
@@ -36,7 +36,7 @@ def image():
 
 @pytest.fixture
 def board(image, tmp_path):
-    return Board(labwired, image, tmp_path)
+    return Board(labwired, without_second_clock(image, tmp_path), tmp_path)
 
 
 def rows_of(table):
