@@ -25,6 +25,7 @@ constexpr Duration kBleed = Duration::from_ms(120'000);       // 4 mAh; so long 
 constexpr Duration kNotConnected = Duration::from_ms(5'000);  // the charger tells every second, and finds out in 5 s
 constexpr Duration kNotAsked = Duration::from_ms(5'000);      // a charger's output falls within 3 s
 constexpr Duration kNoCurrent = Duration::from_ms(600'000);
+constexpr Current kNone = Current::from_raw(50);  // half of the charger's step
 constexpr Current kNotAskedLeast = Current::from_raw(1'000);  // 1 A: offset of the sensor, steps of the charger
 constexpr Duration kIdle = Duration::from_ms(3'600'000);  // neither charged nor bled: cells that are to cool
 constexpr Duration kLingers = Duration::from_ms(5'000);       // after it the charger has stopped by itself
@@ -103,7 +104,7 @@ ChargeReason broken_off_by(Instant now, State& s) {
     return ChargeReason::kChargerNotConnected;
   }
   const bool asks = c.asked > Current{};
-  if (c.no_current.held(asks && charging < kChargerStep, now, kNoCurrent)) return ChargeReason::kNoCurrent;
+  if (c.no_current.held(asks && charging < kNone, now, kNoCurrent)) return ChargeReason::kNoCurrent;
   return ChargeReason::kNone;
 }
 
