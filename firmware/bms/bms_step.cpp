@@ -8,6 +8,7 @@
 #include "bms/charge/charge_config.hpp"
 #include "bms/contactors.hpp"
 #include "bms/estimate/resistance.hpp"
+#include "bms/estimate/soc_coulomb.hpp"
 #include "bms/estimate/soc_ekf.hpp"
 #include "bms/faults.hpp"
 #include "bms/ingest.hpp"
@@ -51,6 +52,7 @@ void estimate(const Config& config, Instant now, bool slow, State& state) {
                SocInput{m.cell, state.pack.cells_good, m.current, m.cell_current, now, temperature_between(state.pack),
                         temperature_known, m.some_bled ? m.bled : nullptr},
                state.soc);
+  if (state.look.rested) recount_at_rest(config, state.look.cell, state.soc);
   const bool known = temperature_known && soc_ready(config, state.soc);
   if (slow && known) state.cell_resistance = cell_resistance(config.resistance, state.soc, state.pack.temperature_min);
 }

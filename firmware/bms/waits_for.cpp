@@ -62,7 +62,9 @@ Suspect find_suspect(const State& s) {
   if (s.current_check.reversed) return {kNoCell, SuspectWhy::kReversed};
   if (s.current_check.frozen) return {kNoCell, SuspectWhy::kCurrentFrozen};
   if (s.current_check.power_judged && s.current_check.power_wrong) return {kNoCell, SuspectWhy::kPower};
-  return {kNoCell, s.current_check.offset_too_large ? SuspectWhy::kOffset : SuspectWhy::kNone};
+  if (s.current_check.offset_too_large) return {kNoCell, SuspectWhy::kOffset};
+  const bool uneven = s.charge.phase == can::ChargePhase::kStopped && s.charge.reason == s.charge.last;
+  return uneven && s.charge.off_cell != kNoCell ? Suspect{s.charge.off_cell, SuspectWhy::kUneven} : Suspect{};
 }
 
 }  // namespace voltlap::bms

@@ -27,25 +27,20 @@ namespace {
 /// Keeps the samples, writes the frames, says how far it is.
 class Recording final : public ChargeObserver {
  public:
-  Recording(double from_soc, double to_soc) : from_soc_(from_soc), to_soc_(to_soc) {}
   void on_frame(std::uint32_t tick, Sender sender, const Frame& frame) override {
     if (candump) candump->on_frame(tick, sender, frame);
   }
   void on_sample(const ChargeSample& sample) override {
     samples.push_back(sample);
-    const double share = (sample.soc - from_soc_) / std::max(1e-3, to_soc_ - from_soc_);
     line.show(fmt::format("{} of the charge, {}, {:.1f} mV apart", duration_words(sample.time_s),
                           phase_name(sample.phase), 1e3 * sample.open_spread_v),
-              std::clamp(share, 0.0, 1.0));
+              std::clamp(sample.soc, 0.0, 1.0));
   }
   [[nodiscard]] bool stop_requested() override { return interrupted(); }
 
   std::optional<CandumpFile> candump;
   std::vector<ChargeSample> samples;
-  ProgressLine line{"charge"};
-
- private:
-  double from_soc_, to_soc_;
+  ProgressLine line{"state of charge"};
 };
 
 }  // namespace
@@ -88,10 +83,11 @@ ChargeCommand::ChargeCommand(CLI::App& app)
 
 ChargeOptions ChargeCommand::options(const DataFolder& data) {
   refuse_shared_files({{"--json", json_}, {"--csv", csv_}, {"--candump", candump_}, {"--report", report_}});
-  const LoadedVehicle loaded = car_.load_car(data);
+  CarOptions from = car_;  // before the checks, which look at where each cell begins
+  from.settings.push_back(fmt::format("battery.initial_soc={}", 1e-2 * from_pct_));
+  const LoadedVehicle loaded = from.load_car(data);
   ChargeOptions out;
   out.vehicle = loaded.parameters;
-  out.vehicle.battery.initial_soc = 1e-2 * from_pct_;
   out.to_soc = 1e-2 * to_pct_;
   out.seed = seed_;
   if (to_pct_ <= from_pct_) {
@@ -105,6 +101,11 @@ ChargeOptions ChargeCommand::options(const DataFolder& data) {
   }
   drawn_ = out.vehicle.battery.cells.empty();
   if (drawn_) {
+    const double spread = drawn_soc_spread(1e-2 * soc_spread_pct_, 1e-2 * from_pct_);
+    if (spread < 1e-2 * soc_spread_pct_ - 1e-9) {
+      fmt::print(stderr, "From {:g} % on, cells can be {:.1f} points from the mean at most, as drawn here, not {:g}.\n",
+                 from_pct_, 100.0 * spread, soc_spread_pct_);
+    }
     draw_cells({1e-2 * soc_spread_pct_, 1e-2 * capacity_spread_pct_, 1e-2 * resistance_spread_pct_}, seed_,
                out.vehicle);
   }
@@ -120,7 +121,7 @@ int ChargeCommand::run(const DataFolder& data) {
   if (!json_.empty()) json.emplace(json_);
   if (!csv_.empty()) csv.emplace(csv_);
   if (!report_.empty()) report.emplace(report_);
-  Recording recording(1e-2 * from_pct_, chosen.to_soc);
+  Recording recording;
   if (!candump_.empty()) recording.candump.emplace(candump_, static_cast<std::uint32_t>(can::kTickMs));
 
   const auto begin = std::chrono::steady_clock::now();

@@ -15,7 +15,9 @@ namespace {
 constexpr double kTick_s = can::kTickMs * 1e-3;
 constexpr double kSwitch_s = 1.0;         // after power-on: every ECU has heard every sensor
 constexpr double kAfter_s = 2.0;          // after the end: contactors have opened and say so
-constexpr double kIdle_s = 6.0 * 3'600.0;  // chosen: a pack that is only too cold or too hot has changed by then
+constexpr double kIdle_s = 6.0 * 3'600.0;  // chosen; the BMS has ended a charge long before
+constexpr double kHopeless_s = 10.0;       // of a fault or a temperature: longer than any node takes to begin
+constexpr double kWaits_s = 600.0;         // of anything else: longer than a precharge and its cooling
 constexpr double kFlows_a = 0.05;         // half of the charger's step
 constexpr std::uint32_t kTicksPerSample = 1'000;
 constexpr double kCoulombsPerAh = 3'600.0, kJoulesPerWh = 3'600.0;
@@ -80,11 +82,22 @@ class Run {
     if (double* spent = spent_in(phase)) *spent += kTick_s;
     const bool held = phase == can::ChargePhase::kResting && std::isnan(result_.first_held_s);
     if (held) result_.first_held_s = time_s;
+    if (phase != can::ChargePhase::kWaiting && waited_) idle_s_ = 0.0;
+    waited_ = phase == can::ChargePhase::kWaiting;
     const bool against = !switches_.shutdown_closed && !car_.pack().bleeding().empty();
     const bool idle = std::abs(car_.pack_current_a()) < kFlows_a && car_.pack().bleeding().empty();
     idle_s_ = idle ? idle_s_ + kTick_s : 0.0;
     against_s_ = against ? against_s_ + kTick_s : 0.0;
     result_.bled_open_s = std::max(result_.bled_open_s, against_s_);
+  }
+
+  /// How long nothing may flow in what the BMS does now: nobody stands there who would mend what it waits for.
+  [[nodiscard]] double idle_most_s() const {
+    const can::ChargeStatus& said = commands_.charge();
+    if (said.phase != can::ChargePhase::kWaiting) return kIdle_s;
+    const bool hopeless = said.reason == can::ChargeReason::kFault || said.reason == can::ChargeReason::kTemperature ||
+                          said.reason == can::ChargeReason::kNoChargerInPack;
+    return hopeless ? kHopeless_s : kWaits_s;
   }
 
   [[nodiscard]] double* spent_in(can::ChargePhase phase) {
@@ -128,13 +141,15 @@ class Run {
       result_.phase = phase;
       result_.reason = commands_.charge().reason;
       result_.faults = commands_.bms().faults;
+      const can::ContactorCommand& said = commands_.contactors();
+      result_.off_cell = said.suspect_why == can::SuspectWhy::kUneven ? said.suspect : -1;
     }
     const bool ended = phase == can::ChargePhase::kFull || phase == can::ChargePhase::kStopped || result_.reached;
     const bool open = !car_.contactors.air_plus.closed() && !car_.contactors.air_minus.closed();
     if (!(ended && open)) ended_s_ = time_s;
     if (observer_.stop_requested()) result_.stopped = over_ = true;
     if (time_s - ended_s_ >= kAfter_s || time_s >= options_.duration_max_s) over_ = true;
-    if (idle_s_ >= kIdle_s) result_.idle = over_ = true;
+    if (idle_s_ >= idle_most_s()) result_.idle = over_ = true;
   }
 
   void finish() {
@@ -143,6 +158,7 @@ class Run {
     result_.time_s = result_.stopped ? tick_ * kTick_s : ended_s_;
     result_.end_soc = car_.pack().soc_mean();
     result_.end_soc_min = car_.pack().cell_soc(car_.pack().emptiest_cell());
+    result_.bms_counts = commands_.bms().soc_ok;
     result_.bms_soc = commands_.bms().soc_ppm * 1e-6;
     result_.charge_in_ah = -car_.charge_out_c() / kCoulombsPerAh;
     result_.energy_in_wh = energy_j_ / kJoulesPerWh;
@@ -165,7 +181,7 @@ class Run {
   ChargeResult result_;
   std::uint32_t tick_ = 0;
   double energy_j_ = 0.0, against_s_ = 0.0, idle_s_ = 0.0, ended_s_ = 0.0;
-  bool over_ = false;
+  bool over_ = false, waited_ = false;
 };
 
 }  // namespace

@@ -54,10 +54,12 @@ struct ChargeSample {
 struct ChargeResult {
   bool full = false, stopped = false;  ///< stopped: interrupted from outside
   bool reached = false;                ///< `to_soc`, below 1
-  bool idle = false;                   ///< given up: for six hours nothing had flowed
+  bool idle = false;                   ///< given up: nothing flows, and what it waits for does not come by itself
   can::ChargePhase phase = can::ChargePhase::kNone;
   can::ChargeReason reason = can::ChargeReason::kNone;
   std::uint32_t faults = 0;            ///< of the BMS, at the end
+  int off_cell = -1;                   ///< that the BMS could not balance, from 0; -1: none
+  bool bms_counts = false;             ///< it has a state of charge
   double time_s = 0.0;                 ///< from power-on to the end
   double charging_s = 0.0, resting_s = 0.0, bleeding_s = 0.0, waiting_s = 0.0;
   double first_held_s = std::numeric_limits<double>::quiet_NaN();  ///< the highest cell was full for the first time
@@ -82,8 +84,8 @@ class ChargeObserver : public FrameSink {
   [[nodiscard]] virtual bool stop_requested() = 0;
 };
 
-/// Runs until the BMS has ended the charge and opened the contactors, the switch was turned off, nothing has flowed for
-/// six hours, or the time is over.
+/// Runs until the BMS has ended the charge and opened the contactors, the switch was turned off, it waits for what
+/// does not come by itself, or the time is over.
 [[nodiscard]] ChargeResult run_charge(const ChargeOptions& options, PlantBus& bus, ChargeObserver& observer);
 
 }  // namespace voltlap::plant

@@ -21,16 +21,20 @@ const char* words_of(can::ChargeReason reason) {
     case can::ChargeReason::kFault: return "the BMS has a fault";
     case can::ChargeReason::kMeasurementLost: return "a measurement is missing";
     case can::ChargeReason::kTemperature: return "the cells are too cold or too hot";
-    case can::ChargeReason::kLimit: return "the charge limit is zero";
+    case can::ChargeReason::kLimit: return "the cells' charge limit is zero";
     case can::ChargeReason::kCurrentNotAsked: return "a current flows that was not asked for";
-    case can::ChargeReason::kNoCurrent: return "no current flows that was asked for";
+    case can::ChargeReason::kNoCurrent: return "the charge no longer grows: the current that is asked for does not flow";
     case can::ChargeReason::kBalancingTime: return "balancing took longer than bms.balancing_time_max_s";
     case can::ChargeReason::kNotBalanced: return "no cell that is too high may be bled (bms.balancing_voltage_min_v)";
+    case can::ChargeReason::kUneven: return "balancing does not bring the cells together";
     case can::ChargeReason::kRequestReleased: return "the tractive system is asked for";
     case can::ChargeReason::kContactorsOpened: return "the contactors opened";
   }
   return "";
 }
+
+/// What two decimals show as nothing has no sign.
+double unsigned_zero(double value) { return std::abs(value) < 0.005 ? 0.0 : value; }
 
 std::string fault_words(std::uint32_t faults) {
   std::string out;
@@ -57,9 +61,11 @@ std::string ending_words(const ChargeResult& r) {
   if (r.full) return "every cell is full, and all are even";
   if (r.reached) return "the charge that was asked for is reached";
   if (r.stopped) return "interrupted";
-  const std::string why = words_of(r.reason) + (r.reason == can::ChargeReason::kFault ? fault_words(r.faults) : "");
+  std::string why = words_of(r.reason) + (r.reason == can::ChargeReason::kFault ? fault_words(r.faults) : "");
+  if (r.off_cell >= 0) why += fmt::format("; cell {} stands farthest off", r.off_cell + 1);
   if (r.phase == can::ChargePhase::kStopped) return "broken off: " + why;
-  return (r.idle ? "given up, for six hours nothing has flowed: " : "the time is over; last: ") + why;
+  if (r.idle && r.phase == can::ChargePhase::kWaiting) return "not begun: " + why;
+  return (r.idle ? "given up, for hours nothing has flowed: " : "the time is over; last: ") + why;
 }
 
 std::string charge_text(const ChargeResult& r, const std::string& what) {
@@ -72,12 +78,14 @@ std::string charge_text(const ChargeResult& r, const std::string& what) {
   line("  bleeding", duration_words(r.bleeding_s));
   line("  resting and measuring", duration_words(r.resting_s));
   if (std::isfinite(r.first_held_s)) line("first cell full after", duration_words(r.first_held_s));
-  line("state of charge", fmt::format("{:.1f} % to {:.1f} %, emptiest cell {:.1f} %, BMS {:.1f} %", 100.0 * r.begin_soc,
-                                      100.0 * r.end_soc, 100.0 * r.end_soc_min, 100.0 * r.bms_soc));
+  line("state of charge", fmt::format("{:.1f} % to {:.1f} %, emptiest cell {:.1f} %, {}", 100.0 * r.begin_soc,
+                                      100.0 * r.end_soc, 100.0 * r.end_soc_min,
+                                      r.bms_counts ? fmt::format("BMS {:.1f} %", 100.0 * r.bms_soc)
+                                                   : "the BMS keeps no count"));
   line("highest cell voltage", fmt::format("{:.4f} V at any time (cell {})", r.highest_cell_v, r.highest_cell + 1));
   line("spread of open voltages", fmt::format("{:.1f} mV at the begin, {:.1f} mV at the end", 1e3 * r.begin_spread_v,
                                               1e3 * r.end_spread_v()));
-  line("into the pack", fmt::format("{:.2f} Ah, {:.2f} kWh", r.charge_in_ah, 1e-3 * r.energy_in_wh));
+  line("into the pack", fmt::format("{:.2f} Ah, {:.2f} kWh", unsigned_zero(r.charge_in_ah), unsigned_zero(1e-3 * r.energy_in_wh)));
   line("bled", fmt::format("{:.2f} Ah, {:.1f} Wh in the shunts of all cells", r.bled_ah, r.bled_wh));
   line("hottest cell", fmt::format("{:.1f} degC", r.temperature_max_c));
   return out;

@@ -14,7 +14,11 @@ struct DrawnSpread {
   double resistance = 0.05;  ///< [1] of all resistances
 };
 
-/// Gives every cell of the pack its own; the same seed gives the same cells. Charges are held within 0 and 1.
+/// What is drawn of a spread that is asked for, both [1].
+[[nodiscard]] double drawn_soc_spread(double asked, double soc);
+
+/// Gives every cell of the pack its own; the same seed gives the same cells. Charges differ by no more than
+/// drawn_soc_spread, so that none is below empty or above full and the mean stays.
 void draw_cells(const DrawnSpread& spread, std::uint64_t seed, VehicleParameters& car);
 
 }  // namespace voltlap::plant

@@ -208,7 +208,8 @@ constexpr IndexedRow kVariationRows[] = {
     cell<&CellVariation::capacity_scale>("capacity_scale", "1", 0.1, 2, "factor on this cell's capacity"),
     cell<&CellVariation::resistance_scale>("resistance_scale", "1", 0.1, 10, "factor on all its resistances"),
     cell<&CellVariation::initial_soc_offset>("initial_soc_offset", "1", -1, 1, "added to this cell's initial SOC"),
-    cell<&CellVariation::leak_a>("leak_a", "A", -10, 10, "current drawn inside this cell all the time"),
+    cell<&CellVariation::leak_a>("leak_a", "A", -10, 10, 
+      "current drawn all the time inside every cell in parallel: the group loses battery.cells_in_parallel times it"),
 };
 
 }  // namespace

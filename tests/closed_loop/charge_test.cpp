@@ -8,12 +8,14 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/firmware_config.hpp"
 #include "apps/firmware_loop.hpp"
 #include "charge/charge_run.hpp"
 #include "charge/charge_text.hpp"
 #include "charge/drawn_cells.hpp"
+#include "core/parameter_file.hpp"
 #include "drawn.hpp"
 #include "fixtures.hpp"
 
@@ -172,4 +174,55 @@ TEST(ChargedPack, ATargetBelowFullIsTheSwitchsOff) {
   const ChargeResult r = charge(options);
   CHECK(r.reached && !r.full);
   DOUBLES_EQUAL(0.4, r.end_soc, 0.005);
+}
+
+// BMS-056
+TEST(ChargedPack, DrawnCellsPacksAndChargersEndFullOrByName) {
+  for (int k = 0; k < 3; ++k) {
+    const int series = k == 0 ? 72 : draw.whole(6, 144);  // 72 of the small cells had gone on for ever
+    const char* const cells[] = {"molicel_p42a", "molicel_p45b", "samsung_30q", "sony_vtc6", "lg_m50lt"};
+    const char* const limits[] = {"equation", "table"};
+    const std::vector<std::string> settings = {
+        fmt::format("battery.cell={}", cells[k == 0 ? 0 : draw.whole(0, 4)]),
+        fmt::format("battery.cells_in_series={}", series),
+        fmt::format("battery.cells_in_parallel={}", k == 0 ? 1 : draw.whole(1, 4)),
+        fmt::format("sensors.temperature_count={}", series / 5 + 1),
+        fmt::format("bms.soc_method={}", draw.chance(0.5) ? "coulomb" : "none"),
+        fmt::format("bms.limit_method={}", limits[draw.whole(0, 1)]),
+        fmt::format("bms.charger_current_max_a={:.1f}", draw.between(0.5, 10.0)),
+        fmt::format("battery.initial_temperature_c={:.0f}", draw.between(5.0, 45.0)),
+        fmt::format("battery.initial_soc={:.3f}", draw.between(0.97, 0.995))};
+    ChargeOptions options;
+    options.vehicle = load_vehicle(DataFolder(VOLTLAP_SOURCE_DIR "/plant_sim/data"), "vtm16e", settings).parameters;
+    options.seed = seed;
+    options.duration_max_s = 30.0 * 3600.0;
+    draw_cells({.soc = 0.001, .capacity = 0.0, .resistance = 0.05}, seed, options.vehicle);
+    const ChargeResult r = charge(options);
+    const std::string told = fmt::format("VOLTLAP_TEST_SEED={} draw {} ({}; {} after {:.1f} h)", seed, k,
+                                         fmt::join(settings, " "), ending_words(r), r.time_s / 3600.0);
+    CHECK_TEXT(r.full || r.phase == can::ChargePhase::kStopped, told.c_str());
+    CHECK_TEXT(r.full || r.reason != can::ChargeReason::kNone, told.c_str());
+    CHECK_TEXT(r.highest_cell_v <= 4.2, told.c_str());
+  }
+}
+
+// BMS-058, BMS-089
+TEST(ChargedPack, ALeakingCellIsNamedAndThePackIsLeftFullAndCountedSo) {
+  ChargeOptions options = standing(0.9);
+  options.vehicle.battery.cells.resize(12);
+  options.vehicle.battery.cells[11].initial_soc_offset = -0.05;
+  options.vehicle.battery.cells[11].leak_a = 0.13 / options.vehicle.battery.cells_in_parallel;  // as much as a shunt
+  const ChargeResult r = charge(options);
+  CHECK(r.reason == can::ChargeReason::kUneven);
+  LONGS_EQUAL(11, r.off_cell);
+  CHECK(r.end_soc > 0.97);
+  DOUBLES_EQUAL(r.end_soc, r.bms_soc, 0.01);
+  CHECK(r.bleeding_s < 4.0 * 3600.0);
+}
+
+TEST(ChargedPack, CellsThatAreTooColdAreSaidAtOnce) {
+  ChargeOptions options = standing(0.5);
+  options.vehicle.battery.initial_temperature_c = -5.0;
+  const ChargeResult r = charge(options);
+  CHECK(r.idle && r.reason == can::ChargeReason::kTemperature && r.time_s < 60.0);
 }

@@ -19,7 +19,7 @@ bool allowed(const Config& config, const State& s) {
 
 bool to_bleed(const Config& config, const CellLook& look, std::size_t i) {
   const CellVoltage level = look.lowest + CellVoltage::from_raw(config.balancing_difference.raw() / 2);
-  return look.known && look.cell[i] > level && look.cell[i] > config.balancing_voltage_min;
+  return look.known && look.cell[i] > level && look.cell[i] > look.floor && look.cell[i] > config.balancing_voltage_min;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::int32_t kMeanOf = 8;    // samples, 0.25 to 0.8 s: a noise of 1.5 mV leaves 0.4 mV
 constexpr std::uint8_t kSamples = 32;  // a channel's noise of 1.5 mV leaves 0.3 mV; 3.2 s at the slowest cycle
+constexpr CellVoltage kRelaxes = CellVoltage::from_raw(100);  // 10 mV; chosen, more than a charge ever left here
 // Longer than command to the shunt, filter of the channel and way of its reading, each 100 ms at most.
 constexpr Duration kSettling = Duration::from_ms(500);
 
@@ -46,6 +47,24 @@ void follow_highest(const Config& config, bool begin, State& state) {
   for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {
     look.highest_now = max(look.highest_now, CellVoltage::from_raw(look.mean[i] / 256));
   }
+}
+
+// BMS-057
+void set_floor(CellLook& look) { look.floor = look.lowest - kRelaxes; }
+
+std::uint8_t farthest_cell(const Config& config, const CellLook& look) {
+  std::int64_t sum = 0;
+  for (std::uint16_t i = 0; i < config.cells_in_series; ++i) sum += look.cell[i].raw();
+  const auto mean = static_cast<std::int32_t>(sum / config.cells_in_series);
+  std::int32_t most = -1;
+  std::uint8_t farthest = kNoCell;
+  for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {
+    const std::int32_t off = look.cell[i].raw() - mean, size = off < 0 ? -off : off;
+    if (size <= most) continue;
+    most = size;
+    farthest = static_cast<std::uint8_t>(i);
+  }
+  return farthest;
 }
 
 void begin_look(CellLook& look) {

@@ -13,6 +13,11 @@ void mark_bled_cells(const Config& config, Instant now, State& state);
 /// it. `begin`: they begin anew.
 void follow_highest(const Config& config, bool begin, State& state);
 
+/// After a charge: no cell has more than what lies above the lowest, less what a rest of 20 s has left to relax.
+void set_floor(CellLook& look);
+/// The cell that stands farthest from the mean of the last look.
+[[nodiscard]] std::uint8_t farthest_cell(const Config& config, const CellLook& look);
+
 /// Forgets the samples of a look that has not been completed.
 void begin_look(CellLook& look);
 /// Takes the samples of this step in. True when every cell has enough of them: the look is complete.

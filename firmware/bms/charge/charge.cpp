@@ -6,6 +6,7 @@
 #include "bms/charge/cell_look.hpp"
 #include "bms/charge/charge_config.hpp"
 #include "bms/charge/on_charger.hpp"
+#include "bms/charge/progress.hpp"
 #include "bms/faults.hpp"
 
 namespace voltlap::bms {
@@ -18,14 +19,15 @@ using can::ChargeReason;
 // runs behind it is 4 mV.
 constexpr std::int32_t kRiseMs = 20'000, kFallMs = 4'000;
 constexpr Duration kSteerMost = Duration::from_ms(1'000);
-constexpr CellVoltage kReached = CellVoltage::from_raw(20);   // 2 mV below counts as held
 constexpr Duration kHeld = Duration::from_ms(10'000);
 constexpr Duration kRest = Duration::from_ms(20'000);         // after the end current and after a bleed
 constexpr Duration kBleed = Duration::from_ms(120'000);       // 4 mAh; so long no cell is read without its bleed
 constexpr Duration kNotConnected = Duration::from_ms(5'000);  // the charger tells every second, and finds out in 5 s
 constexpr Duration kNotAsked = Duration::from_ms(5'000);      // a charger's output falls within 3 s
 constexpr Duration kNoCurrent = Duration::from_ms(600'000);
+constexpr Current kNone = Current::from_raw(50);  // half of the charger's step
 constexpr Current kNotAskedLeast = Current::from_raw(1'000);  // 1 A: offset of the sensor, steps of the charger
+constexpr Duration kIdle = Duration::from_ms(3'600'000);  // neither charged nor bled: cells that are to cool
 constexpr Duration kLingers = Duration::from_ms(5'000);       // after it the charger has stopped by itself
 constexpr std::int32_t kWindup_ua = 300'000;                  // 0.3 A; chosen, more than the charger's steps
 
@@ -43,6 +45,7 @@ void enter(ChargePhase next, Instant now, Charge& c) {
   c.steered = now;
   c.held = Persistence{};
   c.no_current = Persistence{};
+  if (next == ChargePhase::kCharging) begin_progress(now, c.progress);
 }
 
 void end(ChargePhase phase, ChargeReason why, Instant now, Charge& c) {
@@ -53,6 +56,16 @@ void end(ChargePhase phase, ChargeReason why, Instant now, Charge& c) {
 
 bool shutdown_open(const Measured& m) { return !m.io.good() || !m.io.value.shutdown_closed; }
 bool drive_requested(const Measured& m) { return !m.master.good() || m.master.value.tractive_system; }
+
+/// At rest or with shunts that may not be on, for too long.
+ChargeReason idle_by(const Config& config, Instant now, State& s) {
+  Charge& c = s.charge;
+  if (c.phase == ChargePhase::kCharging || s.cells_bled > 0) c.did = now;
+  if (now - c.did < kIdle) return ChargeReason::kNone;
+  if (too_hot_to_bleed(config, s)) return ChargeReason::kTemperature;
+  const Current size = max(s.measured.current.value, -s.measured.current.value);
+  return size > config.balancing_current_max ? ChargeReason::kCurrentNotAsked : ChargeReason::kMeasurementLost;
+}
 
 /// What a charge cannot begin with, nor go on.
 ChargeReason forbidden_by(const State& s) {
@@ -69,7 +82,7 @@ ChargeReason waits_for_charge(const Config& config, const State& s) {
                      s.contactors.state != can::BmsState::kInvalid;
   if (!known) return ChargeReason::kMeasurementLost;
   const bool cold = s.pack.temperature_min < config.charge_temperature_min;
-  if (cold || s.pack.temperature_max >= config.temperature_trip) return ChargeReason::kTemperature;
+  if (cold || s.pack.temperature_max >= config.derating_start) return ChargeReason::kTemperature;
   return forbidden_by(s);
 }
 
@@ -91,7 +104,7 @@ ChargeReason broken_off_by(Instant now, State& s) {
     return ChargeReason::kChargerNotConnected;
   }
   const bool asks = c.asked > Current{};
-  if (c.no_current.held(asks && charging < kChargerStep, now, kNoCurrent)) return ChargeReason::kNoCurrent;
+  if (c.no_current.held(asks && charging < kNone, now, kNoCurrent)) return ChargeReason::kNoCurrent;
   return ChargeReason::kNone;
 }
 
@@ -124,15 +137,21 @@ void ask(const Config& config, State& s) {
   c.asked = asked;
 }
 
-void charge_on(const Config& config, Instant now, bool slow, State& s) {
+void charge_on(const Config& config, Instant now, Duration elapsed, bool slow, State& s) {
   Charge& c = s.charge;
+  count_progress(config, elapsed, s);
   follow_highest(config, (c.steered - c.entered).ms() == 0, s);  // anew until it is first steered by
   if (!slow) return;
   steer(config, now, s);
   ask(config, s);
-  const bool reached = charge_voltage(config) - s.look.highest_now <= kReached;
+  const bool reached = charge_voltage(config) - s.look.highest_now <= held_within(s.cell_resistance);
   const bool small = Current::from_raw(c.hold_ua / 1'000) <= config.charge_current_end;
-  if (!c.held.held(reached && small, now, kHeld)) return;
+  const Gain gain = judge_progress(config, now, s);
+  if (gain == Gain::kNone) {
+    end(ChargePhase::kStopped, c.reason == ChargeReason::kNone ? ChargeReason::kNoCurrent : c.reason, now, c);
+    return;
+  }
+  if (!c.held.held(reached && small, now, kHeld) && gain != Gain::kFull) return;
   enter(ChargePhase::kResting, now, c);
   c.after_charging = true;
   begin_look(s.look);
@@ -140,20 +159,42 @@ void charge_on(const Config& config, Instant now, bool slow, State& s) {
 
 bool time_is_over(const Config& config, const Charge& c) { return c.bled_ms >= config.balancing_time_max.ms(); }
 
+// BMS-058
+/// What was bled is charged again before it ends, so that the pack is left full.
+void give_up(const Config& config, ChargeReason why, Instant now, State& s) {
+  Charge& c = s.charge;
+  if (c.last == ChargeReason::kNone) c.off_cell = farthest_cell(config, s.look);
+  c.last = why;
+  if (c.after_charging) {
+    end(ChargePhase::kStopped, why, now, c);
+  } else {
+    enter(ChargePhase::kCharging, now, c);
+  }
+}
+
 /// What the look says is to be done.
 void decide(const Config& config, Instant now, State& s) {
   Charge& c = s.charge;
   const bool even = s.look.highest - s.look.lowest <= config.balancing_difference;
+  s.look.rested = !c.after_charging;
+  if (c.after_charging) set_floor(s.look);
+  const bool nearer = come_nearer(s.look.highest - s.look.lowest, c);
   if (even && c.after_charging) {
     end(ChargePhase::kFull, ChargeReason::kNone, now, c);
   } else if (even) {
     enter(ChargePhase::kCharging, now, c);
+  } else if (c.last != ChargeReason::kNone) {
+    give_up(config, c.last, now, s);
   } else if (time_is_over(config, c)) {
-    end(ChargePhase::kStopped, ChargeReason::kBalancingTime, now, c);
+    give_up(config, ChargeReason::kBalancingTime, now, s);
+  } else if (!nearer) {
+    give_up(config, ChargeReason::kUneven, now, s);
   } else if (some_to_bleed(config, s.look)) {
     enter(ChargePhase::kBleeding, now, c);
+  } else if (c.after_charging) {
+    give_up(config, ChargeReason::kNotBalanced, now, s);
   } else {
-    end(ChargePhase::kStopped, ChargeReason::kNotBalanced, now, c);
+    enter(ChargePhase::kCharging, now, c);  // each has lost what it had too much
   }
 }
 
@@ -179,6 +220,7 @@ void wait_on(const Config& config, Instant now, State& s) {
   Charge& c = s.charge;
   c.reason = waits_for_charge(config, s);
   c.wants_contactors = c.reason == ChargeReason::kNone;
+  c.did = now;
   if (c.wants_contactors && charges(s)) enter(ChargePhase::kCharging, now, c);
 }
 
@@ -200,6 +242,7 @@ void switched_off(Instant now, State& s) {
 void run_charge(const Config& config, Instant now, Duration elapsed, bool slow, State& state) {
   Charge& c = state.charge;
   c.at_once = false;
+  state.look.rested = false;
   if (state.measured.io.good() && !state.measured.io.value.charge_switch) {
     switched_off(now, state);
     return;
@@ -208,13 +251,14 @@ void run_charge(const Config& config, Instant now, Duration elapsed, bool slow, 
   if (c.phase == ChargePhase::kNone) enter(ChargePhase::kWaiting, now, c);
   if (c.phase == ChargePhase::kWaiting) wait_on(config, now, state);
   if (!runs(c.phase)) return;
-  const ChargeReason broken = broken_off_by(now, state);
+  ChargeReason broken = broken_off_by(now, state);
+  if (broken == ChargeReason::kNone) broken = idle_by(config, now, state);
   if (broken != ChargeReason::kNone) {
     end(ChargePhase::kStopped, broken, now, c);
     return;
   }
   if (c.phase == ChargePhase::kCharging) {
-    charge_on(config, now, slow, state);
+    charge_on(config, now, elapsed, slow, state);
   } else if (c.phase == ChargePhase::kResting) {
     rest_on(config, now, state);
   } else {

@@ -73,6 +73,22 @@ Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells) {
   return Soc::saturated(divide_rounded(sum, config.cells_in_series));
 }
 
+// BMS-089
+void recount_at_rest(const Config& config, const CellVoltage* cells, SocEstimate& state) {
+  VOLTLAP_REQUIRE(cells != nullptr && config.cells_in_series > 0);
+  if (config.soc_method != SocMethod::kCoulomb || !state.valid) return;
+  const auto soc_at = [&](CellVoltage v) { return interpolate(config.ocv.voltage, config.ocv.soc, config.ocv.count, v); };
+  constexpr CellVoltage kDoubt = CellVoltage::from_raw(15);
+  std::int64_t sum = 0, doubt = 0;
+  for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {
+    sum += soc_at(cells[i]).raw();
+    doubt += soc_at(cells[i]).raw() - soc_at(cells[i] - kDoubt).raw();
+  }
+  if (doubt > std::int64_t{5'000} * config.cells_in_series) return;
+  state.value = Soc::saturated(divide_rounded(sum, config.cells_in_series));
+  state.charge = divide_rounded(state.value.raw() * (capacity(config) / kCommon), kFullPpm / kCommon);
+}
+
 // BMS-003: SOC within 0.5 points over an endurance with an ideal current sensor.
 void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state) {
   VOLTLAP_REQUIRE(config.capacity_mah > 0);

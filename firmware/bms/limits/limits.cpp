@@ -36,6 +36,14 @@ Current derated_by_heat(const Config& config, const State& s, Current full) {
   return share_of_limit(full, (config.temperature_trip - hottest).raw(), span.raw());
 }
 
+// BMS-059: of a charger at derating_start already, for a cell may be warmer than every thermistor.
+constexpr Temperature kChargeBand = Temperature::from_raw(100);  // 10 K; chosen
+Current derated_on_charger(const Config& config, const State& s, Current full) {
+  const Temperature hottest = s.pack.temperature_max;
+  if (hottest <= config.derating_start - kChargeBand) return full;
+  return share_of_limit(full, max(config.derating_start - hottest, Temperature{}).raw(), kChargeBand.raw());
+}
+
 bool within(Limit limit, Current most) { return Current{} <= limit.value && limit.value <= most; }
 
 }  // namespace
@@ -66,7 +74,9 @@ Limit charge_ceiling(const Config& config, const State& s) {
   if (block != LimitReason::kNone) return Limit{Current{}, block, kNoCell};
   const Current full = charges(s) ? config.charger_current_max : config.charge_current_max;
   Limit limit{full, LimitReason::kConfigMaximum, kNoCell};
-  lower(limit, derated_by_heat(config, s, full), LimitReason::kTemperature);
+  const bool on_charger = charges(s);
+  lower(limit, on_charger ? derated_on_charger(config, s, full) : derated_by_heat(config, s, full),
+        LimitReason::kTemperature);
   if (s.pack.temperature_min < config.charge_temperature_min) lower(limit, Current{}, LimitReason::kTemperature);
   switch (config.limit_method) {
     case LimitMethod::kEquation: lower_charge_by_equation(config, s, limit); break;

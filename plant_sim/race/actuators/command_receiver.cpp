@@ -15,14 +15,13 @@ constexpr std::size_t kCellsPerWord = 24;  // of BalancingCommand in car.dbc
 void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
   for (const Frame& frame : frames) {
     if (monitor_.receive(frame, now) != codec::RxVerdict::kAccepted) continue;
-    can::ContactorCommand contactors;
     can::InverterCommand inverter;
     can::BalancingCommand balancing;
     can::ChargerCommand charger;
-    if (decode(frame, contactors)) {
-      car.contactors.air_plus.command(contactors.air_plus_close);
-      car.contactors.air_minus.command(contactors.air_minus_close);
-      car.contactors.precharge.command(contactors.precharge_close);
+    if (decode(frame, contactors_)) {
+      car.contactors.air_plus.command(contactors_.air_plus_close);
+      car.contactors.air_minus.command(contactors_.air_minus_close);
+      car.contactors.precharge.command(contactors_.precharge_close);
     } else if (decode(frame, inverter)) {
       car.inverter.command(inverter.phase_current_ma * 1e-3, inverter.enable && inverter.phase_current_ok);
     } else if (decode(frame, balancing)) {

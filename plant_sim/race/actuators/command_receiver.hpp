@@ -22,6 +22,8 @@ class CommandReceiver {
   [[nodiscard]] const can::BmsLimits& limits() const { return limits_; }
   [[nodiscard]] const can::BmsStatus& bms() const { return bms_; }
   [[nodiscard]] const can::MasterStatus& master() const { return master_; }
+  /// With the channel that the BMS does not believe, or the cell that it could not balance.
+  [[nodiscard]] const can::ContactorCommand& contactors() const { return contactors_; }
   /// Of a car on a charger; all zero otherwise.
   [[nodiscard]] const can::ChargeStatus& charge() const { return charge_; }
 
@@ -41,6 +43,7 @@ class CommandReceiver {
 
   codec::RxMonitor<can::kPlantRx> monitor_;
   std::array<std::uint32_t, kWords> bled_{};
+  can::ContactorCommand contactors_{};
   can::BmsLimits limits_{};
   can::BmsStatus bms_{};
   can::MasterStatus master_{};

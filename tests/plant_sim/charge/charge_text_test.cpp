@@ -33,7 +33,7 @@ TEST(ChargeText, EveryEndHasItsOwnWords) {
   r.reason = can::ChargeReason::kTemperature;
   STRCMP_EQUAL("the time is over; last: the cells are too cold or too hot", ending_words(r).c_str());
   r.idle = true;
-  STRCMP_EQUAL("given up, for six hours nothing has flowed: the cells are too cold or too hot",
+  STRCMP_EQUAL("not begun: the cells are too cold or too hot",
                ending_words(r).c_str());
   r.full = true;
   STRCMP_EQUAL("every cell is full, and all are even", ending_words(r).c_str());
