@@ -3,7 +3,7 @@
 import pytest
 
 from voltlap_hil.errors import InputError
-from voltlap_hil.fault_table import TABLE, bound_of, load_table
+from voltlap_hil.fault_table import TABLE, load_table, whole_bound
 
 HEAD = """\
 situations:
@@ -105,8 +105,8 @@ def test_an_id_stands_once_and_every_mistake_is_told(load):
 
 
 def test_a_bound_is_a_time_a_requirement_or_their_sum():
-    assert bound_of("110 ms") == 110
-    assert bound_of("MST-003") == 110
-    assert bound_of("MST-003 + 20 ms") == 130
+    assert whole_bound("110 ms") == 110
+    assert whole_bound("MST-003") == 110
+    assert whole_bound("MST-003 + 20 ms") == 130
     with pytest.raises(InputError, match="states no time"):
-        bound_of("BMS-003")
+        whole_bound("BMS-003")

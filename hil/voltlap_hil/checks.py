@@ -176,6 +176,7 @@ def _obeyed(title: str, dbc: Dbc, names: tuple[str, ...], holds: Holds, within_m
 
 # What the limit cannot shed: the low-voltage system takes 575 W from the pack.
 _MARGIN_A = 10.0
+MOTOR_CONSTANT_NM_PER_A = 0.15  # of the example car
 
 
 def limit_obeyed_within(dbc: Dbc, within_ms: float, margin_a: float = _MARGIN_A) -> Check:
@@ -191,7 +192,8 @@ def limit_obeyed_within(dbc: Dbc, within_ms: float, margin_a: float = _MARGIN_A)
 
 
 def no_torque_above_limit_within(dbc: Dbc, within_ms: float, margin_a: float = _MARGIN_A,
-                                 motor_constant_nm_per_a: float = 0.15, efficiency: float = 0.9) -> Check:
+                                 motor_constant_nm_per_a: float = MOTOR_CONSTANT_NM_PER_A,
+                                 efficiency: float = 0.9) -> Check:
     """Whenever the commanded phase current needs more DC current than the BMS allows, it is back in time.
 
     I_dc = I_phase K |omega| / (eta V), with the firmware's assumed motor constant K and efficiency eta.

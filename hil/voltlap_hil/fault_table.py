@@ -20,7 +20,7 @@ from .dbc import Dbc
 from .errors import InputError
 from .nodes import ECUS
 from .quantity import TICK_MS, duration_ms, ticks
-from .scenario_checks import read_check
+from .scenario_checks import bound_of, read_check
 from .scenario_file import Mistakes, Scenario
 from .scenario_steps import read_step
 from .yaml_node import YamlNode, document
@@ -154,7 +154,7 @@ def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car, drive: i
         raise fields["vcan"].error("found true beside 'reset', which needs car and firmware in one process; leave it "
                                    "out")
     row.known = fields["known"].words() if "known" in fields else ""
-    _read_expectations(row, node, fields, dbc)
+    _read_expectations(row, node, fields, car)
     if "told_by" in fields:
         row.told_by = fields["told_by"].value(lambda text: Condition.parse(text, dbc))
     if "only_with" in fields:
@@ -175,16 +175,17 @@ def _unlike(text: str, car: Car) -> str:
     return f"it is about a car with {key} {' or '.join(words.split('|'))}; this one has {has}"
 
 
-def _read_expectations(row: Row, node: YamlNode, fields: dict[str, YamlNode], dbc: Dbc) -> None:
+def _read_expectations(row: Row, node: YamlNode, fields: dict[str, YamlNode], car: Car) -> None:
+    dbc = car.dbc
     if ("sees" in fields) != ("seen_within" in fields):
         raise node.error("'sees' and 'seen_within' go together: what tells of the fault, and how soon")
     if "sees" in fields:
         condition = fields["sees"].value(lambda text: Condition.parse(text, dbc))
-        row.seen = checks.reached(condition, fields["seen_within"].value(bound_of))
+        row.seen = checks.reached(condition, fields["seen_within"].value(whole_bound))
     for name, make in _REACTIONS.items():
         if name in fields:
-            row.reactions[name] = make(dbc, fields[name].value(bound_of))
-    row.more = [read_check(one, dbc) for one in fields["then"].items()] if "then" in fields else []
+            row.reactions[name] = make(dbc, fields[name].value(whole_bound))
+    row.more = [read_check(one, car) for one in fields["then"].items()] if "then" in fields else []
     if "goes_on" in fields:
         row.goes_on_ms = fields["goes_on"].value(lambda text: duration_ms(text, TICK_MS))
         if row.reactions:
@@ -199,12 +200,9 @@ def _read_expectations(row: Row, node: YamlNode, fields: dict[str, YamlNode], db
                                       "that what is expected needs")
 
 
-def bound_of(text: str) -> float:
-    """A time, a requirement's own, or the sum of the two: `MST-001 + 20 ms`."""
-    total = 0.0
-    for part in text.split("+"):
-        part = part.strip()
-        total += requirements.bound_ms(part) if requirements.ID.fullmatch(part) else duration_ms(part)
+def whole_bound(text: str) -> float:
+    """A bound that is a whole number of ticks, as all that is measured."""
+    total = bound_of(text)
     ticks(f"{total:g} ms")
     return total
 

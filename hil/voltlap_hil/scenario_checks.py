@@ -8,6 +8,7 @@ from functools import partial
 import yaml
 
 from . import checks, requirements
+from .car import Car
 from .condition import Condition
 from .dbc import LOCKSTEP_FILE, Dbc
 from .quantity import TICK_MS, duration_ms, whole
@@ -19,16 +20,18 @@ _SIMPLE = {"torque_zero_within": checks.torque_zero_within, "contactors_open_wit
            "no_torque_above_limit_within": checks.no_torque_above_limit_within}
 
 
-def read_check(node: YamlNode, dbc: Dbc) -> checks.Check:
+def read_check(node: YamlNode, car: Car) -> checks.Check:
+    dbc = car.dbc
     name, value = node.single([*_SIMPLE, *_READERS])
     if name in _SIMPLE:
-        return _simple(name, value, dbc)
+        return _simple(name, value, car)
     return _READERS[name](value, dbc)
 
 
-def _bound(text: str) -> float:
-    """A time, or the id of a requirement that states one."""
-    return requirements.bound_ms(text) if requirements.ID.fullmatch(text) else duration_ms(text)
+def bound_of(text: str) -> float:
+    """A time, the bound of a requirement by its id, or the sum of such: `MST-001 + 20 ms`."""
+    parts = [part.strip() for part in text.split("+")]
+    return sum(requirements.bound_ms(part) if requirements.ID.fullmatch(part) else duration_ms(part) for part in parts)
 
 
 def _lasting(text: str) -> float:
@@ -43,17 +46,24 @@ def _starting(check: checks.Check, fields: dict[str, YamlNode], dbc: Dbc) -> che
     return check.starting_at(_condition(fields["after"], dbc)) if "after" in fields else check
 
 
-def _simple(name: str, node: YamlNode, dbc: Dbc) -> checks.Check:
+def _simple(name: str, node: YamlNode, car: Car) -> checks.Check:
     """`name: 100 ms`, or `name: {within: 100 ms, after: CONDITION}`."""
     if not isinstance(node.raw, yaml.MappingNode):
-        return _SIMPLE[name](dbc, node.value(_bound))
+        return _make(name, node.value(bound_of), car)
     fields = node.fields(["within", "after"], needed=["within"])
-    return _starting(_SIMPLE[name](dbc, fields["within"].value(_bound)), fields, dbc)
+    return _starting(_make(name, fields["within"].value(bound_of), car), fields, car.dbc)
+
+
+def _make(name: str, within_ms: float, car: Car) -> checks.Check:
+    if name != "no_torque_above_limit_within":
+        return _SIMPLE[name](car.dbc, within_ms)
+    constant = car.keys.get("master.motor_constant_nm_per_a", checks.MOTOR_CONSTANT_NM_PER_A)
+    return checks.no_torque_above_limit_within(car.dbc, within_ms, motor_constant_nm_per_a=constant)
 
 
 def _reached(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["condition", "within", "not_before", "after"], needed=["condition", "within"])
-    within = fields["within"].value(_bound)
+    within = fields["within"].value(bound_of)
     earliest = fields["not_before"].value(duration_ms) if "not_before" in fields else 0.0
     if earliest > within:
         raise fields["not_before"].error(f"found {earliest:g} ms, expected no more than 'within', {within:g} ms")
@@ -64,7 +74,7 @@ def _reached(node: YamlNode, dbc: Dbc) -> checks.Check:
 def _settled(node: YamlNode, dbc: Dbc) -> checks.Check:
     fields = node.fields(["condition", "within", "after"], needed=["condition", "within"])
     condition = _condition(fields["condition"], dbc)
-    check = checks.settled(f"for good {condition.text}", condition, fields["within"].value(_bound))
+    check = checks.settled(f"for good {condition.text}", condition, fields["within"].value(bound_of))
     return _starting(check, fields, dbc)
 
 

@@ -105,7 +105,7 @@ def load(path: str | Path, dbc: Dbc, arguments: Sequence[str] = ()) -> Scenario:
     _read_steps(scenario, top, Car(dbc, (*arguments, *scenario.arguments)), mistakes)
     for part, node in _entries(top, ("then", "always"), mistakes):
         with mistakes.noted():
-            getattr(scenario, part).append(read_check(node, dbc))
+            getattr(scenario, part).append(read_check(node, Car(dbc, (*arguments, *scenario.arguments))))
     if "observe" in top:
         with mistakes.noted():
             scenario.observe_ms = top["observe"].value(duration_ms)
