@@ -46,8 +46,8 @@ QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
     "current_20mv": lambda keys: math.ceil(0.020 / keys["resistance_ohm"]),
     # V: what a charged DC link has; a cell's worth and a tenth
     "dc_link_charged": lambda keys: keys["battery.cells_in_series"] * keys["bms.cell_voltage_max_v"] / 1.05,
-    # ms: how much later than the example car's a cell is read anew, by the cycle of the frames
-    "cells_later": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else _SLOW_MS - _FAST_MS,
+    # ms: how much later than the example car's a cell has been read twice anew, by the cycle of the frames
+    "cells_later": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else 2 * (_SLOW_MS - _FAST_MS),
     # ms: and how much later a second sender of it is told (BMS-004: 100 ms, 200 ms of messages of 100 ms)
     "cells_foreign": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else 100.0 + _TICK_MS,
     # mV, to be added to what a cell at rest reads
