@@ -16,8 +16,8 @@ SEED = int(os.environ.get("VOLTLAP_TEST_SEED", "1"))
 CELLS = ("molicel_p45b", "molicel_p42a", "sony_vtc6", "samsung_30q")
 WITH_EVERY_CAR = ("apps1_open", "cell_no_value", "dc_link_stuck_high", "current_high", "limit_falls")
 ROWS = ("apps1_short_blip", "brake_and_throttle", "shutdown_opens", "cell_high", "cell_low", "thermistor_hot",
-        "cells_no_value", "pack_voltage_short", "pedals_lost", "bms_limits_lost", "cell_voltages_second", "apps1_offset_8",
-        "bms_reset_with_trip")
+        "cells_no_value", "pack_voltage_short", "pedals_lost", "bms_limits_lost", "cell_voltages_second",
+        "apps1_offset_8", "bms_reset_with_trip")
 
 
 def voltlap_faults(*arguments):
