@@ -9,7 +9,8 @@ try:
     from voltlap_hil.fault_main import main
 except ModuleNotFoundError as error:
     print(f"voltlap faults: the Python package {error.name} is missing. `pip install -r "
-          "toolchain/requirements/run.txt -r toolchain/requirements/hil.txt` installs it, and so does ./voltlap faults.",
+          "toolchain/requirements/run.txt -r toolchain/requirements/hil.txt` installs it, and so does "
+          "./voltlap faults.",
           file=sys.stderr)
     sys.exit(4)
 

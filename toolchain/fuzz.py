@@ -77,7 +77,8 @@ def arguments():
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N",
                         help="readers at a time (%(default)s)")
     parser.add_argument("--fresh", action="store_true", help="from the seeds alone, and keep nothing but findings")
-    parser.add_argument("--json", type=output_file, metavar="FILE", help="write executions, coverage and findings as JSON")
+    parser.add_argument("--json", type=output_file, metavar="FILE",
+                        help="write executions, coverage and findings as JSON")
     parser.add_argument("--list", action="store_true", help="the readers, with the longest input in bytes; and end")
     return parser.parse_args()
 

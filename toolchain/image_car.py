@@ -115,6 +115,6 @@ def car_of(vehicle, settings):
 def kind_of(car, cpu="cortex-m4", cells=None):
     """What is built for it. Told before the compiler does: memory for fewer cells than it has."""
     if cells is not None and cells < car.cells:
-        raise Refused(2, f"--cells {cells}: found memory for {cells} cells; expected at least the {car.cells} in series "
-                         f"of {owner(car.name, car.asked)}. Give --cells {car.cells}, or leave it out.")
+        raise Refused(2, f"--cells {cells}: found memory for {cells} cells; expected at least the {car.cells} in "
+                         f"series of {owner(car.name, car.asked)}. Give --cells {car.cells}, or leave it out.")
     return Kind(cpu, cells, car.folder, car.label)
