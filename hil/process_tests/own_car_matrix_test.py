@@ -24,11 +24,11 @@ def voltlap_faults(*arguments):
     return subprocess.run([sys.executable, FAULTS, *map(str, arguments)], capture_output=True, text=True, timeout=300)
 
 
-def new_car(folder, name, motor, series, parallel, cell, mass=250, gear=4):
-    subprocess.run([program(), "new", "car", name, "--mass", str(mass), "--gear", str(gear), "--motor", motor,
-                    "--cells", f"{series}x{parallel}", "--cell", cell], cwd=folder, check=True,
+def new_car(folder, motor, pack, cell, mass=250, gear=4):
+    subprocess.run([program(), "new", "car", "drawn", "--mass", str(mass), "--gear", str(gear), "--motor", motor,
+                    "--cells", pack, "--cell", cell], cwd=folder, check=True,
                    stdout=subprocess.DEVNULL)
-    return folder / f"{name}.toml"
+    return folder / "drawn.toml"
 
 
 def verdicts(tmp_path, *arguments):
@@ -47,7 +47,7 @@ def test_a_drawn_car_passes_the_same_rows(tmp_path, number):
     draw = random.Random(f"{SEED}-{number}")
     motor, series = draw.choice([("emrax_228_mv", (80, 96, 108)), ("emrax_228_hv", (120, 144)),
                                  ("emrax_228_lv", (24, 28))])
-    car = new_car(tmp_path, "drawn", motor, draw.choice(series), draw.randint(5, 8), draw.choice(CELLS),
+    car = new_car(tmp_path, motor, f"{draw.choice(series)}x{draw.randint(5, 8)}", draw.choice(CELLS),
                   draw.randint(200, 260), draw.choice((3.2, 3.6, 4)))
     rows = [*WITH_EVERY_CAR, *draw.sample(ROWS, 5)]
     done, found = verdicts(tmp_path, "--vehicle", car, *chosen(rows))
@@ -67,7 +67,7 @@ def test_a_drive_that_the_car_does_not_do_is_told_once_and_not_blamed_on_the_fau
 
 def test_a_row_takes_the_next_drive_where_the_car_does_not_do_the_first(tmp_path):
     """Full pedal takes it to its top speed before the row ends."""
-    car = new_car(tmp_path, "ours", "emrax_228_mv", 96, 6, "molicel_p45b")
+    car = new_car(tmp_path, "emrax_228_mv", "96x6", "molicel_p45b")
     done, found = verdicts(tmp_path, "--vehicle", car, "--row", "current_zero")
     assert done.returncode == 0, done.stdout
     assert found["current_zero"]["drive"] == "lap"
@@ -81,6 +81,6 @@ def test_a_row_about_another_limit_says_so(tmp_path):
 
 def test_what_tells_of_a_fault_has_to_come_in_the_drive(tmp_path):
     """The inverter's power is not judged where the pack's voltage ends the motor's speed."""
-    car = new_car(tmp_path, "small", "emrax_228_lv", 14, 8, "molicel_p45b", 180, 3)
+    car = new_car(tmp_path, "emrax_228_lv", "14x8", "molicel_p45b", 180, 3)
     done, _ = verdicts(tmp_path, "--vehicle", car, "--row", "current_zero")
     assert done.returncode == 3 and "by which the fault is told" in done.stdout
