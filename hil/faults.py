@@ -10,7 +10,8 @@ try:
 except ModuleNotFoundError as error:
     print(f"voltlap faults: the Python package {error.name} is missing. `pip install -r "
           "toolchain/requirements/run.txt -r toolchain/requirements/hil.txt` installs it, and so does "
-          "./voltlap faults.", file=sys.stderr)
+          "./voltlap faults.",
+          file=sys.stderr)
     sys.exit(4)
 
 sys.exit(main())

@@ -10,6 +10,7 @@ from pathlib import Path
 from .car import Car
 from .errors import InputError, did_you_mean
 
+_TENS = ("cell_to_limit", "cell_below_trip")
 _NAME = re.compile(r"\{([a-z][a-z_0-9]*)\}")
 # Of the example car: what the numbers are worked out from where the program, which knows them, is not built.
 _EXAMPLE = {"inverter.current_max_a": 550.0, "master.phase_current_max_a": 550.0, "battery.cells_in_series": 24.0,
@@ -17,6 +18,7 @@ _EXAMPLE = {"inverter.current_max_a": 550.0, "master.phase_current_max_a": 550.0
             "bms.cell_voltage_trip_high_v": 4.25, "bms.discharge_current_trip_a": 720.0,
             "master.motor_constant_nm_per_a": 0.15}
 _OPEN_CIRCUIT_V, _RESISTANCE_OHM = 4.17, 0.0024
+_CURRENT_MOST_A, _SPEED_MOST_RPM = 1000.0, 12_000.0  # that the frames carry
 _FAST_CELLS, _FAST_MS, _SLOW_MS, _TICK_MS = 48, 30.0, 100.0, 10.0
 
 
@@ -36,22 +38,23 @@ QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
     "half_current": lambda keys: _phase_current(keys) * 5 / 11,
     "driving_current": lambda keys: _phase_current(keys) * 2 / 11,
     # A, of the pack: more than the BMS lets pass
-    "current_beyond_trip": lambda keys: keys["bms.discharge_current_trip_a"] * 1.25,
+    "current_beyond_trip": lambda keys: min(_CURRENT_MOST_A, keys["bms.discharge_current_trip_a"] * 1.25),
     # A of the pack and rpm: above the one, below the other its current is held against the inverter's power (BMS-067)
     "power_judged": lambda keys: 8000.0 / (keys["battery.cells_in_series"] * keys["open_circuit_v"]),
-    "speed_judged": lambda keys: 0.6 * keys["battery.cells_in_series"] * keys["open_circuit_v"]
-    / keys["master.motor_constant_nm_per_a"] * 60 / math.tau,
+    "speed_judged": lambda keys: min(_SPEED_MOST_RPM, 0.6 * keys["battery.cells_in_series"] * keys["open_circuit_v"]
+                                     / keys["master.motor_constant_nm_per_a"] * 60 / math.tau),
     # A of the pack: explains 5 mV and 20 mV of a cell (BMS-060, BMS-066, BMS-069)
     "current_5mv": lambda keys: math.ceil(0.005 / keys["resistance_ohm"]),
     "current_20mv": lambda keys: math.ceil(0.020 / keys["resistance_ohm"]),
     # V: what a charged DC link has; a cell's worth and a tenth
     "dc_link_charged": lambda keys: keys["battery.cells_in_series"] * keys["bms.cell_voltage_max_v"] / 1.05,
-    # ms: how much later than the example car's a cell is read anew, by the cycle of the frames
-    "cells_later": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else _SLOW_MS - _FAST_MS,
+    # ms: how much later than the example car's a cell has been read twice anew, by the cycle of the frames
+    "cells_later": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else 2 * (_SLOW_MS - _FAST_MS),
     # ms: and how much later a second sender of it is told (BMS-004: 100 ms, 200 ms of messages of 100 ms)
     "cells_foreign": lambda keys: 0.0 if keys["battery.cells_in_series"] <= _FAST_CELLS else 100.0 + _TICK_MS,
     # mV, to be added to what a cell at rest reads
     "cell_to_limit": _cell_to_limit,
+    "cell_below_trip": lambda keys: -1000 * (keys["open_circuit_v"] - keys["bms.cell_voltage_trip_low_v"] + 0.23),
 }
 
 
@@ -73,6 +76,6 @@ def filled(text: str, car: Car, path: Path) -> str:
             keys.update({**_EXAMPLE, **car.keys, "open_circuit_v": car.open_circuit_v or _OPEN_CIRCUIT_V,
                          "resistance_ohm": car.resistance_ohm or _RESISTANCE_OHM})
         value = QUANTITIES[match[1]](keys)
-        return f"{round(value, -1):.0f}" if match[1] == "cell_to_limit" else f"{value:.0f}"
+        return f"{round(value, -1):.0f}" if match[1] in _TENS else f"{value:.0f}"
 
     return _NAME.sub(number, text)

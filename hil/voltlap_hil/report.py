@@ -70,8 +70,8 @@ def html_page(outcomes: Sequence[Outcome]) -> str:
     def row(cells: Sequence[str]) -> str:
         wrong = ' class="wrong"' if cells[-1].endswith("WRONG") or cells[-1] == "not run" else ""
         named = zip(_COLUMNS, cells, strict=True)
-        columns = "".join(f'<td data-name="{name}">{html.escape(cell)}</td>' for name, cell in named)
-        return f"<tr{wrong}>{columns}</tr>"
+        cells = "".join(f'<td data-name="{name}">{html.escape(cell)}</td>' for name, cell in named)
+        return f"<tr{wrong}>{cells}</tr>"
 
     head = "".join(f"<th>{name}</th>" for name in _COLUMNS)
     body = "\n".join(row(cells) for cells in _rows(outcomes))

@@ -55,10 +55,11 @@ def _simple(name: str, node: YamlNode, car: Car) -> checks.Check:
 
 
 def _make(name: str, within_ms: float, car: Car) -> checks.Check:
-    if name != "no_torque_above_limit_within":
+    if name != "no_torque_above_limit_within" or not car.arguments:
         return _SIMPLE[name](car.dbc, within_ms)
+    # How well another car's drive does is not known here; without loss it takes the least.
     constant = car.keys.get("master.motor_constant_nm_per_a", checks.MOTOR_CONSTANT_NM_PER_A)
-    return checks.no_torque_above_limit_within(car.dbc, within_ms, motor_constant_nm_per_a=constant)
+    return checks.no_torque_above_limit_within(car.dbc, within_ms, motor_constant_nm_per_a=constant, efficiency=1.0)
 
 
 def _reached(node: YamlNode, dbc: Dbc) -> checks.Check:

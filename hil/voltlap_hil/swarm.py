@@ -53,7 +53,8 @@ class Drawn:
         foot = ", ".join(pieces) or f"laps of {self.track}"
         faults = ", ".join(f"{row} at {ms} ms" for row, ms in self.faults) or "none"
         car = (f"{' '.join(self.own) or self.vehicle}, charge {100 * self.soc:.0f} %, {self.celsius} degC, "
-               f"a cell with {self.weak:g} times the resistance")
+               f"a cell with {self.weak:g} times "
+               "the resistance")
         return (f"{car}, {'noise' if self.noise else 'no noise'}, {self.loss} % of the frames lost; foot: {foot}; "
                 f"faults: {faults}")
 
@@ -62,8 +63,8 @@ class Drawn:
         settings = [f"battery.initial_soc={self.soc:g}", f"battery.initial_temperature_c={self.celsius}",
                     f"environment.ambient_c={self.celsius}", f"battery.cells.3.resistance_scale={self.weak:g}",
                     f"sensors.noise={'true' if self.noise else 'false'}"]
-        car = self.own or ("--vehicle", self.vehicle)
-        return [*car, *(word for setting in settings for word in ("--set", setting))]
+        return [*(self.own or ("--vehicle", self.vehicle)),
+                *(word for setting in settings for word in ("--set", setting))]
 
 
 def usable(rows: Sequence[Row]) -> list[Row]:

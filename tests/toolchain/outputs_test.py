@@ -20,7 +20,7 @@ def test_there_are_such_programs():
 @pytest.mark.parametrize("program, flag", EVERY)
 def test_it_is_told_at_once_and_in_words(program, flag, tmp_path):
     begin = time.monotonic()
-    command = [sys.executable, TOOLCHAIN / program, flag, "nowhere/file"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, TOOLCHAIN / program, flag, "nowhere/file"], cwd=tmp_path,
+                          capture_output=True, text=True, timeout=60)
     assert done.returncode == 2 and "nowhere" in done.stderr and flag in done.stderr
     assert "Traceback" not in done.stderr and time.monotonic() - begin < 20.0
