@@ -23,7 +23,8 @@ const char* words_of(can::ChargeReason reason) {
     case can::ChargeReason::kTemperature: return "the cells are too cold or too hot";
     case can::ChargeReason::kLimit: return "the cells' charge limit is zero";
     case can::ChargeReason::kCurrentNotAsked: return "a current flows that was not asked for";
-    case can::ChargeReason::kNoCurrent: return "the charge no longer grows: the current that is asked for does not flow";
+    case can::ChargeReason::kNoCurrent:
+      return "the charge no longer grows: the current that is asked for does not flow";
     case can::ChargeReason::kBalancingTime: return "balancing took longer than bms.balancing_time_max_s";
     case can::ChargeReason::kNotBalanced: return "no cell that is too high may be bled (bms.balancing_voltage_min_v)";
     case can::ChargeReason::kUneven: return "balancing does not bring the cells together";
@@ -85,7 +86,8 @@ std::string charge_text(const ChargeResult& r, const std::string& what) {
   line("highest cell voltage", fmt::format("{:.4f} V at any time (cell {})", r.highest_cell_v, r.highest_cell + 1));
   line("spread of open voltages", fmt::format("{:.1f} mV at the begin, {:.1f} mV at the end", 1e3 * r.begin_spread_v,
                                               1e3 * r.end_spread_v()));
-  line("into the pack", fmt::format("{:.2f} Ah, {:.2f} kWh", unsigned_zero(r.charge_in_ah), unsigned_zero(1e-3 * r.energy_in_wh)));
+  line("into the pack", fmt::format("{:.2f} Ah, {:.2f} kWh", unsigned_zero(r.charge_in_ah),
+                                    unsigned_zero(1e-3 * r.energy_in_wh)));
   line("bled", fmt::format("{:.2f} Ah, {:.1f} Wh in the shunts of all cells", r.bled_ah, r.bled_wh));
   line("hottest cell", fmt::format("{:.1f} degC", r.temperature_max_c));
   return out;

@@ -11,7 +11,8 @@ namespace voltlap::bms {
 [[nodiscard]] bool too_hot_to_bleed(const Config& config, const State& state);
 
 /// A shunt is asked for in the phase of bleeding alone, for a cell above config.balancing_voltage_min and more than
-/// half of config.balancing_difference above the lowest, and above the floor of the look: the other half is for what the next charge makes of it.
+/// half of config.balancing_difference above the lowest, and above the floor of the look: the other
+/// half is for what the next charge makes of it.
 void request_balancing(const Config& config, State& state);
 
 }  // namespace voltlap::bms

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a charge comes to its end: what flows into the pack and how the cells come together, judged in windows, so that
-// nothing that only moves (a current in the smallest step of the charger, on and off) goes on for ever.
+// Whether a charge comes to its end: what flows into the pack and how the cells come together, judged in windows, so
+// that nothing that only moves (a current in the smallest step of the charger, on and off) goes on for ever.
 //
 //   charging   In ten minutes the pack gains kLeast, a thousandth of its capacity per hour, or half of what the charger
 //              may give, whichever of the first two is more and never above the last. Less is full, when the highest

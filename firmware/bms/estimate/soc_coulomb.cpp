@@ -77,7 +77,9 @@ Soc soc_from_ocv(const Config& config, const Sample<CellVoltage>* cells) {
 void recount_at_rest(const Config& config, const CellVoltage* cells, SocEstimate& state) {
   VOLTLAP_REQUIRE(cells != nullptr && config.cells_in_series > 0);
   if (config.soc_method != SocMethod::kCoulomb || !state.valid) return;
-  const auto soc_at = [&](CellVoltage v) { return interpolate(config.ocv.voltage, config.ocv.soc, config.ocv.count, v); };
+  const auto soc_at = [&](CellVoltage v) {
+    return interpolate(config.ocv.voltage, config.ocv.soc, config.ocv.count, v);
+  };
   constexpr CellVoltage kDoubt = CellVoltage::from_raw(15);
   std::int64_t sum = 0, doubt = 0;
   for (std::uint16_t i = 0; i < config.cells_in_series; ++i) {

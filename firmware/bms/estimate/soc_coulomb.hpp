@@ -19,8 +19,8 @@ void soc_coulomb(const Config& config, const SocInput& input, SocEstimate& state
 /// of a longer one the current before it counts for that time, and no more.
 bool count_charge(const Config& config, const Sample<Current>& current, SocEstimate& state);
 
-/// BMS-089. Anew from cells at rest, for what their shunts took flowed through no sensor; not where the curve is so flat
-/// that 1.5 mV are half a point. Only for a count: a filter has seen the same voltages.
+/// BMS-089. Anew from cells at rest, for what their shunts took flowed through no sensor; not where the curve is so
+/// flat that 1.5 mV are half a point. Only for a count: a filter has seen the same voltages.
 void recount_at_rest(const Config& config, const CellVoltage* cells, SocEstimate& state);
 
 /// Mean over the cells of the SOC that belongs to each voltage at rest.
