@@ -8,7 +8,10 @@ namespace voltlap::app {
 void MasterNode::tick(Instant now, FrameView rx, TxQueue& tx) {
   master::ingest(now, rx, receiver_);
   output_ = master::step(config_, receiver_.input, state_);
-  master::transmit(output_, sealer_, tx);
+  // MST-062: code that may be damaged had better not speak to the inverter, not even to say zero: it was never enabled.
+  commanded_ = commanded_ || !refused();
+  if (commanded_) master::transmit_command(output_, sealer_, tx);
+  master::transmit_status(output_, sealer_, tx);
 }
 
 // DIA-003

@@ -18,7 +18,8 @@ class MasterNode {
   void tick(Instant now, FrameView rx, TxQueue& tx);
 
   /// Before a tick, most often the first: the board's self-test failed. Until the next power-on there is no torque and
-  /// no request for the tractive system, and MasterStatus.Faults says ConfigInvalid.
+  /// no request for the tractive system, and MasterStatus.Faults says ConfigInvalid. Before the first tick: the
+  /// inverter hears nothing of this node; later, that it shall stop.
   void refuse() { state_.drive.refused = true; }
   /// No torque, no wish for the tractive system, and no contactor that the BMS holds closed or is about to close: as it
   /// says, where it is heard.
@@ -34,6 +35,7 @@ class MasterNode {
   master::State state_{};
   master::Output output_{};
   codec::Sealer sealer_{};
+  bool commanded_ = false;  ///< the inverter has been spoken to
 };
 
 }  // namespace voltlap::app

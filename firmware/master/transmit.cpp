@@ -30,9 +30,12 @@ can::MasterStatus status_frame(const Output& out) {
 
 }  // namespace
 
-void transmit(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
+void transmit_command(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
   VOLTLAP_REQUIRE(output.enable || output.phase_current == Current{});
   codec::send(inverter_frame(output), sealer, tx);
+}
+
+void transmit_status(const Output& output, codec::Sealer& sealer, TxQueue& tx) {
   codec::send(status_frame(output), sealer, tx);
 }
 

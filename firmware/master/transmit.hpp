@@ -7,7 +7,8 @@
 
 namespace voltlap::master {
 
-/// Inverter command and status. The queue must have room for both.
-void transmit(const Output& output, codec::Sealer& sealer, TxQueue& tx);
+/// The queue must have room for it.
+void transmit_command(const Output& output, codec::Sealer& sealer, TxQueue& tx);
+void transmit_status(const Output& output, codec::Sealer& sealer, TxQueue& tx);
 
 }  // namespace voltlap::master

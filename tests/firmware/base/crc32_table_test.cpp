@@ -24,7 +24,7 @@ TEST(Crc32Table, WordsGiveWhatTheirBytesGive) {
 
 // BMS-091
 TEST(Crc32Table, WhateverIsFollowedByItsOwnCrcLeavesTheResidueOfAWholeImage) {
-  for (const std::uint8_t first : {0x00, 0x5A, 0xFF}) {
+  for (const std::uint8_t first : {std::uint8_t{0x00}, std::uint8_t{0x5A}, std::uint8_t{0xFF}}) {
     bytes[0] = first;
     const std::uint32_t crc = crc32(bytes, 8);
     for (std::size_t i = 0; i < 4; ++i) bytes[8 + i] = static_cast<std::uint8_t>(crc >> (8 * i));

@@ -14,7 +14,8 @@ TEST_GROUP(MasterTransmit) {
 TEST(MasterTransmit, CommandAndStatusAreSealedWithCountersThatAdvance) {
   for (unsigned i = 0; i < 300; ++i) {
     tx.clear();
-    transmit(Output{}, sealer, tx);
+    transmit_command(Output{}, sealer, tx);
+    transmit_status(Output{}, sealer, tx);
     LONGS_EQUAL(2, static_cast<long>(tx.size()));
     LONGS_EQUAL(can::InverterCommand::kId, tx[0].id);
     LONGS_EQUAL(can::MasterStatus::kId, tx[1].id);
@@ -34,7 +35,8 @@ TEST(MasterTransmit, OutputComesBackFromTheFrames) {
   out.faults.set(MasterFault::kGateVeto);
   out.torque_reason = TorqueReason::kChargeLimit;
   out.pedal_request = Ratio::from_raw(123'400);
-  transmit(out, sealer, tx);
+  transmit_command(out, sealer, tx);
+  transmit_status(out, sealer, tx);
 
   can::InverterCommand command;
   can::MasterStatus status;

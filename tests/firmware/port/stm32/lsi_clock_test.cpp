@@ -76,7 +76,7 @@ struct Part {
   LsiRange lsi;
 };
 constexpr Part kF4{4, 0xFFFF'FFFFU, 84'000'000, 168'000'000, kLsiStm32f4};
-constexpr Part kG4{1, 0xFFFFU, 160'000'000, 160'000'000, kLsiStm32g4};
+constexpr Part kG4{1, 0xFFFFU, 144'000'000, 144'000'000, kLsiStm32g4};
 
 constexpr std::uint32_t kSelect = 1U << 6;
 
