@@ -66,9 +66,6 @@ def check(given):
     for program in (given.bin / "voltlap", given.bin / "voltlap-learn", *(given.engine or ())):
         if not os.access(program, os.X_OK) or program.is_dir():
             refuse(f"{program} is not a program; give its path, or run ./voltlap build")
-    for file in filter(None, (given.json, given.csv)):
-        if not file.absolute().parent.is_dir():
-            refuse(f"{file}: the folder {file.absolute().parent} is not there; make it first")
     if given.keep is not None:
         if not given.case or len(given.case) != 1:
             refuse("--keep: expected one --case with it, the case to keep")

@@ -45,7 +45,7 @@ def test_a_check_that_fails_ends_with_code_1(tmp_path, capsys):
 
 
 def test_a_condition_that_never_comes_ends_with_code_3(tmp_path, capsys):
-    text = (SCENARIOS / "pedals_lost.yaml").read_text().replace("> 400 A", "> 600 A")
+    text = (SCENARIOS / "pedals_lost.yaml").read_text().replace("> {full_current} A", "> 600 A")
     (tmp_path / "s.yaml").write_text(text)
     assert main(["run", str(tmp_path / "s.yaml")]) == 3
     assert "'InverterStatus.PhaseCurrent > 600 A' did not come within 1000 ms" in capsys.readouterr().out

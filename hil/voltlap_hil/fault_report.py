@@ -137,7 +137,8 @@ def text(matrix: Matrix) -> str:
     for reason, ids in matrix.not_run().items():
         lines += ["", reason, *textwrap.wrap(", ".join(ids), 116, initial_indent="  ", subsequent_indent="  ")]
     if matrix.ecu != "inside":
-        lines += ["", f"{matrix.same_frames} of {len(matrix.rows)} with every frame as in one process"]
+        driven = len(matrix.rows) - matrix.count(NOT_RUN)
+        lines += ["", f"{matrix.same_frames} of {driven} with every frame as in one process"]
         lines += [f"instructions of a step, {node}: {found[0]:.0f} mean, {found[1]} at most ({found[2]})"
                   for node in ("bms", "master") if (found := matrix.steps(node))]
     return "\n".join([*lines, "", f"{matrix.summary}; seed {matrix.seed}, {matrix.where}, {matrix.wall_s:.0f} s"])

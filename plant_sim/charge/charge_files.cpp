@@ -20,6 +20,7 @@ Json result_json(const ChargeResult& r) {
           {"phase", phase_name(r.phase)},
           {"reason", reason_name(r.reason)},
           {"time_s", r.time_s},
+          {"waiting_s", r.waiting_s},
           {"charging_s", r.charging_s},
           {"bleeding_s", r.bleeding_s},
           {"resting_s", r.resting_s},

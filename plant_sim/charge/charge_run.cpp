@@ -16,7 +16,7 @@ constexpr double kTick_s = can::kTickMs * 1e-3;
 constexpr double kSwitch_s = 1.0;         // after power-on: every ECU has heard every sensor
 constexpr double kAfter_s = 2.0;          // after the end: contactors have opened and say so
 constexpr double kIdle_s = 6.0 * 3'600.0;  // chosen; the BMS has ended a charge long before
-constexpr double kHopeless_s = 10.0;       // of a fault or a temperature: longer than any node takes to begin
+constexpr double kHopeless_s = 10.0;       // of a fault, or in such air: longer than any node takes to begin
 constexpr double kWaits_s = 600.0;         // of anything else: longer than a precharge and its cooling
 constexpr double kFlows_a = 0.05;         // half of the charger's step
 constexpr std::uint32_t kTicksPerSample = 1'000;
@@ -35,6 +35,7 @@ class Run {
     bus_.attach(observer);
     car_.charger.plugged = true;
     result_.begin_soc = car_.pack().soc_mean();
+    result_.temperature_max_c = car_.pack().temperature_max_c();
     open_voltages();
     result_.begin_spread_v = result_.end_spread_v();
   }
@@ -95,9 +96,17 @@ class Run {
   [[nodiscard]] double idle_most_s() const {
     const can::ChargeStatus& said = commands_.charge();
     if (said.phase != can::ChargePhase::kWaiting) return kIdle_s;
-    const bool hopeless = said.reason == can::ChargeReason::kFault || said.reason == can::ChargeReason::kTemperature ||
-                          said.reason == can::ChargeReason::kNoChargerInPack;
+    if (said.reason == can::ChargeReason::kTemperature) return air_may_be_charged_in() ? kIdle_s : kHopeless_s;
+    const bool hopeless =
+        said.reason == can::ChargeReason::kFault || said.reason == can::ChargeReason::kNoChargerInPack;
     return hopeless ? kHopeless_s : kWaits_s;
+  }
+
+  /// Cells that stand too cold or too hot come to it by themselves.
+  [[nodiscard]] bool air_may_be_charged_in() const {
+    const VehicleParameters& car = car_.parameters();
+    return car.environment.ambient_c > car.bms.charge_temperature_min_c &&
+           car.environment.ambient_c < car.bms.temperature_max_c;
   }
 
   [[nodiscard]] double* spent_in(can::ChargePhase phase) {
@@ -118,6 +127,14 @@ class Run {
       result_.lowest_open_v = std::min(result_.lowest_open_v, open_v);
       result_.highest_open_v = std::max(result_.highest_open_v, open_v);
     }
+  }
+
+  [[nodiscard]] double coldest_c() const {
+    double coldest_c = car_.pack().cell_temperature_c(0);
+    for (std::size_t i = 1; i < car_.pack().cells(); ++i) {
+      coldest_c = std::min(coldest_c, car_.pack().cell_temperature_c(i));
+    }
+    return coldest_c;
   }
 
   void sample(double time_s) {
@@ -158,6 +175,10 @@ class Run {
     result_.time_s = result_.stopped ? tick_ * kTick_s : ended_s_;
     result_.end_soc = car_.pack().soc_mean();
     result_.end_soc_min = car_.pack().cell_soc(car_.pack().emptiest_cell());
+    result_.end_temperature_min_c = coldest_c();
+    result_.end_temperature_max_c = car_.pack().temperature_max_c();
+    result_.too_cold = result_.end_temperature_min_c - car_.parameters().bms.charge_temperature_min_c <
+                       car_.parameters().bms.temperature_max_c - result_.end_temperature_max_c;
     result_.bms_counts = commands_.bms().soc_ok;
     result_.bms_soc = commands_.bms().soc_ppm * 1e-6;
     result_.charge_in_ah = -car_.charge_out_c() / kCoulombsPerAh;

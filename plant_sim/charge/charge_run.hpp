@@ -68,7 +68,9 @@ struct ChargeResult {
   double lowest_open_v = 0.0, highest_open_v = 0.0;  ///< true open-circuit voltages at the end
   double begin_soc = 0.0, end_soc = 0.0, end_soc_min = 0.0, bms_soc = 0.0;
   double begin_spread_v = 0.0;         ///< of the open-circuit voltages
-  double temperature_max_c = 0.0;
+  double temperature_max_c = 0.0;      ///< of any cell, at any time
+  double end_temperature_min_c = 0.0, end_temperature_max_c = 0.0;
+  bool too_cold = false;               ///< which end of the range is nearer at the end
   double charge_in_ah = 0.0, energy_in_wh = 0.0;   ///< at the pack's terminals
   double charger_wh = 0.0;
   double bled_ah = 0.0, bled_wh = 0.0;             ///< all cells together

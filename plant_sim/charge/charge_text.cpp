@@ -10,8 +10,11 @@
 namespace voltlap::plant {
 namespace {
 
+constexpr double kTellsWaiting_s = 30.0;  // every charge waits for its precharge
+
 const char* words_of(can::ChargeReason reason) {
   switch (reason) {
+    case can::ChargeReason::kTemperature:  // with its degrees, below
     case can::ChargeReason::kNone: return "nothing is told";
     case can::ChargeReason::kNoChargerInPack: return "this pack has no charger (bms.charger_current_max_a is 0)";
     case can::ChargeReason::kChargerSilent: return "the charger is silent";
@@ -20,7 +23,6 @@ const char* words_of(can::ChargeReason reason) {
     case can::ChargeReason::kShutdownCircuit: return "the shutdown circuit is open";
     case can::ChargeReason::kFault: return "the BMS has a fault";
     case can::ChargeReason::kMeasurementLost: return "a measurement is missing";
-    case can::ChargeReason::kTemperature: return "the cells are too cold or too hot";
     case can::ChargeReason::kLimit: return "the cells' charge limit is zero";
     case can::ChargeReason::kCurrentNotAsked: return "a current flows that was not asked for";
     case can::ChargeReason::kNoCurrent:
@@ -45,6 +47,16 @@ std::string fault_words(std::uint32_t faults) {
   return out;
 }
 
+std::string temperature_words(const ChargeResult& r) {
+  if (r.too_cold) return fmt::format("the cells are too cold (coldest {:.1f} degC)", r.end_temperature_min_c);
+  return fmt::format("the cells are too hot (hottest {:.1f} degC)", r.end_temperature_max_c);
+}
+
+std::string why_words(const ChargeResult& r) {
+  if (r.reason == can::ChargeReason::kTemperature) return temperature_words(r);
+  return words_of(r.reason) + (r.reason == can::ChargeReason::kFault ? fault_words(r.faults) : "");
+}
+
 }  // namespace
 
 const char* phase_name(can::ChargePhase phase) { return can::kChargePhaseNames[static_cast<std::size_t>(phase)]; }
@@ -62,7 +74,7 @@ std::string ending_words(const ChargeResult& r) {
   if (r.full) return "every cell is full, and all are even";
   if (r.reached) return "the charge that was asked for is reached";
   if (r.stopped) return "interrupted";
-  std::string why = words_of(r.reason) + (r.reason == can::ChargeReason::kFault ? fault_words(r.faults) : "");
+  std::string why = why_words(r);
   if (r.off_cell >= 0) why += fmt::format("; cell {} stands farthest off", r.off_cell + 1);
   if (r.phase == can::ChargePhase::kStopped) return "broken off: " + why;
   if (r.idle && r.phase == can::ChargePhase::kWaiting) return "not begun: " + why;
@@ -75,6 +87,7 @@ std::string charge_text(const ChargeResult& r, const std::string& what) {
     out += fmt::format("  {:<26}{}\n", name, value);
   };
   line("time", duration_words(r.time_s));
+  if (r.waiting_s >= kTellsWaiting_s) line("  waiting", duration_words(r.waiting_s));
   line("  charging", duration_words(r.charging_s));
   line("  bleeding", duration_words(r.bleeding_s));
   line("  resting and measuring", duration_words(r.resting_s));

@@ -124,7 +124,6 @@ def test_an_engine_finds_log_model_and_references_alone(engines, tmp_path):
     (("--cause", "mass", "--kind", "cell"), "--cause mass: no log of --kind cell can hold it"),
     (("--engine", "/nowhere/engine"), "/nowhere/engine is not a program"),
     (("--keep", "somewhere"), "--keep: expected one --case with it"),
-    (("--json", "/nowhere/out.json"), "the folder /nowhere is not there"),
 ])
 def test_input_that_cannot_be_used_is_told_in_one_line(words, says):
     run = mirror(*words, code=2)

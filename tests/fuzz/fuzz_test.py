@@ -19,6 +19,7 @@ COMMAND = PROJECT / "toolchain" / "fuzz.py"
 RUN_S = 900
 SEED = os.environ.get("VOLTLAP_TEST_SEED") or str(random.randrange(2**32))
 
+sys.path.insert(0, str(COMMAND.parent))  # as when it is run
 spec = importlib.util.spec_from_file_location("fuzz", COMMAND)
 fuzz = importlib.util.module_from_spec(spec)
 sys.modules["fuzz"] = fuzz  # its data classes look for themselves there

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "explain/decide/rounds.hpp"
+#include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -147,7 +148,10 @@ std::vector<MemberEffect> effects_of(const Held& held, const std::vector<AnswerO
 
 std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>& references,
                                       const std::vector<plant::Cause>& causes, const std::vector<AnswerOf>& said) {
-  constexpr double kLeast = 2.0, kBeyond = 3.0;  // practical sizes; of what references have
+  // Behind coarse steps a drive of minutes passes few of them, and the straight line between two of another curve is
+  // no error: 24 sound drives of 5 minutes, steps of 1 K, had 2.2 practical sizes at most.
+  constexpr double kLeast = 2.0, kLeastInSteps = 3.0;  // practical sizes
+  constexpr double kBeyond = 3.0;                      // of what references have
   std::optional<Unnamed> out;
   for (const AnswerOf& answer : said) {
     const auto left =
@@ -158,10 +162,12 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
   for (std::size_t k = 0; k < held.members.size(); ++k) {
     const ReadChannel& channel = held.seen.members[k].channel;
     const double count = std::max(1.0, static_cast<double>(channel.residual.size()));
-    if (std::sqrt(channel.residual.squaredNorm() / count) < kLeast * channel.practical) continue;
+    const bool in_steps = references.empty() && was_read_in_steps(held.seen.read, channel.name);
+    const double least = in_steps ? kLeastInSteps : kLeast;
+    if (std::sqrt(channel.residual.squaredNorm() / count) < least * channel.practical) continue;
     if (references.empty() && is_read_seldom(held.seen.read, channel.name)) continue;
     const double off = beyond_noise(member_family(held.seen, held.seen.members[k], {}, all_suspects));
-    if (off < kLeast || (out && off < out->practical)) continue;
+    if (off < least || (out && off < out->practical)) continue;
     double usual = 0.0;
     for (const Sound& reference : same_member(references, channel.name, causes))
       usual = std::max(usual, beyond_noise(reference({})));

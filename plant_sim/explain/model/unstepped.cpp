@@ -101,4 +101,9 @@ plant::Recording unstepped(plant::Recording log) {
   return log;
 }
 
+bool was_read_in_steps(const plant::Recording& log, const std::string& role) {
+  const auto values = log.signals.find(role);
+  return log.passed_s.count(role) > 0 || (values != log.signals.end() && is_coarse(values->second));
+}
+
 }  // namespace voltlap::explain

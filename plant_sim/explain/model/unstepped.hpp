@@ -21,4 +21,7 @@ inline constexpr double kCoarse_k = 0.35;  ///< smaller steps hide less than is 
 /// before it is held against them (Reader).
 [[nodiscard]] plant::Recording unstepped(plant::Recording log);
 
+/// Of an unstepped recording: was this thermistor read in coarse steps, whether they could be taken away or not?
+[[nodiscard]] bool was_read_in_steps(const plant::Recording& log, const std::string& role);
+
 }  // namespace voltlap::explain

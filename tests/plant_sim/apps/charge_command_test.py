@@ -53,12 +53,25 @@ def test_a_charge_that_the_bms_breaks_off_says_why_and_ends_with_3(tmp_path):
     assert json.loads((tmp_path / "x.json").read_text())["result"]["reason"] == "BalancingTime"
 
 
-def test_a_pack_that_stays_too_cold_is_given_up_and_the_cold_is_named(tmp_path):
-    cold = ["--set", "environment.ambient_c=-5", "--set", "battery.initial_temperature_c=-5"]
-    done = charge("--from-soc", "50", *cold, "--json", tmp_path / "x.json")
+@pytest.mark.parametrize("cells, words", [
+    (-5, "the cells are too cold (coldest -5.0 degC)"),
+    (50, "the cells are too hot (hottest 50.0 degC)"),
+])
+def test_a_pack_that_no_air_brings_back_is_given_up_at_once_and_why_is_named(cells, words, tmp_path):
+    stays = ["--set", f"environment.ambient_c={cells}", f"battery.initial_temperature_c={cells}",
+             "bms.temperature_max_c=48"]
+    done = charge("--from-soc", "50", *stays, "--json", tmp_path / "x.json")
     assert done.returncode == 3
-    assert "given up, for six hours nothing has flowed: the cells are too cold or too hot" in done.stdout
-    assert json.loads((tmp_path / "x.json").read_text())["result"]["time_s"] < 7 * 3600
+    assert f"not begun: {words}" in done.stdout
+    result = json.loads((tmp_path / "x.json").read_text())["result"]
+    assert result["time_s"] < 60 and result["temperature_max_c"] == pytest.approx(cells, abs=0.1)
+
+
+def test_a_cold_pack_in_a_warm_garage_is_waited_for(tmp_path):
+    cold = ["--set", "environment.ambient_c=20", "--set", "battery.initial_temperature_c=-2"]
+    done = charge("--from-soc", "60", "--to-soc", "65", *cold, "--json", tmp_path / "x.json")
+    assert done.returncode == 0, done.stdout
+    assert json.loads((tmp_path / "x.json").read_text())["result"]["waiting_s"] > 60
 
 
 @pytest.mark.parametrize("flags, words", [

@@ -31,10 +31,11 @@ TEST(ChargeText, EveryEndHasItsOwnWords) {
   STRCMP_EQUAL("broken off: the BMS has a fault: CellVoltageHigh", ending_words(r).c_str());
   r.phase = can::ChargePhase::kWaiting;
   r.reason = can::ChargeReason::kTemperature;
-  STRCMP_EQUAL("the time is over; last: the cells are too cold or too hot", ending_words(r).c_str());
-  r.idle = true;
-  STRCMP_EQUAL("not begun: the cells are too cold or too hot",
-               ending_words(r).c_str());
+  r.end_temperature_max_c = 61.04;
+  STRCMP_EQUAL("the time is over; last: the cells are too hot (hottest 61.0 degC)", ending_words(r).c_str());
+  r.too_cold = r.idle = true;
+  r.end_temperature_min_c = -5.0;
+  STRCMP_EQUAL("not begun: the cells are too cold (coldest -5.0 degC)", ending_words(r).c_str());
   r.full = true;
   STRCMP_EQUAL("every cell is full, and all are even", ending_words(r).c_str());
 }

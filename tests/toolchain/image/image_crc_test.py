@@ -87,8 +87,8 @@ def test_one_changed_bit_anywhere_moves_nothing_and_says_so(tmp_path, image_of, 
         assert code != 0 and moves_nothing(sent), f"seed {SEED}, bit {bit}: {text}"
         if not says_why(sent):
             silent.append((bit, code, text))
-    # What runs before the test, and what the plant reads of the image, end it sooner: a few hundred bytes.
-    assert len(silent) <= 1 + len(chosen) // 20, f"seed {SEED}: {silent}"
+    # What runs before the test, what the plant reads of the image, and what says so may be what has changed.
+    assert len(silent) <= 1 + len(chosen) // 4, f"seed {SEED}: {silent}"
 
 
 @needs_qemu
