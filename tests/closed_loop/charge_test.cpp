@@ -220,9 +220,17 @@ TEST(ChargedPack, ALeakingCellIsNamedAndThePackIsLeftFullAndCountedSo) {
   CHECK(r.bleeding_s < 4.0 * 3600.0);
 }
 
-TEST(ChargedPack, CellsThatAreTooColdAreSaidAtOnce) {
+TEST(ChargedPack, CellsThatAreTooColdInColdAirAreSaidAtOnce) {
   ChargeOptions options = standing(0.5);
-  options.vehicle.battery.initial_temperature_c = -5.0;
+  options.vehicle.battery.initial_temperature_c = options.vehicle.environment.ambient_c = -5.0;
   const ChargeResult r = charge(options);
-  CHECK(r.idle && r.reason == can::ChargeReason::kTemperature && r.time_s < 60.0);
+  CHECK(r.idle && r.too_cold && r.reason == can::ChargeReason::kTemperature && r.time_s < 60.0);
+}
+
+TEST(ChargedPack, CellsThatAreTooColdInWarmAirAreWaitedFor) {
+  ChargeOptions options = standing(0.5);
+  options.to_soc = 0.52;
+  options.vehicle.battery.initial_temperature_c = -2.0;
+  const ChargeResult r = charge(options);
+  CHECK(r.reached && r.waiting_s > 60.0);
 }

@@ -5,6 +5,7 @@
 #include "bms/bms_step.hpp"
 #include "bms/charge/on_charger.hpp"
 #include "bms/estimate/soc_ekf.hpp"
+#include "bms/limits/beyond_bound.hpp"
 
 namespace voltlap::bms {
 namespace {
@@ -96,6 +97,7 @@ AheadLimit ahead_limit(const Config& config, const State& s, Direction direction
 
 void look_ahead(const Config& config, State& s) {
   if (config.limit_method != LimitMethod::kAhead || !s.soc.valid) return;
+  note_beyond_bound(config, s);
   const SocFilter& filter = s.soc.filter;
   const std::size_t cells = config.cells_in_series, binding = horizon_of(config);
   const PartFactors change = heat_change(filter);
@@ -118,12 +120,14 @@ void look_ahead(const Config& config, State& s) {
 void lower_discharge_ahead(const Config& config, const State& s, Limit& limit) {
   const AheadLimit least = ahead_limit(config, s, Direction::kDischarge, horizon_of(config));
   lower(limit, least.value, LimitReason::kCellVoltage, least.cell);
+  lower_discharge_beyond_bound(s, limit);
 }
 
 // BMS-045
 void lower_charge_ahead(const Config& config, const State& s, Limit& limit) {
   const AheadLimit least = ahead_limit(config, s, Direction::kCharge, horizon_of(config));
   lower(limit, least.value, LimitReason::kCellVoltage, least.cell);
+  lower_charge_beyond_bound(s, limit);
 }
 
 }  // namespace voltlap::bms

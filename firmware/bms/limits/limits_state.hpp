@@ -15,11 +15,20 @@ struct CellAhead {
   std::int32_t discharge[kLimitHorizonCount] = {}, charge[kLimitHorizonCount] = {};
 };
 
+/// What a cell beyond its bound has shown that it can do.
+struct ShownLimit {
+  Current most{};
+  Instant seen{};  ///< the last reading beyond the bound
+  std::uint8_t cell = 0;
+  bool holds = false;
+};
+
 struct Ahead {
   CellAhead cell[kMaxCells] = {};
   std::uint8_t other = 0;  ///< whose turn it is beside the horizon that limits: 2 horizon + direction
   std::uint16_t other_cell = 0;  ///< the cell whose turn it is there
   bool began = false;            ///< some cell has been looked at
+  ShownLimit shown_discharge{}, shown_charge{};
   std::int32_t scale = 0;  ///< of the cells' resistances, their mean [2^-28]
 };
 
