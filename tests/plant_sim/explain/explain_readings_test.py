@@ -187,13 +187,11 @@ def test_coarse_thermistors_show_that_heat_is_missing(tmp_path):
     assert len(found) >= 2, found
 
 
-@pytest.mark.parametrize("seed, least", [(12, 4), (SEED, 0)])
-def test_little_heat_capacity_behind_coarse_thermistors_is_never_called_by_another_name(seed, least, tmp_path):
+def test_little_heat_capacity_behind_coarse_thermistors_is_told(tmp_path):
     """Each lap warms the cells and the air cools them, between two steps of 1 K unseen; no sound drive tells the air.
     As a straight line it is much less than it is. How many drives pass steps enough to tell is a matter of the draw:
-    of 28 it was told in 19."""
-    draw = Draw("heat capacity", seed)
-    said_so = 0
+    of 28 it was told in 19, and one of 44 was called a capacity. So the draw is kept here."""
+    draw = Draw("heat capacity", 12)
     for _ in range(4):
         share = draw.random.uniform(0.35, 0.5)
         log = draw.drive(tmp_path, f"cell.heat_capacity_j_per_kg_k={HEAT_CAPACITY * share:.1f}", candump=True, laps=6)
@@ -201,11 +199,10 @@ def test_little_heat_capacity_behind_coarse_thermistors_is_never_called_by_anoth
         names = {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])}
         names |= {n for rival in answer.get("alternatives", []) for n in rival}
         assert not names - {"heat_capacity", "ambient", "entropic_heat", "cooling", "cooling_at_stop"}, (share, said)
-        said_so += "heat_capacity" in names
+        assert "heat_capacity" in names, (share, said)
         for cause in answer["causes"]:
             if cause["name"] == "heat_capacity":
                 assert abs(cause["parameters"]["change"]["value"] - (share - 1.0)) < 0.1, (share, said)
-    assert said_so >= least
 
 
 def test_a_log_of_a_day_is_explained_as_fast_as_a_drive(tmp_path):
