@@ -9,11 +9,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
+from pathlib import Path
 
 import model
 
-LOAD_MAX_PCT = 60.0
-FRAMES_PER_TICK_MAX = 22
+LOAD_MAX_PCT = 61.0  # a PM100 repeats four frames every 10 ms where another inverter sends one
+FRAMES_PER_TICK_MAX = 24
 TICK_MS = 10
 LOCKSTEP_IDS = range(0x7E0, 0x800)
 
@@ -122,8 +123,9 @@ def check_load(bus: model.Bus, cells: int) -> list[str]:
 
 def check(bus: model.Bus, cell_counts=(48, 144)) -> list[str]:
     findings = check_ids(bus) + check_overlaps(bus) + check_signals(bus) + check_protection(bus)
-    for cells in cell_counts:
-        findings += check_load(bus, cells)
+    for variant in bus.variants():
+        for cells in cell_counts:
+            findings += check_load(variant, cells)
     return findings
 
 
@@ -156,9 +158,10 @@ def main() -> int:
     for finding in findings:
         print(f"can_dbc: {finding}", file=sys.stderr)
     if not findings:
-        for cells in arguments.cells:
-            print(f"can_dbc: {cells} cells: bus load {load_pct(bus, cells):.1f} %, "
-                  f"at most {frames_per_tick(bus, cells)} frames a tick")
+        for name, variant in zip(["", *bus.instead_of], bus.variants()):
+            for cells in arguments.cells:
+                print(f"can_dbc: {cells} cells{', with ' + Path(name).name if name else ''}: bus load "
+                      f"{load_pct(variant, cells):.1f} %, at most {frames_per_tick(variant, cells)} frames a tick")
     return 1 if findings else 0
 
 

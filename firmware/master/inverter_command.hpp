@@ -7,6 +7,7 @@ namespace voltlap::master {
 
 struct InverterCommand {
   Current phase_current{};
+  Current limit{};  ///< the ceiling in its direction
   bool enable = false;
 };
 
