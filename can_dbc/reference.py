@@ -18,7 +18,7 @@ import model
 HERE = Path(__file__).resolve().parent
 COMMAND = "build/venv/bin/python can_dbc/reference.py"
 MADE = f"Made from the DBC files by `{COMMAND}`; a test keeps it up to date. Edit the DBC, not this page.\n"
-FILES = ("car.dbc", "orion.dbc", "charger.dbc", "lockstep.dbc")
+FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "lockstep.dbc")
 ON_THE_BUS = 3                # of them
 PROTECTION = {"kCounterCrc": "counter, CRC-8", "kOrionSum": "checksum", "kNone": "none",
               "kAge": "none, believed by age"}
