@@ -76,6 +76,10 @@ void take_temperatures(const Frame& frame, Input& in) {
   refresh_temperature(in.inverter_temperature, m.inverter_ok, m.inverter_dc, in.now);
 }
 
+void take_pm100(const Frame& frame, InverterLink& link, Input& in) {
+  take_pm100(frame, link.motor_constant_unm_per_a, link.pm100, in);
+}
+
 void take_frame(const Frame& frame, Receiver& receiver) {
   Input& in = receiver.input;
   switch (frame.id) {
@@ -88,7 +92,7 @@ void take_frame(const Frame& frame, Receiver& receiver) {
     case can::BmsStatus::kId: take_bms_status(frame, in); break;
     case can::MotorTemperatures::kId: take_temperatures(frame, in); break;
     default:
-      if (is_pm100(frame.id)) take_pm100(frame, receiver.inverter.motor_constant_unm_per_a, receiver.inverter.pm100, in);
+      if (is_pm100(frame.id)) take_pm100(frame, receiver.inverter, in);
       break;
   }
 }
