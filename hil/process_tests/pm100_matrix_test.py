@@ -18,7 +18,7 @@ def driven(tmp_path, *arguments):
 def test_every_row_passes_with_a_pm100(tmp_path):
     done, rows = driven(tmp_path, "--set", "inverter.protocol=pm100")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert len(rows) >= 14 and len({row["id"] for row in rows}) == len(rows)
+    assert len(rows) >= 15 and len({row["id"] for row in rows}) == len(rows)
 
 
 def test_rows_say_nothing_of_a_car_with_another_inverter(tmp_path):
