@@ -15,7 +15,8 @@ from pathlib import Path
 
 import cantools
 
-FIRMWARE_UNITS = {"A": 1000, "V": 10_000, "degC": 10, "%": 10_000, "mOhm": 1000, "rpm": 1, "m/s": 1000, "bar": 1000}
+FIRMWARE_UNITS = {"A": 1000, "V": 10_000, "degC": 10, "%": 10_000, "mOhm": 1000, "rpm": 1, "m/s": 1000, "bar": 1000,
+                  "Nm": 1000}
 SEED = 20150509
 RANDOM_VECTORS = 40
 
