@@ -13,7 +13,7 @@ namespace voltlap::app {
 class MasterNode {
  public:
   explicit MasterNode(const master::Config& config) : config_(config) {
-    receiver_.inverter = {config.inverter_protocol, config.motor_constant_unm_per_a, {}};
+    receiver_.inverter = {config.inverter_protocol, config.motor_constant_unm_per_a, {}, {}};
   }
 
   /// One step, every 10 ms. `tx` is added to, never cleared.
@@ -37,7 +37,6 @@ class MasterNode {
   master::State state_{};
   master::Output output_{};
   codec::Sealer sealer_{};
-  std::uint8_t command_counter_ = 0;  ///< of a PM100's command
   bool commanded_ = false;  ///< the inverter has been spoken to
 };
 

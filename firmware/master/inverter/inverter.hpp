@@ -6,11 +6,20 @@
 
 namespace voltlap::master {
 
-/// Set by the owner of the receiver, who has the configuration.
+/// The last commands to a PM100, for an adapter or a socket that hands a node what it has sent itself: each is known once.
+struct SentCommands {
+  static constexpr std::size_t kKept = 4;
+  Frame frame[kKept] = {};
+  bool expected[kKept] = {};
+  std::uint8_t counter = 0;  ///< of the next one
+};
+
+/// Protocol and constant are set by the owner of the receiver, who has the configuration.
 struct InverterLink {
   InverterProtocol protocol = InverterProtocol::kPhaseCurrent;
   std::int32_t motor_constant_unm_per_a = 0;
   Pm100Reading pm100{};
+  SentCommands sent{};
 };
 
 /// False for the frames of an inverter that this car does not have: they are not even judged.
@@ -18,8 +27,7 @@ struct InverterLink {
 /// Before a frame is judged: a PM100's command that arrives here has another sender.
 void note_foreign_command(const Frame& frame, Instant now, InverterLink& link);
 
-/// What goes to the inverter in this step; the queue must have room. `counter`: of a PM100's command.
-void transmit_to_inverter(const Config& config, const Output& output, std::uint8_t& counter, codec::Sealer& sealer,
-                          TxQueue& tx);
+/// What goes to the inverter in this step; the queue must have room.
+void transmit_to_inverter(const Output& output, InverterLink& link, codec::Sealer& sealer, TxQueue& tx);
 
 }  // namespace voltlap::master

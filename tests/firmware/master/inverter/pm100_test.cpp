@@ -26,7 +26,7 @@ Frame frame_of(const Message& m) {
 }  // namespace
 
 TEST_GROUP(Pm100) {
-  Receiver receiver{{}, {InverterProtocol::kPm100, kConstant, {}}, {}};
+  Receiver receiver{{}, {InverterProtocol::kPm100, kConstant, {}, {}}, {}};
   Instant now = Instant::from_ms(1'000);
   can::Pm100States states{};
   can::Pm100Faults faults{};
@@ -131,6 +131,21 @@ TEST(Pm100, ACommandFromTheBusIsForeignForASecond) {
   CHECK_FALSE(receiver.input.foreign_frames);
 }
 
+// MST-067
+TEST(Pm100, WhatItHasSentItselfIsNotForeignOnceAndNeverLater) {
+  codec::Sealer sealer;
+  TxQueue tx;
+  for (int k = 0; k < 5; ++k) transmit_to_inverter(Output{}, receiver.inverter, sealer, tx);
+  for (std::size_t k = 1; k < 5; ++k) receive(tx[k]);
+  CHECK_FALSE(receiver.input.foreign_frames);
+  receive(tx[4]);
+  CHECK(receiver.input.foreign_frames);
+  for (int k = 0; k < 100; ++k) fast();
+  CHECK_FALSE(receiver.input.foreign_frames);
+  receive(tx[0]);  // too old to be an echo
+  CHECK(receiver.input.foreign_frames);
+}
+
 // MST-064
 TEST(Pm100, TorqueIsCutTowardsZeroAndNeverAboveItsLimit) {
   Output out;
@@ -159,13 +174,10 @@ TEST(Pm100, DisabledCommandIsAllZeroButDirectionAndCount) {
 
 // MST-064
 TEST(Pm100, CountGoesUpByOneRoundAndRound) {
-  Config config;
-  config.inverter_protocol = InverterProtocol::kPm100;
   codec::Sealer sealer;
-  std::uint8_t counter = 0;
   for (unsigned k = 0; k < 40; ++k) {
     TxQueue tx;
-    transmit_to_inverter(config, Output{}, counter, sealer, tx);
+    transmit_to_inverter(Output{}, receiver.inverter, sealer, tx);
     LONGS_EQUAL(1, tx.size());
     LONGS_EQUAL(can::Pm100Command::kId, tx[0].id);
     LONGS_EQUAL(k % 16, tx[0].data[5] >> 4);
