@@ -6,7 +6,7 @@
 
 namespace voltlap::master {
 
-/// The last commands to a PM100, for an adapter or a socket that hands a node what it has sent itself: each is known once.
+/// The last commands to a PM100: an adapter or a socket may hand a node what it has sent itself. Each is known once.
 struct SentCommands {
   static constexpr std::size_t kKept = 4;
   Frame frame[kKept] = {};
