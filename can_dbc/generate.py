@@ -20,7 +20,7 @@ import model
 UNITS = {
     "A": ("_ma", 1000), "V": ("_100uv", 10_000), "degC": ("_dc", 10), "%": ("_ppm", 10_000),
     "Ohm": ("_uohm", 1_000_000), "mOhm": ("_uohm", 1000), "rpm": ("_rpm", 1), "m/s": ("_mmps", 1000),
-    "bar": ("_mbar", 1000),
+    "bar": ("_mbar", 1000), "Nm": ("_mnm", 1000),
 }
 HEADER = """// SPDX-License-Identifier: Apache-2.0
 // Generated from {sources} by can_dbc/generate.py. Edit the DBC, not this file.

@@ -103,6 +103,17 @@ class Bus:
     bit_rate: int = 500_000
     fast_cells: int = 48
     comment: str = ""
+    instead_of: dict[str, set[str]] = field(default_factory=dict)  # file -> names that its messages take the place of
+
+    def variants(self) -> list[Bus]:
+        """The buses of real cars: without the files that stand instead of messages, and with each of them."""
+        out = []
+        for chosen in [None, *self.instead_of]:
+            gone = self.instead_of.get(chosen, set())
+            kept = [m for m in self.messages
+                    if m.name not in gone and (m.file not in self.instead_of or m.file == chosen)]
+            out.append(Bus(kept, self.bit_rate, self.fast_cells, self.comment))
+        return out
 
     def sent_with(self, cells: int) -> list[tuple[Message, int]]:
         """(message, cycle in ms) of a pack with `cells` cells; groups beyond the last cell are not sent."""
@@ -158,6 +169,9 @@ def load(paths) -> Bus:
         bus.bit_rate = _attribute(database, "VL_BitRate", bus.bit_rate)
         bus.fast_cells = _attribute(database, "VL_FastCells", bus.fast_cells)
         bus.comment = " ".join(b.comment for b in database.buses if b.comment)
+        instead_of = _attribute(database, "VL_InsteadOf", "")
+        if instead_of:
+            bus.instead_of[str(path)] = set(instead_of.split(","))
         for m in database.messages:
             cycle = _attribute(m, "GenMsgCycleTime", 0)
             bus.messages.append(Message(

@@ -18,8 +18,8 @@ import model
 HERE = Path(__file__).resolve().parent
 COMMAND = "build/venv/bin/python can_dbc/reference.py"
 MADE = f"Made from the DBC files by `{COMMAND}`; a test keeps it up to date. Edit the DBC, not this page.\n"
-FILES = ("car.dbc", "orion.dbc", "charger.dbc", "lockstep.dbc")
-ON_THE_BUS = 3                # of them
+FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "lockstep.dbc")
+ON_THE_BUS = 4                # of them
 PROTECTION = {"kCounterCrc": "counter, CRC-8", "kOrionSum": "checksum", "kNone": "none",
               "kAge": "none, believed by age"}
 
@@ -161,8 +161,11 @@ def page(file: Path, folder_bus: model.Bus) -> str:
     bus = model.load([file])
     lines = [f"# {file.name}", "", bus.comment, "", MADE]
     if file.name != "lockstep.dbc":
-        loads = ", ".join(f"{check.load_pct(folder_bus, n):.1f} % with {n} cells" for n in (48, 144))
-        lines += [f"{bus.bit_rate // 1000} kbit/s. Load of car.dbc, orion.dbc and charger.dbc together with every "
+        instead = ", ".join(sorted(next(iter(bus.instead_of.values()), ())))
+        car = folder_bus.variants()[-1 if instead else 0]
+        loads = ", ".join(f"{check.load_pct(car, n):.1f} % with {n} cells" for n in (48, 144))
+        lines += [f"{bus.bit_rate // 1000} kbit/s. Load of car.dbc, orion.dbc and charger.dbc together"
+                  f"{', with these in the place of ' + instead + ',' if instead else ''} with every "
                   f"stuff bit that can occur: {loads}.", ""]
     lines += table(["id", "message", "sender", "receivers", "cycle", "lost after", "bytes", "protection"],
                    [message_row(entry, bus) for entry in entries(bus.messages)])

@@ -10,7 +10,7 @@ void MasterNode::tick(Instant now, FrameView rx, TxQueue& tx) {
   output_ = master::step(config_, receiver_.input, state_);
   // MST-062: code that may be damaged had better not speak to the inverter, not even to say zero: it was never enabled.
   commanded_ = commanded_ || !refused();
-  if (commanded_) master::transmit_command(output_, sealer_, tx);
+  if (commanded_) master::transmit_to_inverter(output_, receiver_.inverter, sealer_, tx);
   master::transmit_status(output_, sealer_, tx);
 }
 

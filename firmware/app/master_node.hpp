@@ -12,7 +12,9 @@ namespace voltlap::app {
 
 class MasterNode {
  public:
-  explicit MasterNode(const master::Config& config) : config_(config) {}
+  explicit MasterNode(const master::Config& config) : config_(config) {
+    receiver_.inverter = {config.inverter_protocol, config.motor_constant_unm_per_a, {}, {}};
+  }
 
   /// One step, every 10 ms. `tx` is added to, never cleared.
   void tick(Instant now, FrameView rx, TxQueue& tx);

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "base/condition.hpp"
+#include "base/inverter_protocol.hpp"
 #include "base/time.hpp"
 #include "base/units.hpp"
 #include "bms/config_error.hpp"
@@ -69,6 +70,7 @@ struct Config {
   Duration current_trip_time = Duration::from_ms(1000);
   Duration mismatch_time = Duration::from_ms(1000);
   Duration implausible_time = Duration::from_ms(1000);  ///< a channel that contradicts the others
+  InverterProtocol inverter_protocol = InverterProtocol::kPhaseCurrent;
   std::int32_t motor_constant_unm_per_a = 0;  ///< torque a phase ampere; 0: current is not held against motor power
 
   // plausibility: outside of this a reading is a broken wire, not a voltage

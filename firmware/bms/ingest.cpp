@@ -3,6 +3,7 @@
 
 #include "base/require.hpp"
 #include "can_dbc/charger.hpp"
+#include "can_dbc/pm100.hpp"
 #include "codec/refresh.hpp"
 
 namespace voltlap::bms {
@@ -58,6 +59,22 @@ void take_inverter(const can::InverterStatus& m, Instant now, Measured& out) {
   refresh(out.motor_speed, m.motor_speed_ok, MotorSpeed::from_raw(m.motor_speed_rpm), now);
 }
 
+// Torque as the phase current that gives it.
+void take_pm100(const Config& config, const Frame& frame, Instant now, Measured& out) {
+  can::Pm100MotorPosition position;
+  can::Pm100Voltages voltages;
+  can::Pm100Torque torque;
+  if (can::decode(frame, voltages)) {
+    refresh(out.dc_link_voltage, voltages.dc_voltage_ok && voltages.dc_voltage_100uv >= 0,
+            PackVoltage::from_raw(voltages.dc_voltage_100uv), now);
+  } else if (can::decode(frame, position)) {
+    refresh(out.motor_speed, position.motor_speed_ok, MotorSpeed::from_raw(position.motor_speed_rpm), now);
+  } else if (can::decode(frame, torque) && config.motor_constant_unm_per_a > 0) {
+    const std::int64_t ma = std::int64_t{torque.feedback_mnm} * 1'000'000 / config.motor_constant_unm_per_a;
+    refresh(out.phase_current, torque.feedback_ok, Current::saturated(ma), now);
+  }
+}
+
 VehicleIo as_reported(const can::VehicleIo& io) {
   return {io.air_plus_aux, io.air_minus_aux, io.precharge_aux, io.shutdown_closed, io.charge_switch};
 }
@@ -81,7 +98,7 @@ void take_frame(const Config& config, const Frame& frame, Instant now, State& st
     take_cells(config, cells, now, out);
   } else if (can::decode(frame, pack)) {
     take_pack(config, pack, now, state);
-  } else if (can::decode(frame, inverter)) {
+  } else if (config.inverter_protocol == InverterProtocol::kPhaseCurrent && can::decode(frame, inverter)) {
     take_inverter(inverter, now, out);
   } else if (can::decode(frame, io)) {
     refresh(out.io, true, as_reported(io), now);
@@ -92,6 +109,8 @@ void take_frame(const Config& config, const Frame& frame, Instant now, State& st
     take_temperatures(config, temperatures, now, out);
   } else if (can::decode(frame, charger)) {
     take_charger(charger, now, out);
+  } else if (config.inverter_protocol == InverterProtocol::kPm100) {
+    take_pm100(config, frame, now, out);
   }
 }
 

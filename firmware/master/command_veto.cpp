@@ -27,6 +27,10 @@ bool command_allowed(const Config& config, const Input& input, const InverterCom
   // MST-051: never beyond the inverter's range, against a closed battery, or without the driver's foot.
   const Current current = command.phase_current;
   if (current > config.phase_current_max || current < -config.phase_current_max) return false;
+  if (config.inverter_protocol == InverterProtocol::kPm100) {
+    const Current limit = command.limit;
+    if (limit > config.phase_current_max || current > limit || current < -limit) return false;
+  }
   if (current > Current{}) {
     return input.discharge_limit.value > Current{} && pressed(config.apps1, input.apps1) &&
            pressed(config.apps2, input.apps2);

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "base/condition.hpp"
+#include "base/inverter_protocol.hpp"
 #include "base/time.hpp"
 #include "base/units.hpp"
 
@@ -66,6 +67,9 @@ struct Config {
   Temperature motor_derate_end = Temperature::from_raw(1'600);     ///< ... less 20 K; no torque from here on
   Temperature inverter_derate_start = Temperature::from_raw(800);  ///< assumed: usual heat sink limit
   Temperature inverter_derate_end = Temperature::from_raw(950);
+
+  // Inverter.
+  InverterProtocol inverter_protocol = InverterProtocol::kPhaseCurrent;
 
   // Drive states and the last gate.
   Duration ts_request_timeout = Duration::from_ms(10'000);         ///< longest wait for the battery's contactors

@@ -28,7 +28,7 @@ Faults find_faults(const Input& input, const DriveStateState& state) {
   f.set(MasterFault::kConfigInvalid, !state.config_good || state.refused);  // MST-062
   f.set(MasterFault::kBmsLost, !input.bms_state.good());
   f.set(MasterFault::kVehicleIoLost, !input.switches.good());
-  f.set(MasterFault::kInverterLost, !input.inverter_state.good());
+  f.set(MasterFault::kInverterLost, !input.inverter_state.good() || state.inverter_dropped);
   // MST-041: an inverter that does not do as it is told is one that has failed, whatever it says of itself.
   f.set(MasterFault::kInverterFault,
         state.inverter_disobeys ||
@@ -62,6 +62,7 @@ DriveState next_mode(const Config& config, const Input& input, const PedalState&
                  ? DriveState::kReadyToDrive
                  : DriveState::kTsActive;
     case DriveState::kReadyToDrive:
+      if (ts_possible && state.inverter_dropped) return DriveState::kTsActive;
       return ts_possible && bms_is(input, BmsState::kTsActive) ? DriveState::kReadyToDrive : DriveState::kLvOn;
     case DriveState::kInvalid:
     case DriveState::kFault:

@@ -29,6 +29,7 @@ class Button {
 struct DriveStateState {
   Button ts_on, rtd, reset;
   bool inverter_disobeys = false;  ///< written by master_step, from inverter_watch
+  bool inverter_dropped = false;   ///< written by master_step: MST-065
   bool refused = false;            ///< written by the node's owner: the board's self-test failed
   // Computed by drive_state_step.
   DriveState mode = DriveState::kInvalid;

@@ -3,6 +3,7 @@
 
 #include "base/require.hpp"
 #include "codec/refresh.hpp"
+#include "master/refresh_temperature.hpp"
 
 namespace voltlap::master {
 namespace {
@@ -68,11 +69,6 @@ void take_bms_status(const Frame& frame, Input& in) {
   in.bms_hears_foreign = (m.faults >> kForeign & 1U) != 0;
 }
 
-// MST-039: the ends of the message's range, -40 and 250 degC, are an open and a shorted sensor, no temperatures.
-void refresh_temperature(Sample<Temperature>& sample, bool ok, std::int32_t value_dc, Instant now) {
-  constexpr std::int32_t kOpen_dc = -390, kShort_dc = 2'450;  // 1 and 5 K inside of it
-  refresh(sample, ok && kOpen_dc < value_dc && value_dc < kShort_dc, Temperature::from_raw(value_dc), now);
-}
 void take_temperatures(const Frame& frame, Input& in) {
   can::MotorTemperatures m;
   if (!decode(frame, m)) return;
@@ -80,7 +76,12 @@ void take_temperatures(const Frame& frame, Input& in) {
   refresh_temperature(in.inverter_temperature, m.inverter_ok, m.inverter_dc, in.now);
 }
 
-void take_frame(const Frame& frame, Input& in) {
+void take_pm100(const Frame& frame, InverterLink& link, Input& in) {
+  take_pm100(frame, link.motor_constant_unm_per_a, link.pm100, in);
+}
+
+void take_frame(const Frame& frame, Receiver& receiver) {
+  Input& in = receiver.input;
   switch (frame.id) {
     case can::Pedals::kId: take_pedals(frame, in); break;
     case can::WheelSpeeds::kId: take_wheels(frame, in); break;
@@ -90,7 +91,9 @@ void take_frame(const Frame& frame, Input& in) {
     case can::BmsLimits::kId: take_limits(frame, in); break;
     case can::BmsStatus::kId: take_bms_status(frame, in); break;
     case can::MotorTemperatures::kId: take_temperatures(frame, in); break;
-    default: break;
+    default:
+      if (is_pm100(frame.id)) take_pm100(frame, receiver.inverter, in);
+      break;
   }
 }
 
@@ -121,10 +124,13 @@ void ingest(Instant now, FrameView frames, Receiver& receiver) {
   VOLTLAP_REQUIRE(frames.count == 0 || frames.first != nullptr);
   receiver.input.now = now;
   for (const Frame& frame : frames) {
-    if (receiver.rx.receive(frame, now) == codec::RxVerdict::kAccepted) take_frame(frame, receiver.input);
+    note_foreign_command(frame, now, receiver.inverter);
+    if (!is_heard(receiver.inverter, frame.id)) continue;
+    if (receiver.rx.receive(frame, now) == codec::RxVerdict::kAccepted) take_frame(frame, receiver);
   }
   receiver.rx.expire(now);
-  receiver.input.foreign_frames = receiver.rx.contested();
+  if (receiver.inverter.protocol == InverterProtocol::kPm100) settle_pm100(receiver.inverter.pm100, receiver.input);
+  receiver.input.foreign_frames = receiver.rx.contested() || receiver.inverter.pm100.foreign;
   expire_all(receiver.input);
 }
 

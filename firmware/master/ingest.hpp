@@ -4,12 +4,14 @@
 #include "base/can_frame.hpp"
 #include "can_dbc/tables.hpp"
 #include "codec/rx_monitor.hpp"
+#include "master/inverter/inverter.hpp"
 #include "master/io.hpp"
 
 namespace voltlap::master {
 
 struct Receiver {
   codec::RxMonitor<can::kMasterRx> rx{};
+  InverterLink inverter{};
   Input input{};  ///< computed by ingest
 };
 

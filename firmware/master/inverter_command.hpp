@@ -8,6 +8,7 @@ namespace voltlap::master {
 struct InverterCommand {
   Current phase_current{};
   bool enable = false;
+  Current limit{};  ///< the ceiling in its direction, for an inverter that takes one
 };
 
 /// Step of the phase current on the bus: 0.1 A. Cut towards zero, so that rounding never passes a ceiling.

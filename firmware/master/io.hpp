@@ -31,7 +31,8 @@ struct Input {
   Sample<MotorSpeed> motor_speed;
   Sample<PackVoltage> dc_link_voltage;
   Sample<InverterState> inverter_state;
-  Sample<Current> phase_current;  ///< as the inverter reports it
+  Sample<Current> phase_current;  ///< as the inverter reports it, or by its torque
+  Sample<Current> inverter_dc_current;  ///< of an inverter that reports it
   Sample<PackVoltage> pack_voltage;
   Sample<Current> pack_current;
   Sample<Current> discharge_limit, charge_limit;  ///< DC, both >= 0
@@ -58,6 +59,7 @@ struct Faults {
 
 struct Output {
   Current phase_current{};  ///< drive positive
+  Current current_limit{};  ///< what it may be now, in the direction of the command; for an inverter that takes one
   bool enable = false;
   DriveState drive_state = DriveState::kInvalid;
   bool ts_request = false;

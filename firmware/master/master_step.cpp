@@ -34,6 +34,7 @@ Output report(const State& state, const InverterCommand& command, bool allowed, 
   Output out;
   if (allowed) {
     out.phase_current = command.phase_current;
+    out.current_limit = command.limit;
     out.enable = command.enable;
   }
   out.drive_state = state.drive.mode;
@@ -52,18 +53,30 @@ Output report(const State& state, const InverterCommand& command, bool allowed, 
   return out;
 }
 
+// What an inverter by another maker says is held against the car, and a drive that it drops out of ends.
+void watch_other_than_ours(const Input& input, State& state) {
+  watch_pm100(input, state.pm100_watch);
+  watch_dropping(state.drive.mode == DriveState::kReadyToDrive, input, state.inverter_drop);
+  state.drive.inverter_dropped = state.inverter_drop.dropped;
+}
+
+Current limit_of(const ArbitrationState& arbitration) {
+  return arbitration.current < Current{} ? arbitration.regen_ceiling : arbitration.drive_ceiling;
+}
+
 }  // namespace
 
 Output step(const Config& config, const Input& input, State& state) {
   const Duration elapsed = advance(input.now, state);
   pedals_step(config, input, state.pedals);
   watch_inverter(config, input, state.inverter_watch);
-  state.drive.inverter_disobeys = state.inverter_watch.disobeys;
+  if (config.inverter_protocol == InverterProtocol::kPm100) watch_other_than_ours(input, state);
+  state.drive.inverter_disobeys = state.inverter_watch.disobeys || state.pm100_watch.implausible;
   drive_state_step(config, input, state.pedals, state.drive);
   request_step(config, input, state.pedals, state.drive.mode, elapsed, state.request);
   arbitration_step(config, input, state.request.current, elapsed, state.arbitration);
-  const InverterCommand command =
-      inverter_command(state.arbitration.current, state.drive.mode, input.inverter_state);
+  InverterCommand command = inverter_command(state.arbitration.current, state.drive.mode, input.inverter_state);
+  if (command.enable) command.limit = limit_of(state.arbitration);
   const Output output =
       report(state, command, command_allowed(config, input, command), late_inputs(config, input));
   note_asked(output.phase_current, elapsed, state.inverter_watch);

@@ -3,6 +3,7 @@
 #pragma once
 #include "master/arbitration.hpp"
 #include "master/drive_state.hpp"
+#include "master/inverter/pm100_watch.hpp"
 #include "master/inverter_watch.hpp"
 #include "master/pedals.hpp"
 #include "master/request.hpp"
@@ -18,6 +19,8 @@ struct State {
   RequestState request;
   ArbitrationState arbitration;
   InverterWatchState inverter_watch;
+  Pm100WatchState pm100_watch;
+  InverterDropState inverter_drop;
 };
 
 /// Longest time between two steps that rate limits give credit for.

@@ -37,6 +37,9 @@ QUANTITIES: dict[str, Callable[[Mapping[str, float]], float]] = {
     "full_current": lambda keys: _phase_current(keys) * 8 / 11,
     "half_current": lambda keys: _phase_current(keys) * 5 / 11,
     "driving_current": lambda keys: _phase_current(keys) * 2 / 11,
+    # Nm, of an inverter that reports its torque, as the two above
+    "full_torque": lambda keys: _phase_current(keys) * keys["master.motor_constant_nm_per_a"] * 8 / 11,
+    "driving_torque": lambda keys: _phase_current(keys) * keys["master.motor_constant_nm_per_a"] * 2 / 11,
     # A, of the pack: more than the BMS lets pass
     "current_beyond_trip": lambda keys: min(_CURRENT_MOST_A, keys["bms.discharge_current_trip_a"] * 1.25),
     # A of the pack and rpm: above the one, below the other its current is held against the inverter's power (BMS-067)

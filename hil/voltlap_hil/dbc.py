@@ -21,7 +21,7 @@ from .frame import EXTENDED
 Value = float | str
 INVALID = "invalid"  # the VAL_ entry of a code that says: no measurement
 LOCKSTEP_FILE = "lockstep.dbc"
-FILES = ("car.dbc", "orion.dbc", "charger.dbc", LOCKSTEP_FILE)
+FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", LOCKSTEP_FILE)
 
 
 def _crc8_of_byte(byte: int) -> int:

@@ -283,6 +283,10 @@ Resistance fresh_pack_resistance(const VehicleParameters& car) {
   return min(units<Resistance>(pack, 1e6), master::check::kPackResistanceMax);
 }
 
+InverterProtocol inverter_protocol(const VehicleParameters& car) {
+  return car.inverter.protocol == "pm100" ? InverterProtocol::kPm100 : InverterProtocol::kPhaseCurrent;
+}
+
 }  // namespace
 
 bms::Config bms_config(const VehicleParameters& car, const Origins& origins) {
@@ -293,6 +297,7 @@ bms::Config bms_config(const VehicleParameters& car, const Origins& origins) {
       word_index(car, origins, "bms.soc_method", car.bms.soc_method, {"none", "coulomb", "ekf"}));
   config.limit_method = static_cast<bms::LimitMethod>(
       word_index(car, origins, "bms.limit_method", car.bms.limit_method, {"equation", "table", "ahead"}));
+  config.inverter_protocol = inverter_protocol(car);
   config.limit_horizon = whole_ms(car.bms.limit_horizon_s);
   const double capacity_ah =
       car.bms.capacity_ah > 0.0 ? car.bms.capacity_ah : car.cell.capacity_ah * car.battery.cells_in_parallel;
@@ -337,6 +342,7 @@ master::Config master_config(const VehicleParameters& car, const Origins& origin
   const std::size_t arbitration =
       word_index(car, origins, "master.arbitration", car.master.arbitration, {"power_balance", "literal"});
   config.arbitration = arbitration == 0 ? master::Arbitration::kPowerBalance : master::Arbitration::kLiteral;
+  config.inverter_protocol = inverter_protocol(car);
   refuse(refusal(car, config), car, origins);
   VOLTLAP_DEMAND(master::config_check(config) == master::ConfigError::kNone);
   return config;

@@ -143,6 +143,9 @@ std::vector<Line> lines_of(const bms::Config& c) {
 /// Those of an image: the circuit of a filter is in it where there is one.
 std::vector<Line> lines_of_image(const bms::Config& config) {
   std::vector<Line> lines = lines_of(config);
+  if (config.inverter_protocol == InverterProtocol::kPm100) {
+    lines.push_back({"c.inverter_protocol = InverterProtocol::kPm100;", ""});
+  }
   if (config.soc_method == bms::SocMethod::kEkf) {
     for (Line& line : branch_lines(config.branches)) lines.push_back(std::move(line));
   }

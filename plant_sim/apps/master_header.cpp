@@ -65,7 +65,9 @@ std::string ceilings(const master::Config& c) {
 }
 
 std::string times(const master::Config& c) {
-  return time("ts_request_timeout", c.ts_request_timeout) + time("rtd_sound_time", c.rtd_sound_time) +
+  const bool pm100 = c.inverter_protocol == InverterProtocol::kPm100;
+  return std::string(pm100 ? "  c.inverter_protocol = InverterProtocol::kPm100;\n" : "") +
+         time("ts_request_timeout", c.ts_request_timeout) + time("rtd_sound_time", c.rtd_sound_time) +
          time("rx_timeout", c.rx_timeout);
 }
 

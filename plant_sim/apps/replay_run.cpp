@@ -92,9 +92,10 @@ ReplayResult replay_by_role(const ReplayAsked& asked, const MapFinding& finding,
   if (!asked.map.empty()) map = load_role_map(data.find("maps", asked.map, "--map"));
   const DriveLog log = read_drive_log(asked.log, map ? &*map : nullptr, data);
   const LoadedVehicle car = pack_of_log(data, asked.pack, asked.settings, log);
-  const bms::Config config = bms_config(car.parameters, car.origin);
+  bms::Config config = bms_config(car.parameters, car.origin);
   master::Config master = master_config(car.parameters, car.origin);
   master.inverter_excess_max = master::check::kInverterExcessMax;  // the log's inverter obeys the log's controller
+  config.inverter_protocol = master.inverter_protocol = InverterProtocol::kPhaseCurrent;  // as its readings are sent on
   FirmwareLoop firmware(config, master);
   progress("replaying", 0.5);
   ReplayResult out;

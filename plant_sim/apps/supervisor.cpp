@@ -14,6 +14,7 @@
 
 #include "apps/child_process.hpp"
 #include "apps/exit_code.hpp"
+#include "can_dbc/pm100.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/lockstep.hpp"
 #include "can_dbc/tables.hpp"
@@ -186,7 +187,8 @@ class Supervisor {
 
   /// Nobody paces the control units any more: what they command by themselves is on the bus.
   void watch_safe_state() {
-    watch_.filter({port::only(can::ContactorCommand::kId), port::only(can::InverterCommand::kId)});
+    watch_.filter({port::only(can::ContactorCommand::kId), port::only(can::InverterCommand::kId),
+                   port::only(can::Pm100Command::kId)});
     const auto begin = Clock::now();
     std::optional<bool> contactors_open, torque_zero;
     while (Clock::now() - begin < kSafeWithin && (contactors_open != true || torque_zero != true)) {
@@ -194,10 +196,13 @@ class Supervisor {
       for (const port::Arrival& a : look()) {
         can::ContactorCommand contactors;
         can::InverterCommand inverter;
+        can::Pm100Command torque;
         if (decode(a.frame, contactors)) {
           contactors_open = !contactors.air_plus_close && !contactors.air_minus_close && !contactors.precharge_close;
         } else if (decode(a.frame, inverter)) {
           torque_zero = !inverter.enable && inverter.phase_current_ma == 0;
+        } else if (decode(a.frame, torque)) {
+          torque_zero = !torque.enable && torque.torque_mnm == 0;
         }
       }
     }

@@ -11,6 +11,7 @@ namespace voltlap::plant {
 Car::Car(const VehicleParameters& parameters, bool representative_cell, double step_s)
     : contactors(parameters.contactors),
       inverter(parameters.inverter),
+      pm100(parameters.inverter, parameters.motor.constant_nm_per_a),
       charger(parameters.charger),
       parameters_(parameters),
       step_s_(step_s),
@@ -108,6 +109,7 @@ void Car::step(double brake_pedal) {
   charger_energy_j_ += charger_w * step_s_;
   pack_current_ = link.pack_current_a;
   phase_current_ = current;
+  inverter_current_ = dc_voltage > 1.0 ? inverter_w / dc_voltage : 0.0;
   charge_out_c_ += link.pack_current_a * step_s_;
   energy_out_j_ += pack_.voltage() * link.pack_current_a * step_s_;
   copper_heat_j_ += copper_heat;
@@ -122,6 +124,7 @@ void Car::renew(double elapsed_s) {
   const double ambient = parameters_.environment.ambient_c;
   contactors.advance(elapsed_s);
   inverter.advance(elapsed_s);
+  pm100.advance(elapsed_s);
   if (charger.plugged) charger.advance(elapsed_s, dc_link_.voltage(), contactors.main_closed());
   pack_.renew(elapsed_s, ambient);
   motor_thermal_.advance(copper_heat_j_, elapsed_s, ambient, steel_heat_j_);

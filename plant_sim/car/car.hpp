@@ -8,6 +8,7 @@
 #include "car/powertrain/contactors.hpp"
 #include "car/powertrain/dc_link.hpp"
 #include "car/powertrain/inverter.hpp"
+#include "car/powertrain/pm100.hpp"
 #include "car/powertrain/motor.hpp"
 #include "car/powertrain/torque_curve.hpp"
 #include "car/vehicle/brakes.hpp"
@@ -29,6 +30,7 @@ class Car {
 
   ContactorBox contactors;
   Inverter inverter;
+  Pm100 pm100;  ///< what stands before it in a car with inverter.protocol pm100
   Charger charger;
 
   [[nodiscard]] const VehicleParameters& parameters() const { return parameters_; }
@@ -41,6 +43,8 @@ class Car {
   [[nodiscard]] const EnergyLedger& ledger() const { return ledger_; }
   [[nodiscard]] double dc_link_voltage() const { return dc_link_.voltage(); }
   [[nodiscard]] double pack_current_a() const { return pack_current_; }
+  /// What the inverter takes from the DC link [A].
+  [[nodiscard]] double inverter_current_a() const { return inverter_current_; }
   [[nodiscard]] double phase_current_a() const { return phase_current_; }
   [[nodiscard]] double motor_omega_rad_s() const { return vehicle_.rear_omega() * parameters_.powertrain.final_drive; }
   /// Energy that left the pack's terminals since the start [J].
@@ -67,7 +71,8 @@ class Car {
   BrakeRotors rotors_;
   DcLink dc_link_;
   EnergyLedger ledger_;
-  double pack_current_ = 0.0, phase_current_ = 0.0, energy_out_j_ = 0.0, charge_out_c_ = 0.0;
+  double pack_current_ = 0.0, phase_current_ = 0.0, inverter_current_ = 0.0;
+  double energy_out_j_ = 0.0, charge_out_c_ = 0.0;
   double charger_energy_j_ = 0.0;
   double copper_heat_j_ = 0.0, steel_heat_j_ = 0.0, front_brake_j_ = 0.0, rear_brake_j_ = 0.0;
   bool collapsed_ = false;

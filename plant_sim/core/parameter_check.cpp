@@ -198,6 +198,8 @@ void check_consistency(const LoadedVehicle& vehicle) {
   check.flat_but_tables();
   check_instruments(check, p.sensors);
   check_cell(check, p.cell);
+  check.that(p.inverter.protocol == "phase_current" || p.inverter.protocol == "pm100", "inverter.protocol",
+             '"' + p.inverter.protocol + '"', "\"phase_current\" or \"pm100\"", "Choose one of the two");
   check.that(p.powertrain.kind == "electric" || p.powertrain.kind == "none", "powertrain.kind",
              '"' + p.powertrain.kind + '"', "\"electric\" or \"none\"", "Choose one of the two");
   const bool weighed = p.vehicle.mass_kg > 0.0, without_pack = p.vehicle.mass_without_pack_kg > 0.0;

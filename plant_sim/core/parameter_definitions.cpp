@@ -122,6 +122,8 @@ const ParameterRow kRows[] = {
     "silence of the command after which it stops"},
   {"inverter.dc_voltage_min_v", "V", 0, 600, kRequired, at<&Car::inverter, &InverterSection::dc_voltage_min_v>,
     "DC-link voltage below which the output stage is off"},
+  {"inverter.protocol", "-", 0, 0, kOptional, at<&Car::inverter, &InverterSection::protocol>,
+    "phase_current: the frames of car.dbc; pm100: those of a Cascadia PM100, can_dbc/pm100.dbc"},
   {"inverter.loss_w", "W", 0, 2000, kOptional, at<&Car::inverter, &InverterSection::loss_w>,
     "loss while its output stage is on, beside inverter.efficiency: gate drivers, switching at no current"},
   {"inverter.loss_w_per_a", "W/A", 0, 20, kOptional, at<&Car::inverter, &InverterSection::loss_w_per_a>,

@@ -166,6 +166,7 @@ struct InverterSection {
   double current_max_a = 0;       ///< [A] 1..5000, phase current
   double command_timeout_s = 0;   ///< [s] 0.01..2, silence after which it stops
   double dc_voltage_min_v = 0;    ///< [V] 0..600, below it the output stage is off
+  std::string protocol = "phase_current";
   double loss_w = 0;              ///< [W] 0..2000, while its output stage is on
   double loss_w_per_a = 0;        ///< [W/A] 0..20, of the phase current
   double loss_w_per_a2 = 0;       ///< [W/A2] 0..1, of the phase current squared

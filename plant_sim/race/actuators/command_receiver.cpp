@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::size_t kCellsPerWord = 24;  // of BalancingCommand in car.dbc
 
+bool speaks_pm100(const Car& car) { return car.parameters().inverter.protocol == "pm100"; }
+
 }  // namespace
 
 void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
@@ -18,12 +20,16 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
     can::InverterCommand inverter;
     can::BalancingCommand balancing;
     can::ChargerCommand charger;
+    can::Pm100Command torque;
     if (decode(frame, contactors_)) {
       car.contactors.air_plus.command(contactors_.air_plus_close);
       car.contactors.air_minus.command(contactors_.air_minus_close);
       car.contactors.precharge.command(contactors_.precharge_close);
+    } else if (decode(frame, torque)) {
+      if (speaks_pm100(car)) take_pm100(torque, car);
     } else if (decode(frame, inverter)) {
-      car.inverter.command(inverter.phase_current_ma * 1e-3, inverter.enable && inverter.phase_current_ok);
+      const bool enable = inverter.enable && inverter.phase_current_ok;
+      if (!speaks_pm100(car)) car.inverter.command(inverter.phase_current_ma * 1e-3, enable);
     } else if (decode(frame, balancing)) {
       take_balancing(balancing, car);
     } else if (decode(frame, charger)) {
@@ -33,6 +39,8 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
       static_cast<void>(decode(frame, master_));
     }
   }
+  // What it tripped over meanwhile ends the torque, whatever was last asked.
+  if (speaks_pm100(car) && !car.pm100.enabled()) car.inverter.command(0.0, false);
   monitor_.expire(now);
   forget_unless_fresh(now, limits_);
   forget_unless_fresh(now, bms_);
@@ -43,6 +51,14 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
     for (Contactor* c : {&car.contactors.air_plus, &car.contactors.air_minus, &car.contactors.precharge})
       c->command(false);
   }
+}
+
+// Its current controller is the one of any inverter: the torque is a current by the motor's constant.
+void CommandReceiver::take_pm100(const can::Pm100Command& m, Car& car) {
+  const Pm100::Command command{m.torque_mnm * 1e-3, m.torque_limit_mnm * 1e-3, m.forward, m.enable, m.speed_mode,
+                               m.rolling_counter};
+  if (!m.torque_ok || !m.torque_limit_ok || !car.pm100.receive(command)) return;
+  car.inverter.command(car.pm100.torque_nm() / car.parameters().motor.constant_nm_per_a, car.pm100.enabled());
 }
 
 void CommandReceiver::take_balancing(const can::BalancingCommand& m, Car& car) {

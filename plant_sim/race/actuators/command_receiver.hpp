@@ -7,6 +7,7 @@
 
 #include "can_dbc/car.hpp"
 #include "can_dbc/charger.hpp"
+#include "can_dbc/pm100.hpp"
 #include "can_dbc/tables.hpp"
 #include "car/car.hpp"
 #include "codec/rx_monitor.hpp"
@@ -33,6 +34,8 @@ class CommandReceiver {
   void forget_unless_fresh(Instant now, Message& last) {
     if (!monitor_.fresh(Message::kId, now)) last = {};
   }
+
+  static void take_pm100(const can::Pm100Command& m, Car& car);
 
   /// The shunts as they were last told; silence ends them, group by group.
   void take_balancing(const can::BalancingCommand& m, Car& car);

@@ -9,6 +9,7 @@
 #include "codec/send.hpp"
 #include "core/demand.hpp"
 #include "core/parameter_table.hpp"
+#include "race/sensors/pm100_frames.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -68,6 +69,7 @@ SensorFrames::SensorFrames(const VehicleParameters& car, std::uint64_t seed, con
       cells_(channels(car.sensors.all_cells, car.sensors.cells, indexed_count("sensors.cells", car))),
       thermistors_(channels(car.sensors.all_thermistors, car.sensors.thermistors,
                             indexed_count("sensors.thermistors", car))) {
+  pm100_ = car.inverter.protocol == "pm100";
   const auto moves = [](const Instrument& instrument) { return instrument.moves(); };
   slow_moves_ = std::any_of(cells_.begin(), cells_.end(), moves) || motor_temperature_.moves() ||
                 std::any_of(thermistors_.begin(), thermistors_.end(), moves) || inverter_temperature_.moves();
@@ -79,11 +81,11 @@ void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const
   send_pack(car, tx);
   send_pedals(pedals, tx);
   send_wheels(car, tx);
-  send_inverter(car, tx);
+  pm100_ ? send_pm100_readings(now, car, tx) : send_inverter(car, tx);
   send_io(car, switches, tx);
   send_cells(now, car, tx);
   send_temperatures(now, car, tx);
-  send_motor_temperatures(now, car, tx);
+  if (!pm100_) send_motor_temperatures(now, car, tx);
   if (car.charger.plugged) send_charger(now, car, tx);
 }
 
@@ -152,6 +154,17 @@ void SensorFrames::send_inverter(const Car& car, TxQueue& tx) {
     case InverterState::kCommandTimeout: m.state = can::InverterState::kCommandTimeout; break;
   }
   codec::send(m, sealer_, tx);
+}
+
+void SensorFrames::send_pm100_readings(Instant now, const Car& car, TxQueue& tx) {
+  Pm100Readings r;
+  r.motor_speed_rpm = motor_speed_.read(car.motor_omega_rad_s() * kRpmPerRadPerS);
+  r.dc_link_v = faults.dc_link_v.value_or(dc_link_voltage_.read(car.dc_link_voltage()));
+  r.phase_current_a = phase_current_.read(car.phase_current_a());
+  r.dc_current_a = car.inverter_current_a();
+  r.motor_c = shown(motor_temperature_, car.motor_thermal().copper_c());
+  r.inverter_c = shown(inverter_temperature_, parameters_.environment.ambient_c);
+  send_pm100(now, car, r, sealer_, tx);
 }
 
 void SensorFrames::send_io(const Car& car, const Switches& switches, TxQueue& tx) {

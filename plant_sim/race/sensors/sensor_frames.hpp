@@ -37,6 +37,7 @@ class SensorFrames {
   void send_pedals(const Pedals& pedals, TxQueue& tx);
   void send_wheels(const Car& car, TxQueue& tx);
   void send_inverter(const Car& car, TxQueue& tx);
+  void send_pm100_readings(Instant now, const Car& car, TxQueue& tx);
   void send_io(const Car& car, const Switches& switches, TxQueue& tx);
   void send_cells(Instant now, const Car& car, TxQueue& tx);
   void send_temperatures(Instant now, const Car& car, TxQueue& tx);
@@ -53,7 +54,7 @@ class SensorFrames {
   std::vector<Instrument> cells_, thermistors_;
   std::vector<std::int32_t> last_cell_100uv_;  // as sent
   std::int32_t last_current_ma_ = 0;
-  bool slow_moves_ = false;
+  bool slow_moves_ = false, pm100_ = false;
   codec::Sealer sealer_;
 };
 

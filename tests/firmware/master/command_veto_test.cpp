@@ -112,3 +112,19 @@ TEST(CommandVeto, OpenShutdownCircuitOrBmsNotActiveIsVetoed) {
   in.bms_state.value = BmsState::kOpen;
   CHECK_FALSE(allows());
 }
+
+// MST-051, MST-064
+TEST(CommandVeto, APm100IsSentNoTorqueBeyondItsLimitNorALimitBeyondTheInverter) {
+  config.inverter_protocol = InverterProtocol::kPm100;
+  command.limit = command.phase_current;
+  CHECK(allows());
+  command.limit = command.phase_current - Current::from_raw(1);
+  CHECK_FALSE(allows());
+  command.limit = config.phase_current_max + Current::from_raw(1);
+  CHECK_FALSE(allows());
+  command.phase_current = Current::from_raw(-100'000);
+  command.limit = Current::from_raw(99'999);
+  CHECK_FALSE(allows());
+  command.limit = Current::from_raw(100'000);
+  CHECK(allows());
+}

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which frames the car's inverter speaks.
+#pragma once
+#include <cstdint>
+
+namespace voltlap {
+
+enum class InverterProtocol : std::uint8_t {
+  kPhaseCurrent = 0,  ///< InverterCommand and InverterStatus of car.dbc
+  kPm100 = 1,         ///< torque commands of a Cascadia PM100, pm100.dbc
+};
+
+}  // namespace voltlap

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "master/inverter/pm100_watch.hpp"
+
+namespace voltlap::master {
+namespace {
+
+constexpr Current kMargin = Current::from_raw(30'000);
+constexpr std::int64_t kMarginPercent = 30;
+constexpr Duration kAstrayTime = Duration::from_ms(1'000);
+constexpr Speed kWheelsMoved = Speed::from_raw(1'000);
+
+Current magnitude(Current c) { return c < Current{} ? -c : c; }
+
+bool astray(const Input& input) {
+  if (!input.inverter_dc_current.good() || !input.pack_current.good()) return false;
+  const Current inverter = input.inverter_dc_current.value, pack = input.pack_current.value;
+  const Current larger = max(magnitude(inverter), magnitude(pack));
+  const Current allowed = kMargin + Current::saturated(larger.raw() * kMarginPercent / 100);
+  return magnitude(inverter - pack) > allowed;
+}
+
+bool frozen(const Input& input, Pm100WatchState& state) {
+  const Sample<Speed>&left = input.wheel_speed[2], &right = input.wheel_speed[3];
+  if (!input.motor_speed.good() || !left.good() || !right.good()) {
+    state.started = false;
+    return false;
+  }
+  // The differential turns with the mean of its wheels.
+  const Speed wheels = Speed::saturated((std::int64_t{left.value.raw()} + right.value.raw()) / 2);
+  if (!state.started || input.motor_speed.value != state.speed) {
+    state.started = true;
+    state.speed = input.motor_speed.value;
+    state.wheels = wheels;
+  }
+  return wheels > state.wheels + kWheelsMoved || wheels < state.wheels - kWheelsMoved;
+}
+
+}  // namespace
+
+void watch_pm100(const Input& input, Pm100WatchState& state) {
+  const bool strays = state.astray.held(astray(input), input.now, kAstrayTime);
+  state.implausible = frozen(input, state) || strays;
+}
+
+void watch_dropping(bool ready_to_drive, const Input& input, InverterDropState& state) {
+  const bool known = input.inverter_state.good();
+  const InverterState is = input.inverter_state.value;
+  const bool able = known && (is == InverterState::kDisabled || is == InverterState::kEnabled);
+  if (state.enabled && !able) state.dropped = true;
+  if (able) state.dropped = false;
+  state.enabled = ready_to_drive && (state.enabled || (known && is == InverterState::kEnabled));
+}
+
+}  // namespace voltlap::master
