@@ -47,13 +47,15 @@ template <class A>
 constexpr auto negative(bool m, const A& a) -> decltype(m ? a : -a) { return m ? a : -a; }
 
 template <class T>
-constexpr T doubled(bool m, T value, long) { return m ? static_cast<T>(value == 0 ? 1 : 2 * value) : value; }
+constexpr T doubled(bool m, T value, long) {
+  if constexpr (__is_same(T, bool)) return m ? !value : value;
+  else return m ? static_cast<T>(value == 0 ? 1 : 2 * value) : value;
+}
 template <class T>
 constexpr auto doubled(bool m, T value, int) -> decltype(T::from_raw(value.raw())) {
   using Raw = decltype(value.raw());
   return m ? T::from_raw(static_cast<Raw>(value.raw() == 0 ? 1 : 2 * value.raw())) : value;
 }
-constexpr bool doubled(bool m, bool value, int) { return m ? !value : value; }
 
 }  // namespace voltlap_mutation
 

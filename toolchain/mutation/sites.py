@@ -172,7 +172,9 @@ class Reader:
         if parent.kind in (K.FOR_STMT, K.WHILE_STMT, K.CXX_FOR_RANGE_STMT, K.CASE_STMT, K.DEFAULT_STMT):
             stands = place == len(inner) - 1
         else:
-            stands = parent.kind == K.COMPOUND_STMT or (parent.kind == K.IF_STMT and place > 0)
+            before = self.bare[:self.range(node)[0]].rstrip()
+            stands = parent.kind == K.COMPOUND_STMT or (
+                parent.kind == K.IF_STMT and place > 0 and before.endswith((b")", b"else")))
         if not stands:
             return
         semicolon = self.bare.find(b";", self.range(node)[1] - 1)
