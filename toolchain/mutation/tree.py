@@ -102,8 +102,12 @@ class Tree:
     def suites(self, with_ports):
         """Targets of tests/firmware."""
         text = (self.build / "compile_commands.json").read_text()
-        found = re.findall(r'"output": "tests/firmware/(\w+)[^"]*?CMakeFiles/(\w+)\.dir/', text)
-        return sorted({target for folder, target in found if target.endswith("_test") and (with_ports or folder != "port")})
+        found = re.findall(r" -o tests/firmware/(\w+)[^ ]*?CMakeFiles/(\w+)\.dir/", text)
+        suites = sorted({target for folder, target in found
+                         if target.endswith("_test") and (with_ports or folder != "port")})
+        if not suites:
+            raise Broken("there is no suite in tests/firmware")
+        return suites
 
     def make(self, targets, jobs):
         self.run(["nice", "-n", "5", "ninja", "-C", self.build, f"-j{jobs}", *targets])
