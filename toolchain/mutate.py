@@ -39,6 +39,8 @@ def arguments():
     parser.add_argument("--draw", type=int, metavar="N", help="N mutants, drawn")
     parser.add_argument("--seed", type=int, metavar="S", help="of what is drawn (another one each time, printed)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="every mutant with its verdict")
+    parser.add_argument("--whole", action="store_true",
+                        help="tests that take longer than 0.2 s, too, the state space among them; hours")
     parser.add_argument("--list", action="store_true", help="the mutants, and nothing else")
     given = parser.parse_args()
     for name in ("jobs", "draw"):
@@ -123,8 +125,8 @@ class Session:
         say(f"building {len(self.rows)} mutants into {len(targets)} suites", last=True)
         self.tree.make(targets, self.given.jobs)
         begin = time.monotonic()
-        trial = Trial(self.tree, targets, self.given.jobs,
-                      lambda done, of: say(f"mutants {done}/{of}", last=done == of or done % 500 == 0))
+        trial = Trial(self.tree, targets, self.given,
+                      lambda done, of: say(f"mutants {done}/{of}", last=done == of or done % 100 == 0))
         trial.record()
         found = trial.run([(row["number"], row["file"].split("/")[1]) for row in chosen])
         for row in chosen:

@@ -7,7 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 from mutation.tree import Broken
 
-TIMES_SOUND, LEAST_MS = 10, 2000
+TIMES_SOUND, LEAST_MS = 10, 500
+QUICK_US = 200_000  # a test that takes longer runs with --whole
 
 
 class Suite:
@@ -49,9 +50,10 @@ def record(program, target):
 
 
 class Trial:
-    def __init__(self, tree, targets, jobs, tell):
+    def __init__(self, tree, targets, given, tell):
         self.programs = {target: tree.build / "tests/bin" / target for target in targets}
-        self.jobs, self.tell = jobs, tell
+        self.jobs, self.tell = given.jobs, tell
+        self.most_us = float("inf") if given.whole else QUICK_US
 
     def record(self):
         with ThreadPoolExecutor(self.jobs) as pool:
@@ -62,7 +64,8 @@ class Trial:
         """[(suite, tests that reach the mutant, the quick ones first)]: the folder's own suite, then the quick ones."""
         plan = []
         for target, tests in self.recorded.items():
-            reached = sorted((time, test) for test, _, time, mutants in tests if mutant in mutants)
+            reached = sorted((time, test) for test, _, time, mutants in tests
+                             if mutant in mutants and time <= self.most_us)
             if reached:
                 plan.append((f"firmware_{folder}_test" != target, sum(time for time, _ in reached), target,
                              [test for _, test in reached]))
