@@ -82,7 +82,8 @@ class Trial:
             limit = LEAST_MS + TIMES_SOUND * time // 1000
             answer = suites[target].ask(f"run {mutant} {limit} {' '.join(map(str, tests))}").split()
             if answer[0] != "survived":
-                return "killed", f"{self.recorded[target][int(answer[1])][1]}{' does not end' * (answer[0] == 'endless')}"
+                name = self.recorded[target][int(answer[1])][1]
+                return "killed", name + " does not end" * (answer[0] == "endless")
         return "survived", ""
 
     def run(self, mutants):
