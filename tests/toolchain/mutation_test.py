@@ -33,7 +33,8 @@ CHANGES = ["a < b -> a <= b", "a < b -> a >= b", "a < b && !c -> a < b || !c", "
            "a < b && !c -> false", "!c -> c", "return true -> return !(true)", "-a + 1 -> -a - 1", "-a -> a",
            "1 -> 0", "1 -> 2", "x += b * 3 -> x -= b * 3", "b * 3 -> b / 3", "3 -> 4", "act(x); -> (nothing)",
            "x += b * 3; -> (nothing)", "i <= kMost -> i < kMost", "i <= kMost -> false",
-           "constexpr int kMost = 2000 -> doubled", "x == i -> x != i", "break; -> (nothing)", "x % 5 -> x * 5", "x % 5 > 0 -> x % 5 >= 0"]
+           "constexpr int kMost = 2000 -> doubled", "x == i -> x != i", "break; -> (nothing)", "x % 5 -> x * 5",
+           "x % 5 > 0 -> x % 5 >= 0"]
 
 
 @pytest.fixture
