@@ -14,9 +14,9 @@
 
 #include "apps/child_process.hpp"
 #include "apps/exit_code.hpp"
-#include "can_dbc/pm100.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/lockstep.hpp"
+#include "can_dbc/pm100.hpp"
 #include "can_dbc/tables.hpp"
 #include "core/demand.hpp"
 #include "io/bus/quiet_bus.hpp"

@@ -54,9 +54,9 @@ class Look {
 };
 
 /// As many cells as the filter steps, in a round of their own.
-void look_beside(const Config& config, const PartFactors& change, Look& look, Ahead& ahead) {
+void look_beside(const Config& config, Look& look, Ahead& ahead) {
   const std::size_t index = ahead.other / 2;
-  const Horizon horizon = make_horizon(config, look.filter(), kLimitHorizons[index], change);
+  const Horizon horizon = make_horizon(config, look.filter(), kLimitHorizons[index], ahead.heat);
   const bool out = ahead.other % 2 == 0;
   for (std::size_t turn = cells_in_turn(config.cells_in_series); turn > 0; --turn) {
     look.at(ahead.other_cell, index, horizon, out, !out);
@@ -100,18 +100,19 @@ void look_ahead(const Config& config, State& s) {
   note_beyond_bound(config, s);
   const SocFilter& filter = s.soc.filter;
   const std::size_t cells = config.cells_in_series, binding = horizon_of(config);
-  const PartFactors change = heat_change(filter);
-  const Horizon now = make_horizon(config, filter, kLimitHorizons[binding], change);
+  // The others give way to what a step may have to do beside: the start of the filters, what comes 10 times a second,
+  // divisions among it for what 0.1 K changes.
+  const bool has_time = s.ahead.began && s.steps % kSlowSteps != 0;
+  if (!has_time) s.ahead.heat = heat_change(filter);
+  const Horizon now = make_horizon(config, filter, kLimitHorizons[binding], s.ahead.heat);
   Look look(config, s);
   for (std::size_t turn = cells_in_turn(config.cells_in_series); turn > 0; --turn) {
     look.at((filter.next + cells - turn) % cells, binding, now, true, true);
   }
   look.at(ahead_limit(config, s, Direction::kDischarge, binding).cell, binding, now, true, true);
   if (s.ahead.other / 2 == binding) s.ahead.other = next_of(s.ahead.other, binding);
-  // The others give way to what a step may have to do beside: the start of the filters, what comes 10 times a second.
-  const bool has_time = s.ahead.began && s.steps % kSlowSteps != 0;
   s.ahead.began = true;
-  if (has_time) look_beside(config, change, look, s.ahead);
+  if (has_time) look_beside(config, look, s.ahead);
   // A round has ended with the last cell.
   if (filter.next < cells_in_turn(config.cells_in_series)) s.ahead.scale = mean_scale(config, filter);
 }

@@ -7,6 +7,7 @@
 #include "base/time.hpp"
 #include "base/units.hpp"
 #include "bms/config.hpp"
+#include "bms/estimate/cell_model.hpp"
 
 namespace voltlap::bms {
 
@@ -29,6 +30,7 @@ struct Ahead {
   std::uint16_t other_cell = 0;  ///< the cell whose turn it is there
   bool began = false;            ///< some cell has been looked at
   ShownLimit shown_discharge{}, shown_charge{};
+  PartFactors heat{0, 0, 0, 0, 0};  ///< heat_change() of the last tenth of a second
   std::int32_t scale = 0;  ///< of the cells' resistances, their mean [2^-28]
 };
 
