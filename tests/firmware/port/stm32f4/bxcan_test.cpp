@@ -64,10 +64,10 @@ TEST(BxCan, AShortedBusIsToldAndTheControllerGoesOnBoardWhenItIsMended) {
   LONGS_EQUAL(1, received().size());
 }
 
-TEST(BxCan, TheFiltersOfTheBmsTakeFourBanks) {
-  config.banks = 4;
+TEST(BxCan, TheFiltersOfTheBmsTakeFiveBanks) {
+  config.banks = 5;
   CHECK(init(can::kBmsRx) == CanError::kNone);
-  config.banks = 3;
+  config.banks = 4;
   CHECK(init(can::kBmsRx) == CanError::kFilters);
 }
 
