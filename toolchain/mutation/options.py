@@ -16,7 +16,7 @@ def arguments():
     parser = argparse.ArgumentParser(
         prog="voltlap mutate", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="Example: ./voltlap mutate firmware/master/pedals.cpp\n"
-               "Exit code: 0 every survivor is explained, 1 one is not or an explanation is stale, 2 usage, 4 a package "
+               "Exit code: 0 every survivor is explained, 1 one is not, or one is stale, 2 usage, 4 a package "
                "is missing, 5 the copy does not build or its tests fail, 130 interrupted.")
     parser.add_argument("paths", nargs="*", metavar="PATH", help=f"sources or folders ({' '.join(DEFAULT)})")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="at a time (as many as CPUs)")
