@@ -55,8 +55,9 @@ Output report(const State& state, const InverterCommand& command, bool allowed, 
 
 // What an inverter by another maker says is held against the car, and a drive that it drops out of ends.
 void watch_other_than_ours(const Input& input, State& state) {
-  watch_pm100(input, state.pm100_watch);
-  watch_dropping(state.drive.mode == DriveState::kReadyToDrive, input, state.inverter_drop);
+  const bool ready = state.drive.mode == DriveState::kReadyToDrive;
+  watch_pm100(ready, input, state.pm100_watch);
+  watch_dropping(ready, input, state.inverter_drop);
   state.drive.inverter_dropped = state.inverter_drop.dropped;
 }
 

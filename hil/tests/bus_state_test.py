@@ -133,3 +133,11 @@ def test_next_run_begins_again(bus, dbc, frame):
     bus.update([sync(dbc, 5000, 0.0), frame("Pedals", 0.0), sync(dbc, 0, 100.0), frame("Pedals", 100.0, counter=1)])
     assert bus.snapshot()["time_s"] == 0.0
     assert bus.snapshot()["nodes"]["PLANT"]["state"] == "fresh"
+
+
+@pytest.mark.parametrize("signals, said", [({"Enabled": 1}, "Enabled"), ({}, "Disabled"), ({"Lockout": 1}, "Lockout")])
+def test_a_pm100_says_its_state_in_bits(bus, frame, signals, said):
+    bus.update([frame("Pm100States", 0.0, **signals), frame("Pm100Faults", 0.0)])
+    assert bus.snapshot()["states"]["INVERTER"]["state"] == said
+    bus.update([frame("Pm100Faults", 10.0, RunHigh=1)])
+    assert bus.snapshot()["states"]["INVERTER"]["state"] == "Fault"

@@ -16,6 +16,7 @@ from .car_flags import car_words
 from .dbc import Dbc
 from .errors import HilError, InputError
 from .in_process import PROCESS
+from .inverter_names import names_of_car
 from .rig import Bench, Rig
 from .run_options import parser
 from .runner import Outcome, run
@@ -72,6 +73,7 @@ def _check_flag(flag: str, check: Callable[[Path], None], path: Path) -> None:
 def _run(options: argparse.Namespace) -> int:
     dbc = Dbc.of_project()
     Car(dbc, car_words(options)).check_arguments()
+    dbc = names_of_car(dbc, car_words(options))
     scenarios = _load_all(_files(options.scenario), dbc, car_words(options))
     for path in options.report:
         if path.suffix not in report.WRITERS:

@@ -197,7 +197,17 @@ class BusState:
                 "per_s": round(sum(row["per_s"] for row in mine.values()), 1),
                 "lost": [name for name, row in mine.items() if row["state"] in (LOST, NEVER)]}
 
+    def _pm100_state(self) -> str | None:
+        """A PM100 says it in bits of two messages."""
+        enabled, lockout = (self.signals[f"Pm100States.{name}"].value for name in ("Enabled", "Lockout"))
+        words = [self.signals[f"Pm100Faults.{name}"].value for name in ("PostLow", "PostHigh", "RunLow", "RunHigh")]
+        if enabled is None:
+            return None
+        return "Fault" if any(words) else "Lockout" if lockout else "Enabled" if enabled else "Disabled"
+
     def _state(self, node: str) -> dict[str, Any]:
+        if node == "INVERTER" and (said := self._pm100_state()) is not None:
+            return {"state": said, "faults": []}
         state, faults, why = _STATES[node]
         return {"state": self.signals[state].value, "faults": self.signals.bits(faults) if faults else [],
                 **{name.partition(".")[2]: self.signals[name].value for name in why}}

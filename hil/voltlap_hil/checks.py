@@ -15,7 +15,6 @@ from .dbc import Dbc, Value
 from .trace import Trace
 
 TORQUE_ZERO = "InverterStatus.PhaseCurrent = 0 A"
-TORQUE_ZERO_PM100 = "Pm100Torque.Feedback = 0 Nm"
 CONTACTORS_OPEN = "VehicleIo.AirPlusAux = 0 and VehicleIo.AirMinusAux = 0 and VehicleIo.PrechargeAux = 0"
 CONTACTORS_COMMANDED_OPEN = ("ContactorCommand.AirPlusClose = 0 and ContactorCommand.AirMinusClose = 0 "
                              "and ContactorCommand.PrechargeClose = 0")
@@ -124,18 +123,9 @@ def settled(title: str, condition: Condition, within_ms: float) -> Check:
     return Check(title, _needs(condition), within_ms + HOLD_MS, judge)
 
 
-def torque_zero(dbc: Dbc, trace: Trace) -> str:
-    """The condition, by the frames of the inverter that the car has."""
-    pm100 = dbc.messages.get("Pm100Torque")
-    heard = pm100 is not None and any(frame.id == pm100.id for frame in trace.frames)
-    return TORQUE_ZERO_PM100 if heard else TORQUE_ZERO
-
-
 def torque_zero_within(dbc: Dbc, within_ms: float) -> Check:
-    """The motor's current or torque, as the inverter reports it, is zero for good."""
-    def judge(trace: Trace, event_ms: float) -> Result:
-        return settled("torque zero", Condition.parse(torque_zero(dbc, trace), dbc), within_ms).judge(trace, event_ms)
-    return Check("torque zero", _needs(Condition.parse(TORQUE_ZERO, dbc)), within_ms + HOLD_MS, judge)
+    """The motor's current, as the inverter reports it, is zero for good."""
+    return settled("torque zero", Condition.parse(TORQUE_ZERO, dbc), within_ms)
 
 
 def contactors_open_within(dbc: Dbc, within_ms: float) -> Check:

@@ -210,6 +210,9 @@ class Dbc:
     def __init__(self, paths: Iterable[Path]) -> None:
         self.messages: dict[str, Message] = {}
         self.by_id: dict[int, Message] = {}
+        # Names that mean frames of another message in a car: inverter_names.py.
+        self.other_signals: dict[str, Signal] = {}
+        self.other_messages: dict[str, list[Message]] = {}
         for path in paths:
             for message in _messages(path):
                 self._add(message)
@@ -227,12 +230,19 @@ class Dbc:
         self.by_id[message.id] = message
 
     def message(self, name: str) -> Message:
+        if name in self.other_messages:
+            return self.other_messages[name][0]
         if name not in self.messages:
             raise InputError(f"no message {name!r} in the DBC files.{did_you_mean(name, self.messages)}")
         return self.messages[name]
 
     def signal(self, name: str) -> Signal:
+        if name in self.other_signals:
+            return self.other_signals[name]
         message, dot, short = name.partition(".")
+        if message in self.other_messages:
+            known = [other for other in self.other_signals if other.startswith(f"{message}.")]
+            raise InputError(f"{name!r}: this car's inverter says no such thing; expected {' or '.join(known)}")
         if not dot:
             raise InputError(f"{name!r} is no signal; expected Message.Signal, for example BmsStatus.State")
         signals = self.message(message).signals
@@ -245,6 +255,9 @@ class Dbc:
         """Messages of a list of names; a node's name is all it sends, CellVoltages is all of CellVoltages_00 and on."""
         found: dict[str, Message] = {}
         for name in names:
+            if name in self.other_messages:
+                found.update((m.name, m) for m in self.other_messages[name])
+                continue
             group = re.compile(re.escape(name) + r"_\d\d")
             some = [m for m in self.messages.values()
                     if m.file != LOCKSTEP_FILE and (name in (m.name, m.sender) or group.fullmatch(m.name))]

@@ -20,6 +20,7 @@ from .fault_options import parser
 from .fault_run import PASSED, RowResult, Twins, run_row
 from .fault_table import TABLE, Row, load_table
 from .in_process import PROCESS, EcuPlace
+from .inverter_names import names_of_car
 from .nodes import program
 from .rig import Bench, Rig
 
@@ -50,7 +51,7 @@ def _run(options: argparse.Namespace) -> int:
     if not options.list:
         program()  # its absence is told once, before anything starts
         ecu.check()
-    dbc = Dbc.of_project()
+    dbc = names_of_car(Dbc.of_project(), car_words(options))
     rows = _chosen(load_table(options.table or TABLE, dbc, car_words(options)), options)
     if options.list:
         print(fault_report.listing(rows))

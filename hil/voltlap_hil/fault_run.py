@@ -162,7 +162,7 @@ def _judge(row: Row, dbc: Dbc, trace: Trace, out: RowResult) -> None:
     out.results = [check.measure(trace, out.event_ms) for check in [*expected(row), *row.more]]
     if row.seen:
         out.seen_ms = out.results[0].measured
-    out.torque_zero_ms = _since(trace, dbc, checks.torque_zero(dbc, trace), out.event_ms)
+    out.torque_zero_ms = _since(trace, dbc, checks.TORQUE_ZERO, out.event_ms)
     out.contactors_open_ms = _since(trace, dbc, checks.CONTACTORS_OPEN, out.event_ms)
     out.did = _what_it_did(out, trace, dbc)
     if row.goes_on_ms:
@@ -213,7 +213,7 @@ def _what_it_did(out: RowResult, trace: Trace, dbc: Dbc) -> str:
         return "contactors open" if out.contactors_open_ms else "contactors stayed open"
     if out.torque_zero_ms is not None:
         return "torque gone" if out.torque_zero_ms else "stood without torque"
-    torque = Condition.parse(checks.torque_zero(dbc, trace).replace("=", "!="), dbc)
+    torque = Condition.parse(checks.TORQUE_ZERO.replace("=", "!="), dbc)
     longest = checks.longest_breach(trace, torque.signals, torque.holds, out.event_ms) or 0.0
     return f"drove on, without torque for {longest:g} ms" if longest else "drove on"
 

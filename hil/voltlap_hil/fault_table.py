@@ -139,11 +139,15 @@ def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car, drive: i
     if "proves" in fields:
         scenario.proves = [n.value(requirements.requirement).id for n in fields["proves"].items()]
     car = Car(dbc, (*of_all.arguments, *scenario.arguments))
+    row = Row(node.raw.start_mark.line + 1, identifier, fields["group"].words(), scenario.title, situation, scenario)
+    if "only_with" in fields:
+        row.only_with = fields["only_with"].value(lambda text: _unlike(text, car))
+    if row.only_with:
+        return row  # what it says need not be a thing of this car
     scenario.given = [read_step(step, car) for step in situation.given]
     scenario.when = [read_step(step, car) for step in fields["when"].items()]
     own = fields["meanwhile"].items() if "meanwhile" in fields else situation.meanwhile
     scenario.meanwhile = [read_step(step, car) for step in own]
-    row = Row(node.raw.start_mark.line + 1, identifier, fields["group"].words(), scenario.title, situation, scenario)
     row.rule = [n.value(_rule) for n in fields["rule"].items()] if "rule" in fields else []
     if not row.rule and not scenario.proves:
         raise node.error("found neither 'rule' nor 'proves', expected the rule or the requirement that it is about")
@@ -157,8 +161,6 @@ def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car, drive: i
     _read_expectations(row, node, fields, car)
     if "told_by" in fields:
         row.told_by = fields["told_by"].value(lambda text: Condition.parse(text, dbc))
-    if "only_with" in fields:
-        row.only_with = fields["only_with"].value(lambda text: _unlike(text, car))
     if drive + 1 < len(drives):
         row.otherwise = _row(node, situations, of_all, drive + 1)
     return row

@@ -160,7 +160,9 @@ class Rig:
         self.nodes.check_alive()
 
     def _ids_of(self, watch: Iterable[str]) -> list[int]:
-        return sorted({self.dbc.message(name.partition(".")[0]).id for name in watch})
+        """Of signals, and of messages as a whole ("BmsStatus.")."""
+        return sorted({(self.dbc.signal(name).message if signal else self.dbc.message(message)).id
+                       for name in watch for message, _, signal in [name.partition(".")]})
 
     def __enter__(self) -> Rig:
         return self

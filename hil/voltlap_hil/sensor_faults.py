@@ -73,12 +73,11 @@ class LyingSensors:
         message = self._dbc.by_id[frame.id]
         if len(frame.data) != message.dlc:
             return frame
-        values: dict[str, Value | None] = {}
+        data = frame.data
         for name in (*fault.signals, *([fault.other] if fault.other else [])):
             signal = self._dbc.signal(name)
-            if signal.message is message:
-                values[signal.short_name] = self._reading(fault, signal, frame, past)
-        data = message.encode(values, frame.data)
+            if signal.message.id == frame.id:
+                data = signal.message.encode({signal.short_name: self._reading(fault, signal, frame, past)}, data)
         return frame._replace(data=message.seal(data, message.counter_of(frame.data)))
 
     def _reading(self, fault: SensorFault, signal: Signal, frame: Frame, past: Past) -> Value | None:
@@ -87,7 +86,7 @@ class LyingSensors:
             return self._last(fault, signal, truth, past) if fault.value == LAST else fault.value
         if fault.way == "swapped_with":
             wanted = self._dbc.signal(fault.other if signal.name == fault.signals[0] else fault.signals[0])
-            source = frame if wanted.message is signal.message else past(wanted.message.id, 1)
+            source = frame if wanted.message.id == signal.message.id else past(wanted.message.id, 1)
             return truth if source is None else wanted.read(source.data)
         if fault.way == "late":
             old = past(signal.message.id, _cycles(fault.late_ticks, signal))

@@ -18,6 +18,7 @@ from .errors import HilError, InputError
 from .fault_options import SEEDS
 from .fault_table import TABLE, Row, load_table
 from .in_process import PROCESS
+from .inverter_names import names_of_car
 from .nodes import program
 from .rig import Bench, Rig
 from .swarm import Drawn, check, draw, smallest, usable
@@ -60,7 +61,7 @@ def _one(seed: int) -> tuple[Drawn, list[str]]:
 def _run(options: argparse.Namespace) -> int:
     global _work
     program()
-    dbc = Dbc.of_project()
+    dbc = names_of_car(Dbc.of_project(), car_words(options))
     rows = load_table(TABLE, dbc, car_words(options))
     _work = ({row.id: row for row in rows}, usable(rows), dbc, Car(dbc, car_words(options)))
     first = options.seed if options.seed is not None else random.randrange(SEEDS)

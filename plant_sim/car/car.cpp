@@ -20,7 +20,8 @@ Car::Car(const VehicleParameters& parameters, bool representative_cell, double s
       torque_curve_(parameters_.motor),
       motor_thermal_(parameters.motor, parameters.environment.ambient_c),
       rotors_(parameters.brakes, parameters.environment.ambient_c),
-      dc_link_(parameters.contactors) {
+      dc_link_(parameters.contactors),
+      has_pm100_(parameters.inverter.protocol == "pm100") {
   VOLTLAP_DEMAND(step_s > 0.0);
 }
 

@@ -43,6 +43,7 @@ class Car {
   [[nodiscard]] const EnergyLedger& ledger() const { return ledger_; }
   [[nodiscard]] double dc_link_voltage() const { return dc_link_.voltage(); }
   [[nodiscard]] double pack_current_a() const { return pack_current_; }
+  [[nodiscard]] bool has_pm100() const { return has_pm100_; }
   /// What the inverter takes from the DC link [A].
   [[nodiscard]] double inverter_current_a() const { return inverter_current_; }
   [[nodiscard]] double phase_current_a() const { return phase_current_; }
@@ -71,6 +72,7 @@ class Car {
   BrakeRotors rotors_;
   DcLink dc_link_;
   EnergyLedger ledger_;
+  const bool has_pm100_;
   double pack_current_ = 0.0, phase_current_ = 0.0, inverter_current_ = 0.0;
   double energy_out_j_ = 0.0, charge_out_c_ = 0.0;
   double charger_energy_j_ = 0.0;

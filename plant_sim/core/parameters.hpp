@@ -167,6 +167,7 @@ struct InverterSection {
   double command_timeout_s = 0;   ///< [s] 0.01..2, silence after which it stops
   double dc_voltage_min_v = 0;    ///< [V] 0..600, below it the output stage is off
   std::string protocol = "phase_current";
+  double pm100_timeout_s = 0.099;  ///< [s] 0.07..2, in the place of command_timeout_s with protocol pm100
   double loss_w = 0;              ///< [W] 0..2000, while its output stage is on
   double loss_w_per_a = 0;        ///< [W/A] 0..20, of the phase current
   double loss_w_per_a2 = 0;       ///< [W/A2] 0..1, of the phase current squared

@@ -83,6 +83,31 @@ void take_back_if_least(Saying& saying, std::deque<Round>& rounds) {
   if (saying.unnamed->channel == whole.channel && share > kLeast) take_back(saying, rounds, whole);
 }
 
+/// Beside what was found, the first minutes may tell that the log begins in a drive, which they did not before; and a
+/// drive before the log may be all that is wrong. Where nothing was found it has to be that, or to show a cause.
+void settle_beginning(Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
+                      Holding how, std::deque<Round>& rounds) {
+  constexpr double kBeside = 0.9;  // of the squares in the first minutes: where all is right, charge takes none
+  if (log.seen.begins_charged) return;
+  const auto finds = [](const std::deque<Round>& of) { return !of.front().answer.sets.empty(); };
+  const bool unnamed = !finds(rounds) && unnamed_beside(rounds, references);  // which may find something after all
+  const bool found = finds(rounds);
+  if (!found && !unnamed) return;
+  plant::World world = log.world;
+  for (const Round& round : rounds) world = world_with(std::move(world), round.answer);
+  const bool beside = held_against(world, log.log(), how).seen.left_beside_charge < kBeside;
+  if (!beside && log.seen.left_beside_charge > kBeside) return;
+  how.begins_charged = true;
+  Held charged = held_against(log.world, log.log(), how);
+  std::deque<Round> again;
+  put_rounds(charged, references, causes, how, again);
+  const bool sound = !finds(again) && !unnamed_beside(again, references) && !finds(again);
+  if (!sound && !(found ? beside : finds(again))) return;
+  log = std::move(charged);
+  again.front().held = &log;
+  rounds = std::move(again);
+}
+
 }  // namespace
 
 plant::Explanation explain(const plant::Model& model, plant::Recording raw, ExplainOptions options) {
@@ -115,13 +140,13 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   saying.members = worst_first(held, references, causes, how, without_worst);
   progress("weighing causes", 0.6);
   const std::vector<MemberEffect> found = effects_of(held, saying.members);
-  Held without;
-  if (!found.empty()) without = held_against(model.world, corrected(held.log(), found), how);
-  const Held& rest = found.empty() ? held : without;
+  Held rest = held;
+  if (!found.empty()) rest = held_against(model.world, corrected(held.log(), found), how);
   const std::vector<AnswerOf> all = saying.members;
   std::erase_if(saying.members, [&](const AnswerOf& answer) { return follows_from_cell(held, answer, all); });
   std::deque<Round> rounds;
   put_rounds(rest, references, causes, how, rounds);
+  settle_beginning(rest, references, causes, how, rounds);
   for (const Round& round : rounds) saying.global.push_back(&round.answer);
   progress("looking for what has no name", 0.85);
   if (!saying.members.empty() && !rounds.front().answer.sets.empty()) {

@@ -30,12 +30,10 @@ bool has(const can::MasterStatus& status, can::MasterFault fault) {
 
 TEST_GROUP(Pm100Loop) {
   LoopBench bench{with_pm100()};
-  int lost = 0;
-
-  /// Loses the next frames of one message, at whoever receives it.
-  void lose(std::uint32_t id, int count) {
-    lost = count;
-    bench.loop.loses = [this, id](const Frame& frame) { return frame.id == id && lost-- > 0; };
+  /// Loses the next frames of one message, at everybody who receives it.
+  void lose(std::uint32_t id, std::uint32_t count, std::uint32_t cycle_ms = 10) {
+    const std::uint32_t until = bench.now_ms() + count * cycle_ms;
+    bench.loop.loses = [this, id, until](const Frame& frame) { return frame.id == id && bench.now_ms() < until; };
   }
   [[nodiscard]] bool ready() const {
     return bench.commands.master().drive_state == can::DriveState::kReadyToDrive;
@@ -62,6 +60,40 @@ TEST(Pm100Loop, FullPedalDrivesAndFewLostFramesAreNoInterruption) {
       bench.tick();
       if (!ready() || !driving()) FAIL(fmt::format("id {:x}, tick {}", id, k).c_str());
     }
+  }
+}
+
+// MST-060: what a harness loses. The torque may go from 50 ms on, and comes back with the frames.
+TEST(Pm100Loop, BurstsOfFiveFastAndThreeSlowFramesNeverEndADrive) {
+  bench.drive_off(1.0);
+  const std::pair<std::uint32_t, std::uint32_t> cycles[] = {
+      {can::Pm100Torque::kId, 10},  {can::Pm100MotorPosition::kId, 10},     {can::Pm100Currents::kId, 10},
+      {can::Pm100Voltages::kId, 10}, {can::Pm100Command::kId, 10},          {can::Pm100States::kId, 100},
+      {can::Pm100Faults::kId, 100}, {can::Pm100MotorTemperatures::kId, 100}, {can::Pm100ModuleTemperatures::kId, 100}};
+  for (const auto& [id, cycle_ms] : cycles) {
+    lose(id, cycle_ms == 10 ? 5 : 3, cycle_ms);
+    for (int k = 0; k < 60; ++k) {
+      bench.tick();
+      if (!ready()) FAIL(fmt::format("id {:x}, tick {}: ready-to-drive left", id, k).c_str());
+    }
+    if (!driving()) FAIL(fmt::format("id {:x}: the torque does not come back", id).c_str());
+    LONGS_EQUAL(0, bench.commands.master().faults);
+  }
+}
+
+// MST-060: 5 % of every frame of the inverter, as of the other frames up to 48 cells, 2 % of its command, of which each
+// takes the next one with it.
+TEST(Pm100Loop, FramesLostAtRandomNeverEndADrive) {
+  const std::uint64_t seed = drawn_seed();
+  Drawn draw(seed);
+  bench.drive_off(0.3);
+  bench.loop.loses = [&](const Frame& frame) {
+    if (frame.id < 0x1A0 || frame.id > can::Pm100Command::kId) return false;
+    return draw.between(0.0, 1.0) < (frame.id == can::Pm100Command::kId ? 0.02 : 0.05);
+  };
+  for (int k = 0; k < 6'000; ++k) {
+    bench.tick();
+    if (!ready()) FAIL(fmt::format("seed {}, {} ms: ready-to-drive left", seed, 10 * k).c_str());
   }
 }
 

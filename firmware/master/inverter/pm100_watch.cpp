@@ -7,6 +7,7 @@ namespace {
 constexpr Current kMargin = Current::from_raw(30'000);
 constexpr std::int64_t kMarginPercent = 30;
 constexpr Duration kAstrayTime = Duration::from_ms(1'000);
+constexpr Duration kFrozenTime = Duration::from_ms(100);
 constexpr Speed kWheelsMoved = Speed::from_raw(1'000);
 
 Current magnitude(Current c) { return c < Current{} ? -c : c; }
@@ -25,21 +26,23 @@ bool frozen(const Input& input, Pm100WatchState& state) {
     state.started = false;
     return false;
   }
-  // The differential turns with the mean of its wheels.
-  const Speed wheels = Speed::saturated((std::int64_t{left.value.raw()} + right.value.raw()) / 2);
   if (!state.started || input.motor_speed.value != state.speed) {
     state.started = true;
     state.speed = input.motor_speed.value;
-    state.wheels = wheels;
+    state.left = left.value;
+    state.right = right.value;
   }
-  return wheels > state.wheels + kWheelsMoved || wheels < state.wheels - kWheelsMoved;
+  const bool faster = left.value > state.left + kWheelsMoved && right.value > state.right + kWheelsMoved;
+  const bool slower = left.value < state.left - kWheelsMoved && right.value < state.right - kWheelsMoved;
+  return faster || slower;
 }
 
 }  // namespace
 
-void watch_pm100(const Input& input, Pm100WatchState& state) {
-  const bool strays = state.astray.held(astray(input), input.now, kAstrayTime);
-  state.implausible = frozen(input, state) || strays;
+void watch_pm100(bool ready_to_drive, const Input& input, Pm100WatchState& state) {
+  const bool strays = state.astray.held(ready_to_drive && astray(input), input.now, kAstrayTime);
+  const bool stands = state.frozen.held(frozen(input, state), input.now, kFrozenTime);
+  state.implausible = stands || strays;
 }
 
 void watch_dropping(bool ready_to_drive, const Input& input, InverterDropState& state) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // MST-066: a PM100 whose frames prove nothing by themselves is held against the other channels of the car.
-//   frozen   the motor speed stands while the driven wheels' speed changes by 1 m/s: they are geared together
-//   astray   |I_dc - I_pack| > 30 A + 30 % of the larger for 1 s
+//   frozen   the motor speed stands while both driven wheels change theirs by 1 m/s in the same sense, for 100 ms: they
+//            are geared together. One wheel alone accuses its own sensor, and one sample nobody.
+//   astray   |I_dc - I_pack| > 30 A + 30 % of the larger for 1 s, ready to drive; on a charger the two are not the same
 #pragma once
 #include "base/leaky_persistence.hpp"
 #include "master/io.hpp"
@@ -11,12 +12,12 @@ namespace voltlap::master {
 struct Pm100WatchState {
   bool started = false;
   MotorSpeed speed{};  ///< when it last changed ...
-  Speed wheels{};      ///< ... and what the driven wheels ran at then
-  LeakyPersistence astray;
+  Speed left{}, right{};  ///< ... and what the driven wheels ran at then
+  LeakyPersistence frozen, astray;
   bool implausible = false;
 };
 
-void watch_pm100(const Input& input, Pm100WatchState& state);
+void watch_pm100(bool ready_to_drive, const Input& input, Pm100WatchState& state);
 
 /// MST-065: enabled once in this drive, and then locked out, timed out or no longer heard.
 struct InverterDropState {

@@ -19,7 +19,7 @@ class Pm100 {
   static constexpr std::uint16_t kCommandLost = 1U << 11;  ///< of the low word of the run faults
 
   Pm100(const InverterSection& inverter, double constant_nm_per_a)
-      : timeout_s_(inverter.command_timeout_s), torque_max_nm_(inverter.current_max_a * constant_nm_per_a) {}
+      : timeout_s_(inverter.pm100_timeout_s), torque_max_nm_(inverter.current_max_a * constant_nm_per_a) {}
 
   /// True: it counts as heard. One whose counter does not follow only says where the count is now.
   bool receive(const Command& command) {

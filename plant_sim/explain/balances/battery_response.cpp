@@ -112,6 +112,7 @@ class LoggedCell {
     }
     if (row == 0) {
       cell_.look_up(out, {current_a, out.soc, out.at_c});
+      charge_branches(out, 0);
     } else {
       const double heat_w = cell_.advance(out, interval, {current_a, out.soc, out.at_c});
       warm_row(out, row, heat_w, {interval, before_a, current_a});
@@ -150,8 +151,9 @@ class LoggedCell {
     RowState out = from;
     out.current_a = current_a;
     const CellInterval rest{log_.time_s(row) - log_.time_s(row - 1), 0.0, 0.0};
-    if (number < std::ssize(world_.soc_after_gap))
-      out.soc += world_.soc_after_gap[static_cast<std::size_t>(number)];
+    const auto gap = static_cast<std::size_t>(number);
+    if (gap < facts_.soc_after_gap.size()) out.soc += facts_.soc_after_gap[gap];
+    if (gap < world_.soc_after_gap.size()) out.soc += world_.soc_after_gap[gap];
     if (temperature_c_.size() > 0) {
       out.at_c = out.surface_c = out.temperature_c = temperature_c_(row);
       cell_.advance(out, rest, {current_a, out.soc, out.at_c});
@@ -159,7 +161,14 @@ class LoggedCell {
       out.at_c = out.temperature_c;
       warm_row(out, row, cell_.advance(out, rest, {current_a, out.soc, out.at_c}), {rest, 0.0, 0.0});
     }
+    charge_branches(out, gap + 1);
     return out;
+  }
+
+  /// As currents did that nobody recorded.
+  void charge_branches(RowState& s, std::size_t start) const {
+    if (start >= world_.charged_by_a.size()) return;
+    for (std::size_t b = 0; b < s.v.size(); ++b) s.v[b] += s.circuit.r_ohm[b] * world_.charged_by_a[start][b];
   }
 
   /// The current until a row. Counted, its mean is known: it ends as it was read, and began as that asks for.

@@ -31,6 +31,7 @@ struct LogFacts {
   std::vector<bool> at_limit;             ///< where it reads the limit of its sensor; empty: nowhere
   Eigen::VectorXd voltage_v;              ///< of one cell as logged, last value held; empty: not measured
   std::vector<Eigen::Index> gaps;  ///< rows before which nothing was recorded for long: a rest, as far as is known
+  std::vector<double> soc_after_gap;  ///< its change in each, as far as the voltage tells it; empty: none
   double sensor_cells = 0.0;       ///< cells that one sensor of that voltage spans; 0: many sensors, none counts
 };
 

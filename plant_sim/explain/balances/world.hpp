@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a simulation of a log takes for true: the car with its battery, and what the sensors made of it.
 #pragma once
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "core/parameters.hpp"
@@ -20,6 +22,8 @@ struct World {
   double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage beside which cells are recorded
   double initial_soc_change = 0.0;
   std::vector<double> soc_after_gap;  ///< change of the SOC in each gap of the log; empty: none
+  /// Currents of one cell [A] that its branches are charged by besides, where the log begins and after each gap.
+  std::vector<std::array<double, kMostCellBranches>> charged_by_a;
   double initial_warmth_k = 0.0;      ///< by which the cells begin warmer than their thermistors say
   double reported_soc_low = 0.0;      ///< by which the SOC in the log begins below the true one
   bool soc_is_counted = false;  ///< the SOC in the log is the logged current over `counted_ah`, as a BMS counts

@@ -80,9 +80,29 @@ std::vector<VectorXd> signature(const Observed& log, const plant::World& to, pla
 /// What a log does not say of how it began, by kind.
 struct Start {
   double step = 0.0, sigma = 0.0;
-  void (*apply)(plant::World&, std::size_t gap, double) = nullptr;
-  std::size_t gap = 0;
+  void (*apply)(plant::World&, const Start&, double) = nullptr;
+  std::size_t gap = 0;  ///< or, of branches, 0 where the log begins and 1 after its first gap
+  std::size_t branch = 0;
 };
+
+void charge_branch(plant::World& world, const Start& start, double by_a) {
+  world.charged_by_a.resize(std::max(world.charged_by_a.size(), start.gap + 1));
+  world.charged_by_a[start.gap][start.branch] += by_a;
+}
+
+/// Nobody knows what was drawn before a log that begins in a drive, nor in a gap: any current of the drive, in each
+/// branch of the circuit another, as each remembers another while.
+void add_branches(const Observed& log, std::vector<Start>& out) {
+  const plant::LogFacts& facts = log.comparison.facts;
+  const double usual_a = std::sqrt(log.base.battery.current_a.squaredNorm() /
+                                   std::max(1.0, static_cast<double>(log.base.battery.current_a.size())));
+  if (!(usual_a > 0.0)) return;
+  for (std::size_t start = log.begins_charged ? 0 : 1; start <= facts.gaps.size(); ++start) {
+    for (std::size_t branch = 0; branch < log.model.car.cell.branch_count(); ++branch) {
+      out.push_back({usual_a, usual_a, charge_branch, start, branch});
+    }
+  }
+}
 
 /// Then it is known within a few kelvin alone.
 bool says_no_air(const Observed& log) {
@@ -101,26 +121,27 @@ double air_doubt_k(const Observed& log) {
 std::vector<Start> starts_of(const Observed& log) {
   const plant::LogFacts& facts = log.comparison.facts;
   const double known =
-      facts.starts_at_rest ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
+      facts.starts_at_rest && !log.begins_charged ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
   std::vector<Start> out{
-      {0.002, known, [](plant::World& w, std::size_t, double by) { w.initial_soc_change += by; }}};
+      {0.002, known, [](plant::World& w, const Start&, double by) { w.initial_soc_change += by; }}};
   if (plant::has_temperature(log.comparison)) {
-    out.push_back({0.2, kWarmth_k, [](plant::World& w, std::size_t, double by) { w.initial_warmth_k += by; }});
+    out.push_back({0.2, kWarmth_k, [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; }});
   }
   if (log.comparison.find("soc") != nullptr) {
-    out.push_back({0.002, kCounted, [](plant::World& w, std::size_t, double by) { w.reported_soc_low += by; }});
+    out.push_back({0.002, kCounted, [](plant::World& w, const Start&, double by) { w.reported_soc_low += by; }});
   }
   for (std::size_t gap = 0; gap < facts.gaps.size(); ++gap) {
     out.push_back({0.002, kUnderLoad,
-                   [](plant::World& w, std::size_t number, double by) {
-                     w.soc_after_gap.resize(std::max(w.soc_after_gap.size(), number + 1));
-                     w.soc_after_gap[number] += by;
+                   [](plant::World& w, const Start& start, double by) {
+                     w.soc_after_gap.resize(std::max(w.soc_after_gap.size(), start.gap + 1));
+                     w.soc_after_gap[start.gap] += by;
                    },
                    gap});
   }
+  add_branches(log, out);
   if (const double doubt_k = air_doubt_k(log); doubt_k > 0.0) {
     out.push_back(
-        {1.0, doubt_k, [](plant::World& w, std::size_t, double by) { w.car.environment.ambient_c += by; }});
+        {1.0, doubt_k, [](plant::World& w, const Start&, double by) { w.car.environment.ambient_c += by; }});
   }
   return out;
 }
@@ -134,7 +155,7 @@ void add_starts(const Observed& log, Collected& columns, std::vector<Index>& nui
     nuisances.push_back(columns.add(known(log, fmt::format("start {}", k),
                                           [&] {
                                             plant::World changed = log.model;
-                                            start.apply(changed, start.gap, start.step);
+                                            start.apply(changed, start, start.step);
                                             return slope(log.effect_of(predicted(log, changed, Acts::kOnBattery)),
                                                          {}, start.step);
                                           }),
@@ -175,7 +196,7 @@ std::vector<plant::Form> forms_of(const plant::Cause& cause, const Observed& log
 
 void begin_at(plant::World& world, const Observed& log, const VectorXd& starts) {
   const std::vector<Start> kinds = starts_of(log);
-  for (std::size_t k = 0; k < kinds.size(); ++k) kinds[k].apply(world, kinds[k].gap, starts(static_cast<Index>(k)));
+  for (std::size_t k = 0; k < kinds.size(); ++k) kinds[k].apply(world, kinds[k], starts(static_cast<Index>(k)));
 }
 
 bool is_same(const Suspect& a, const Suspect& b) {

@@ -18,6 +18,7 @@ enum class Minutes { kAll, kEven, kOdd };
 struct Holding {
   plant::ComparisonOptions compared;
   Minutes minutes = Minutes::kAll;
+  bool begins_charged = false;  ///< whatever the log's first minutes tell against the model: beginning.hpp
 };
 
 struct Held {

@@ -6,6 +6,7 @@
 
 #include "explain/gate/integrity.hpp"
 #include "explain/gate/rail.hpp"
+#include "explain/model/beginning.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
@@ -17,6 +18,7 @@ constexpr double kSlow_s = 100.0;                 // on each side, over which th
 constexpr double kSettle_s = 0.5;                 // after the bus has come up
 constexpr double kBlock_s = 60.0;
 constexpr Index kLeastBlocks = 6, kMostBlocks = 60;
+constexpr double kCharged = 0.45;  // of the squares in the first minutes: no cause looks so
 constexpr double kMostBins = 40000.0;  // a test of a day takes no longer than an endurance
 constexpr double kGap = 5.0;           // mean intervals between rows from which nothing was recorded between them
 
@@ -321,6 +323,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   mask_open(out.comparison);
   out.read = unstepped(out.comparison.log);
   settle_temperature(model, out.read, out.comparison);
+  settle_gaps(model, out.comparison);
   out.base = plant::predict(model, out.comparison);
   out.comparison.soc = out.base.battery.soc;
   const plant::Recording& log = out.comparison.log;
@@ -341,6 +344,8 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   out.block_s =
       std::clamp(kBlock_s, seconds / static_cast<double>(kMostBlocks), seconds / static_cast<double>(kLeastBlocks));
   out.blocks = std::max<Index>(1, static_cast<Index>(std::floor(seconds / out.block_s)));
+  out.left_beside_charge = left_beside_charge(out);
+  out.begins_charged = out.left_beside_charge < kCharged;
   return out;
 }
 

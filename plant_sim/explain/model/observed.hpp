@@ -37,6 +37,8 @@ struct Observed {
   VectorXd recorded_s;    ///< by row: recorded until then, gaps left out
   double block_s = 60.0;  ///< recorded time in a block
   Index blocks = 1;
+  double left_beside_charge = 1.0;  ///< beginning.hpp
+  bool begins_charged = false;      ///< by a drive that is not in the log
 
   /// What was reckoned of it: effects by channel, by what was changed.
   std::shared_ptr<std::map<std::string, std::vector<VectorXd>>> known =

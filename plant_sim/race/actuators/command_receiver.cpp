@@ -10,8 +10,6 @@ namespace {
 
 constexpr std::size_t kCellsPerWord = 24;  // of BalancingCommand in car.dbc
 
-bool speaks_pm100(const Car& car) { return car.parameters().inverter.protocol == "pm100"; }
-
 }  // namespace
 
 void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
@@ -26,10 +24,10 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
       car.contactors.air_minus.command(contactors_.air_minus_close);
       car.contactors.precharge.command(contactors_.precharge_close);
     } else if (decode(frame, torque)) {
-      if (speaks_pm100(car)) take_pm100(torque, car);
+      take_pm100(torque, car);
     } else if (decode(frame, inverter)) {
       const bool enable = inverter.enable && inverter.phase_current_ok;
-      if (!speaks_pm100(car)) car.inverter.command(inverter.phase_current_ma * 1e-3, enable);
+      if (!car.has_pm100()) car.inverter.command(inverter.phase_current_ma * 1e-3, enable);
     } else if (decode(frame, balancing)) {
       take_balancing(balancing, car);
     } else if (decode(frame, charger)) {
@@ -39,8 +37,7 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
       static_cast<void>(decode(frame, master_));
     }
   }
-  // What it tripped over meanwhile ends the torque, whatever was last asked.
-  if (speaks_pm100(car) && !car.pm100.enabled()) car.inverter.command(0.0, false);
+  if (car.has_pm100()) drive_by_pm100(car);
   monitor_.expire(now);
   forget_unless_fresh(now, limits_);
   forget_unless_fresh(now, bms_);
@@ -53,11 +50,15 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
   }
 }
 
-// Its current controller is the one of any inverter: the torque is a current by the motor's constant.
 void CommandReceiver::take_pm100(const can::Pm100Command& m, Car& car) {
   const Pm100::Command command{m.torque_mnm * 1e-3, m.torque_limit_mnm * 1e-3, m.forward, m.enable, m.speed_mode,
                                m.rolling_counter};
-  if (!m.torque_ok || !m.torque_limit_ok || !car.pm100.receive(command)) return;
+  if (m.torque_ok && m.torque_limit_ok) (void)car.pm100.receive(command);
+}
+
+// Its current controller is the one of any inverter, the torque a current by the motor's constant: it goes on with what
+// was asked until the PM100 stops, by its own time-out too.
+void CommandReceiver::drive_by_pm100(Car& car) {
   car.inverter.command(car.pm100.torque_nm() / car.parameters().motor.constant_nm_per_a, car.pm100.enabled());
 }
 

@@ -36,6 +36,7 @@ class CommandReceiver {
   }
 
   static void take_pm100(const can::Pm100Command& m, Car& car);
+  static void drive_by_pm100(Car& car);
 
   /// The shunts as they were last told; silence ends them, group by group.
   void take_balancing(const can::BalancingCommand& m, Car& car);

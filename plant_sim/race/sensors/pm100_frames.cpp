@@ -1,24 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "race/sensors/pm100_frames.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "can_dbc/pm100.hpp"
-#include "codec/message_table.hpp"
 #include "codec/send.hpp"
+#include "race/sensors/frame_units.hpp"
 
 namespace voltlap::plant {
 namespace {
-
-std::int32_t to_units(double value, double units_per_si) {
-  return static_cast<std::int32_t>(std::lround(std::clamp(value * units_per_si, -2e9, 2e9)));
-}
-
-bool row_due(std::uint32_t id, Instant now) {
-  const auto& row = can::kMessages[codec::find_row(can::kMessages, codec::kMessageCount, id)];
-  return can::due(now.ms(), row.cycle_ms, row.delay_ms);
-}
 
 void send_slow(Instant now, const Car& car, const Pm100Readings& r, codec::Sealer& sealer, TxQueue& tx) {
   if (row_due(can::Pm100ModuleTemperatures::kId, now)) {

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "can_dbc/charger.hpp"
-#include "codec/message_table.hpp"
 #include "codec/send.hpp"
 #include "core/demand.hpp"
 #include "core/parameter_table.hpp"
+#include "race/sensors/frame_units.hpp"
 #include "race/sensors/pm100_frames.hpp"
 
 namespace voltlap::plant {
@@ -18,10 +18,6 @@ constexpr double kRpmPerRadPerS = 30.0 / M_PI;
 
 bool rises(const AppsCurve& curve) { return std::isfinite(curve.full_v) && curve.full_v > curve.released_v; }
 
-/// SI to the codec's integers, to nearest.
-std::int32_t to_units(double value, double units_per_si) {
-  return static_cast<std::int32_t>(std::lround(std::clamp(value * units_per_si, -2e9, 2e9)));
-}
 std::int32_t to_100uv(double volts) { return to_units(volts, 1e4); }
 std::int32_t to_ma(double amperes) { return to_units(amperes, 1e3); }
 std::int32_t to_dc(double celsius) { return to_units(celsius, 10.0); }
@@ -38,11 +34,6 @@ std::vector<Instrument> channels(const ReadingErrors& all, const std::vector<Cha
 /// Of an instrument without noise that follow_slow has moved.
 double shown(const Instrument& instrument, double truth) {
   return instrument.clipped(instrument.scaled(instrument.arrived(truth)));
-}
-
-bool row_due(std::uint32_t id, Instant now) {
-  const auto& row = can::kMessages[codec::find_row(can::kMessages, codec::kMessageCount, id)];
-  return can::due(now.ms(), row.cycle_ms, row.delay_ms);
 }
 
 }  // namespace
@@ -69,7 +60,6 @@ SensorFrames::SensorFrames(const VehicleParameters& car, std::uint64_t seed, con
       cells_(channels(car.sensors.all_cells, car.sensors.cells, indexed_count("sensors.cells", car))),
       thermistors_(channels(car.sensors.all_thermistors, car.sensors.thermistors,
                             indexed_count("sensors.thermistors", car))) {
-  pm100_ = car.inverter.protocol == "pm100";
   const auto moves = [](const Instrument& instrument) { return instrument.moves(); };
   slow_moves_ = std::any_of(cells_.begin(), cells_.end(), moves) || motor_temperature_.moves() ||
                 std::any_of(thermistors_.begin(), thermistors_.end(), moves) || inverter_temperature_.moves();
@@ -81,11 +71,15 @@ void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const
   send_pack(car, tx);
   send_pedals(pedals, tx);
   send_wheels(car, tx);
-  pm100_ ? send_pm100_readings(now, car, tx) : send_inverter(car, tx);
+  if (car.has_pm100()) {
+    send_pm100_readings(now, car, tx);
+  } else {
+    send_inverter(car, tx);
+  }
   send_io(car, switches, tx);
   send_cells(now, car, tx);
   send_temperatures(now, car, tx);
-  if (!pm100_) send_motor_temperatures(now, car, tx);
+  if (!car.has_pm100()) send_motor_temperatures(now, car, tx);
   if (car.charger.plugged) send_charger(now, car, tx);
 }
 

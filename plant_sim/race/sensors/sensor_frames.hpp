@@ -54,7 +54,7 @@ class SensorFrames {
   std::vector<Instrument> cells_, thermistors_;
   std::vector<std::int32_t> last_cell_100uv_;  // as sent
   std::int32_t last_current_ma_ = 0;
-  bool slow_moves_ = false, pm100_ = false;
+  bool slow_moves_ = false;
   codec::Sealer sealer_;
 };
 

@@ -14,7 +14,7 @@ namespace {
 InverterSection section() {
   InverterSection inverter;
   inverter.current_max_a = 500.0;
-  inverter.command_timeout_s = 0.05;
+  inverter.pm100_timeout_s = 0.05;
   return inverter;
 }
 

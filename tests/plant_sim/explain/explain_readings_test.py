@@ -1,57 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The engine that holds each reading against the model at its own time, on the simulator's own logs as they are: drawn
 drives, drawn sizes. VOLTLAP_TEST_SEED repeats a draw."""
-import json
 import math
-import os
-import pathlib
-import random
-import subprocess
 
 import pytest
 
-VOLTLAP = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"]) / "bin" / "voltlap"
-SEED = int(os.environ.get("VOLTLAP_TEST_SEED", random.SystemRandom().randrange(2**31)))
+from drawn_drives import EFFECTS, SEED, Draw, explained, rows_of, run, write
+
 HEAT_CAPACITY = 747.0  # J/kg/K of vtm16e's cells
-# key of the hidden effect, smallest and largest size, name, parameter that says it, what it says of this size
-EFFECTS = [
-    ("cell.effects.series_ohm={}", 1e-4, 5e-4, "series_resistance", "resistance_ohm", lambda x: x),
-    ("cell.effects.exchange_current_change={}", 0.2, 0.5, "resistance_current", "exchange_current_change", lambda x: x),
-    ("cell.effects.exchange_current_change={}", -0.75, -0.55, "resistance_current", "exchange_current_change",
-     lambda x: x),
-    ("battery.contact_resistance_ohm={}", 1e-3, 5e-3, "contact_resistance", "resistance_ohm", lambda x: x),
-    ("battery.cells.7.resistance_scale={}", 1.15, 1.6, "weak_cell", "resistance_change", lambda x: x - 1.0),
-]
-
-
-def run(*arguments):
-    done = subprocess.run([VOLTLAP, *map(str, arguments)], capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
-class Draw:
-    def __init__(self, label, seed=SEED):
-        self.random = random.Random(f"{seed}/{label}")
-        print(f"VOLTLAP_TEST_SEED={seed}")
-
-    def drive(self, folder, *keys, candump=False, laps=4, vehicle="vtm16e"):
-        """A drawn drive; returns its log."""
-        out = folder / f"drive{self.random.randrange(10**9)}"
-        settings = [f"battery.initial_soc={self.random.uniform(0.5, 1.0):.3f}",
-                    f"battery.initial_temperature_c={self.random.uniform(27.0, 34.0):.2f}",
-                    f"driver.grip_use={self.random.uniform(0.85, 0.98):.3f}"]
-        noise = ["sensors.noise=true", "sensors.quantisation=true"] if candump else []
-        files = ["--csv", f"{out}.csv", *(["--candump", f"{out}.log"] if candump else [])]
-        run("endurance", "--vehicle", vehicle, "--laps", laps, "--seed", self.random.randrange(2**31), *files, "--set",
-            *settings, *noise, *keys)
-        return f"{out}.log" if candump else f"{out}.csv"
-
-
-def explained(folder, log, *arguments, model="vtm16e"):
-    out = folder / "out.json"
-    said = run("explain", log, "--model", model, "--json", out, *arguments)
-    return json.loads(out.read_text()), said
 
 
 @pytest.mark.parametrize("candump", [False, True])
@@ -84,17 +40,6 @@ def test_what_was_hidden_is_named_with_its_size(tmp_path, effect):
     assert name in (cause["name"], *cause["equivalent_to"]), (size, said)
     if cause["name"] == name:
         assert cause["parameters"][parameter]["value"] == pytest.approx(says(size), rel=0.06), (size, said)
-
-
-def rows_of(path):
-    lines = [line for line in pathlib.Path(path).read_text().splitlines() if not line.startswith("#")]
-    names = lines[0].split(",")
-    return names, [line.split(",") for line in lines[1:]]
-
-
-def write(path, names, rows):
-    path.write_text("\n".join(",".join(row) for row in [names, *rows]) + "\n")
-    return path
 
 
 def test_a_cell_that_is_not_read_for_a_while_changes_no_size_of_another(tmp_path):

@@ -87,7 +87,7 @@ TEST(Pm100, StateNeedsTheSlowFramesAndASignOfLife) {
   states.enabled = true;
   run(3);
   CHECK(state_is(InverterState::kEnabled));
-  for (int k = 0; k < 14; ++k) fast();  // 240 ms after the last slow one: one lost is survived
+  for (int k = 0; k < 44; ++k) fast();  // 540 ms after the last slow one: four lost in a row are survived
   CHECK((now - receiver.input.inverter_state.time).ms() == 0);
   for (int k = 0; k < 3; ++k) fast();
   CHECK((now - receiver.input.inverter_state.time).ms() > 0);

@@ -22,10 +22,17 @@ TEST_GROUP(Pm100Watch) {
   void wheels(std::int32_t mmps) {
     for (Sample<Speed>& wheel : in.wheel_speed) set(wheel, Speed::from_raw(mmps));
   }
-  bool step(std::int32_t ms = 10) {
-    in.now = in.now + Duration::from_ms(ms);
-    watch_pm100(in, state);
+  bool step(bool ready = true) {
+    in.now = in.now + Duration::from_ms(10);
+    watch_pm100(ready, in, state);
     return state.implausible;
+  }
+  /// Steps until it is told, 0: not within a second.
+  int steps_until_told() {
+    for (int k = 1; k <= 100; ++k) {
+      if (step()) return k;
+    }
+    return 0;
   }
 };
 
@@ -33,13 +40,39 @@ TEST_GROUP(Pm100Watch) {
 TEST(Pm100Watch, AStandingSpeedIsTakenForFrozenWhenTheWheelsGoOn) {
   CHECK_FALSE(step());
   wheels(9'000);
-  CHECK_FALSE(step());
+  LONGS_EQUAL(0, steps_until_told());
   wheels(9'001);
-  CHECK(step());
+  LONGS_EQUAL(11, steps_until_told());  // 100 ms behind the one that finds it
+  state = {};
+  wheels(8'000);
+  step();
   wheels(6'999);
-  CHECK(step());
+  LONGS_EQUAL(11, steps_until_told());
   in.motor_speed.value = MotorSpeed::from_raw(900);
   CHECK_FALSE(step());
+}
+
+// MST-066: a wheel's own sensor that fails, and a reading that jumps, are no inverter's.
+TEST(Pm100Watch, OneWheelAloneOrOneSampleAccusesNobody) {
+  step();
+  in.wheel_speed[2].value = Speed::from_raw(0);
+  LONGS_EQUAL(0, steps_until_told());
+  in.wheel_speed[3].value = Speed::from_raw(16'000);  // the other way
+  LONGS_EQUAL(0, steps_until_told());
+  wheels(8'000);
+  for (int k = 0; k < 50; ++k) {
+    wheels(k % 5 == 0 ? 12'000 : 8'000);
+    CHECK_FALSE(step());
+  }
+}
+
+// MST-066: a charger's current passes the inverter by.
+TEST(Pm100Watch, CurrentsApartAreJudgedInADriveAlone) {
+  in.inverter_dc_current.value = Current{};
+  in.pack_current.value = Current::from_raw(-120'000);
+  for (int k = 0; k < 300; ++k) CHECK_FALSE(step(false));
+  for (int k = 0; k < 100; ++k) CHECK_FALSE(step());
+  CHECK(step());
 }
 
 // MST-066
