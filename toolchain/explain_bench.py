@@ -158,8 +158,9 @@ def main():
             for file in (trial.ledger.commitments, trial.ledger.revealed):
                 shutil.copy(file, given.ledger)
     except KeyboardInterrupt:
-        print("\nexplain-bench: interrupted; nothing is kept", file=sys.stderr)
-        return 130
+        shutil.rmtree(folder, ignore_errors=True)
+        print("\nexplain-bench: interrupted; nothing is kept", file=sys.stderr, flush=True)
+        os._exit(130)  # a worker that was ended with a lock of the pool in its hand keeps Python's own end waiting
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     facts = {"seed": seed, "seconds": round(time.monotonic() - begun, 1), "quick": given.quick}

@@ -22,6 +22,7 @@ constexpr double kStandstill = 0.3;    // m/s
 constexpr double kStill = 3.0;         // s without current that count as a stop where no speed is recorded
 constexpr double kThermal = 15.0;      // s on each side, over which temperatures are averaged
 constexpr double kFirstRest = 120.0;   // s from the beginning, in which a rest tells the SOC
+constexpr double kUntold_k = 8.0;      // a battery in a garage, in the sun, or after a drive
 constexpr double kRestCurrent = 0.02;  // of the largest: a rest
 
 VectorXd held(const VectorXd& values) {
@@ -260,6 +261,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
     out.channels.push_back({"soc", Balance::kCharge, "1", *log.find("soc")});
   }
   out.facts.initial_temperature_c = model.car.battery.initial_temperature_c;
+  if (thermistors.empty() && options.soc_stated) out.facts.initial_doubt_k = kUntold_k;
   if (!thermistors.empty()) {
     const VectorXd mean = mean_of(log, thermistors);
     out.channels.push_back({"temperature", Balance::kHeat, "K", mean});
@@ -326,7 +328,8 @@ void put_channels(const World& world, const Comparison& comparison, const LogFac
       out.channels.push_back(pack_v + sensed);
     } else if (channel.name == "bus_voltage") {
       const bool published = log.find("pack_voltage") != nullptr;
-      const VectorXd before = published ? true_pack_voltage(world, log, pack_current, sensed) : cells_v;
+      const VectorXd before = published ? true_pack_voltage(world, log, pack_current, sensed)
+                                        : VectorXd(cells_v - world.pack_resistance_ohm * pack_current);
       out.channels.push_back(before - world.car.contactors.resistance_ohm * pack_current);
     } else if (channel.name == "soc") {
       out.channels.push_back(reported_soc(world, comparison, facts, out.battery));

@@ -287,6 +287,16 @@ VectorXd measured_released_torque(const Recording& log) {
   return out;
 }
 
+/// Rows as far apart as a gap say nothing of what was gained between them.
+bool has_gain_of_speed(const Recording& log) {
+  std::vector<double> steps;
+  for (Index row = 1; row < log.rows(); ++row) steps.push_back(log.time_s(row) - log.time_s(row - 1));
+  if (steps.empty() || log.find("speed") == nullptr) return false;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle < kGap;
+}
+
 VectorXd measured_gain_of_speed(const Recording& log) {
   const VectorXd& speed = *log.find("speed");
   return remembered(log, [&](Index row) { return speed(row) - speed(row - 1); });
@@ -302,7 +312,7 @@ std::vector<BalanceChannel> car_channels(const World& model, const Recording& lo
     out.push_back(
         {"power", Balance::kPower, "Nm", power_as_torque(log, volts->cwiseProduct(*log.find("current")))});
   }
-  if (has_torque(log) && speed != nullptr) {
+  if (has_torque(log) && has_gain_of_speed(log)) {
     out.push_back({"speed", Balance::kForce, "m/s", measured_gain_of_speed(log)});
   }
   if (motor != nullptr && speed != nullptr && has_torque(log) && !log.derived.contains("motor_speed")) {

@@ -12,7 +12,7 @@ Cause contact_resistance() {
           .test = "the pack voltage at its terminals against the sum of the cells under a hard pulse",
           .parameters = {{"resistance_ohm", "ohm", 0, 0.2, 3e-3, 1e3, "mOhm"}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
-            if (c.find("pack_voltage") == nullptr) return {};
+            if (c.find("pack_voltage") == nullptr && c.find("bus_voltage") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) { w.pack_resistance_ohm += v[0]; })};
           },
           .is_identified = true};

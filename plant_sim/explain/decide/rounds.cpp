@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "explain/balances/car_balances.hpp"
 #include "explain/decide/members.hpp"
 #include "explain/model/unstepped.hpp"
 #include "explain/say/verdict.hpp"
@@ -18,6 +19,7 @@ constexpr double kBeyond = 2.0;     // of what references have, beside one pract
 constexpr double kPart = 0.1;       // of the error as it was: what less is left of is a size's own uncertainty
 constexpr double kFarOff = 10.0;    // practical sizes
 constexpr double kAlone = 2.0;      // practical sizes, where no reference tells how well the model does
+constexpr double kByPedal = 20.0;   // the same where the pedal is all that tells the torque: a tenth of it
 
 /// The channel, by name, that shows a suspect best.
 std::string shown_in(const Family& family, const Suspect& suspect) {
@@ -36,6 +38,33 @@ std::string shown_in(const Family& family, const Suspect& suspect) {
   return out;
 }
 
+/// Then how an inverter follows it, and what limits it, are in the balances of the car: errors of the model's as well.
+bool torque_is_by_pedal(const Observed& log) {
+  return log.comparison.log.find("motor_torque") == nullptr;
+}
+
+/// Does only a sound drive tell how well a balance is known? Of tyres and brakes always, of the motor's power where
+/// its torque was not recorded.
+bool is_known_by_sound(const Observed& log, plant::Balance balance) {
+  return balance == plant::Balance::kForce || (balance == plant::Balance::kPower && torque_is_by_pedal(log));
+}
+
+/// RMS by which a prediction would be another if every second row of what drives the car had not been recorded: about
+/// what it is off for the rows that were not.
+double between_rows(const Observed& log, const ReadChannel& channel) {
+  plant::Comparison thinned = log.comparison;
+  for (const char* role : {"motor_torque", "accelerator", "brake"}) {
+    const auto found = thinned.log.signals.find(role);
+    if (found == thinned.log.signals.end()) continue;
+    VectorXd& values = found->second;
+    for (Index row = 1; row + 1 < values.size(); row += 2) values(row) = 0.5 * (values(row - 1) + values(row + 1));
+  }
+  const VectorXd changed = plant::car_prediction(channel.name, log.model, thinned, log.base.battery) -
+                           plant::car_prediction(channel.name, log.model, log.comparison, log.base.battery);
+  const VectorXd off = channel.reader.of(changed.array().isFinite().select(changed, 0.0));
+  return std::sqrt(off.squaredNorm() / static_cast<double>(std::max<Index>(1, off.size())));
+}
+
 /// What is of use where no sound drive tells how well the model does: of tyres and brakes, and of heat behind
 /// coarse steps, of which few may have been passed, twice what is worth a word; of heat under air that is known in
 /// coarse steps three times that.
@@ -45,7 +74,9 @@ std::vector<double> asked_alone(const Observed& log) {
   const bool air_is_coarse = air != nullptr && is_coarse(*air);
   std::vector<double> out;
   for (const ReadChannel& channel : log.channels) {
-    double asked = channel.balance == plant::Balance::kForce ? kAlone : 1.0;
+    double asked = !is_known_by_sound(log, channel.balance) ? 1.0 : torque_is_by_pedal(log) ? kByPedal : kAlone;
+    if (channel.balance == plant::Balance::kForce)
+      asked = std::max(asked, between_rows(log, channel) / channel.practical);
     if (channel.balance == plant::Balance::kHeat) {
       if (channel.practical > kFinest_k || !log.read.passed_s.empty()) asked = kAlone;
       if (air_is_coarse) asked = kCoarseAir;
@@ -160,8 +191,7 @@ std::optional<Unnamed> unnamed_of(const Held& held, const std::vector<VectorXd>&
     // A drive differs from the next by how it is driven most of all.
     const double least = sound_logs.none() || one.balance == plant::Balance::kForce ? kAlone : 1.0;
     if (!one.lead.decisive || one.practical < least || (out && one.practical < out->practical)) continue;
-    // How well tyres and brakes are known is told by sound drives alone.
-    if (sound_logs.none() && one.balance == plant::Balance::kForce) continue;
+    if (sound_logs.none() && is_known_by_sound(held.seen, one.balance)) continue;
     if (one.practical > least + kBeyond * sound_logs.shapes(one.channel)) out = one;
   }
   return out;
@@ -297,7 +327,7 @@ std::optional<Unnamed> unnamed_beside(std::deque<Round>& rounds, const std::vect
     if (out || round.answer.sets.empty()) continue;
     const std::size_t at = round.answer.sets.front().use.channel;
     const ReadChannel& channel = last.held->seen.channels[at];
-    if (references.empty() && channel.balance == plant::Balance::kForce) continue;
+    if (references.empty() && is_known_by_sound(last.held->seen, channel.balance)) continue;
     const double usual = sound_logs.error(channel.name);
     const double error = beyond_white(left[at]) / channel.practical;
     if (error > std::max(references.empty() ? kAlone : 1.0 + kBeyond * usual,

@@ -127,6 +127,9 @@ std::vector<Start> starts_of(const Observed& log) {
   if (plant::has_temperature(log.comparison)) {
     out.push_back({0.2, kWarmth_k, [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; }});
   }
+  if (facts.initial_doubt_k > 0.0) {
+    out.push_back({0.5, facts.initial_doubt_k, [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; }});
+  }
   if (log.comparison.find("soc") != nullptr) {
     out.push_back({0.002, kCounted, [](plant::World& w, const Start&, double by) { w.reported_soc_low += by; }});
   }

@@ -47,7 +47,8 @@ void derive_speed(plant::Recording& log) {
 void derive_torque(const plant::World& model, plant::Recording& log) {
   const plant::VehicleParameters& car = model.car;
   const VectorXd *speed = log.find("speed"), *current = log.find("motor_current");
-  if (log.find("motor_speed") == nullptr && speed != nullptr && car.tyres.radius_m > 0.0) {
+  const bool drives = current != nullptr || log.find("motor_torque") != nullptr || log.find("accelerator") != nullptr;
+  if (drives && log.find("motor_speed") == nullptr && speed != nullptr && car.tyres.radius_m > 0.0) {
     constexpr double kRpm = 2.0 * 3.14159265358979323846 / 60.0;
     log.signals["motor_speed"] = *speed * (car.powertrain.final_drive / car.tyres.radius_m / kRpm);
     log.derived.insert("motor_speed");

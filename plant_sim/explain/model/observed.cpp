@@ -323,6 +323,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   mask_open(out.comparison);
   out.read = unstepped(out.comparison.log);
   settle_temperature(model, out.read, out.comparison);
+  settle_warmth(model, out.comparison);
   settle_gaps(model, out.comparison);
   out.base = plant::predict(model, out.comparison);
   out.comparison.soc = out.base.battery.soc;

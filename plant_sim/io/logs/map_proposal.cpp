@@ -100,11 +100,14 @@ class Proposer {
 
   void propose_battery() {
     pair_ = choose_battery_pair(recording_, all_);
+    leave_cells_to_their_family();
     for (const ProposedRole& role : pair_.roles) out_.roles.push_back(role);
     for (const OpenChoice& choice : pair_.open) out_.open.push_back(choice);
     taken_.insert(taken_.end(), pair_.taken.begin(), pair_.taken.end());
   }
 
+  void leave_cells_to_their_family();
+  [[nodiscard]] SignalFamily family_of(FamilyKind kind) const;
   [[nodiscard]] SignalCandidates clocks() const;
   void propose_time();
   void propose_time_unit(const SignalCandidate& clock);
@@ -121,6 +124,34 @@ class Proposer {
   std::vector<const RecordedSignal*> taken_;
   MapProposal out_;
 };
+
+SignalFamily Proposer::family_of(FamilyKind kind) const {
+  SignalCandidates free;
+  std::copy_if(all_.begin(), all_.end(), std::back_inserter(free), [&](const SignalCandidate& candidate) {
+    return !is_taken(candidate) && candidate.name.is_actual && !candidate.name.is_others;
+  });
+  return largest_family(free, kind);
+}
+
+/// One cell of many is no battery's voltage: all of them together are, where nothing else is.
+void Proposer::leave_cells_to_their_family() {
+  constexpr std::size_t kMany = 3;
+  const SignalFamily cells = family_of(FamilyKind::kCells);
+  if (cells.members.size() < kMany) return;
+  const auto is_one = [&](const std::string& described) {
+    return std::any_of(cells.members.begin(), cells.members.end(),
+                       [&](const SignalCandidate& cell) { return cell.signal->described() == described; });
+  };
+  std::erase_if(pair_.roles, [&](const ProposedRole& role) {
+    return (role.role == "voltage" || role.role == "pack_voltage") && is_one(role.described);
+  });
+  std::erase_if(pair_.taken, [&](const RecordedSignal* signal) { return is_one(signal->described()); });
+  std::erase_if(pair_.open, [&](const OpenChoice& choice) {
+    return choice.role == "voltage" && !choice.candidates.empty() &&
+           std::all_of(choice.candidates.begin(), choice.candidates.end(),
+                       [&](const ProposedRole& candidate) { return is_one(candidate.described); });
+  });
+}
 
 /// Columns that could be the clock. A counter, an energy and a distance run on as one does; a name or a unit tells
 /// it, or equal steps that no other has.
@@ -181,11 +212,7 @@ void Proposer::propose_time_unit(const SignalCandidate& clock) {
 /// Cells and thermistors.
 void Proposer::propose_families() {
   for (const FamilyKind kind : {FamilyKind::kCells, FamilyKind::kThermistors}) {
-    SignalCandidates free;
-    std::copy_if(all_.begin(), all_.end(), std::back_inserter(free), [&](const SignalCandidate& candidate) {
-      return !is_taken(candidate) && candidate.name.is_actual && !candidate.name.is_others;
-    });
-    const SignalFamily family = largest_family(free, kind);
+    const SignalFamily family = family_of(kind);
     if (!family.members.empty()) add_family(kind == FamilyKind::kCells ? "cell_voltage_" : "temperature_", family);
   }
 }

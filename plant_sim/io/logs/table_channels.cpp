@@ -146,7 +146,7 @@ std::map<long, std::string> TableChannels::numbered_columns(const RoleSource& so
 }
 
 void TableChannels::add(const std::string& role, const RoleSource& source) {
-  if (source.optional && table_.find(source.column) < 0) return;
+  if (source.optional && table_.find(source.column) < 0 && numbered_columns(source).empty()) return;
   const RowClock& clock = clock_of(source);
   if (!source.index.empty()) return add_indexed(role, source, clock);
   if (!is_numbered(role)) return add_column(role, source.column, source, clock);
