@@ -84,7 +84,7 @@ void take_back_if_least(Saying& saying, std::deque<Round>& rounds) {
 }
 
 /// Beside what was found, the first minutes may tell that the log begins in a drive, which they did not before; and a
-/// drive before the log may be all that is wrong. Where nothing was found it has to be that, or to show a cause.
+/// drive before the log may be all that is wrong. With it nothing may be left that has no name.
 void settle_beginning(Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
                       Holding how, std::deque<Round>& rounds) {
   constexpr double kBeside = 0.9;  // of the squares in the first minutes: where all is right, charge takes none
@@ -101,8 +101,9 @@ void settle_beginning(Held& log, const std::vector<Held>& references, const std:
   Held charged = held_against(log.world, log.log(), how);
   std::deque<Round> again;
   put_rounds(charged, references, causes, how, again);
-  const bool sound = !finds(again) && !unnamed_beside(again, references) && !finds(again);
-  if (!sound && !(found ? beside : finds(again))) return;
+  if (unnamed_beside(again, references)) return;
+  const bool sound = !finds(again);
+  if (!sound && found && !beside) return;
   log = std::move(charged);
   again.front().held = &log;
   rounds = std::move(again);

@@ -22,7 +22,6 @@ constexpr double kStandstill = 0.3;    // m/s
 constexpr double kStill = 3.0;         // s without current that count as a stop where no speed is recorded
 constexpr double kThermal = 15.0;      // s on each side, over which temperatures are averaged
 constexpr double kFirstRest = 120.0;   // s from the beginning, in which a rest tells the SOC
-constexpr double kUntold_k = 8.0;      // a battery in a garage, in the sun, or after a drive
 constexpr double kRestCurrent = 0.02;  // of the largest: a rest
 
 VectorXd held(const VectorXd& values) {
@@ -261,7 +260,6 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
     out.channels.push_back({"soc", Balance::kCharge, "1", *log.find("soc")});
   }
   out.facts.initial_temperature_c = model.car.battery.initial_temperature_c;
-  if (thermistors.empty() && options.soc_stated) out.facts.initial_doubt_k = kUntold_k;
   if (!thermistors.empty()) {
     const VectorXd mean = mean_of(log, thermistors);
     out.channels.push_back({"temperature", Balance::kHeat, "K", mean});

@@ -19,7 +19,6 @@ struct LogFacts {
   double rest_current_a = 0.0;              ///< of the pack, as read
   double rest_ohm = 0.0;                    ///< of one cell: what that current takes from the voltage
   double initial_temperature_c = 25.0;
-  double initial_doubt_k = 0.0;   ///< standard deviation of that, where no thermistor tells it
   Eigen::VectorXd temperature_c;  ///< measured mean, last value held; empty: not measured
   Eigen::VectorXd thermistor_c;   ///< what thermistors read, where temperature_c is what the cell is believed to be
   Eigen::VectorXd

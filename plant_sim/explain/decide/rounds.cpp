@@ -5,7 +5,6 @@
 #include <cmath>
 #include <set>
 
-#include "explain/balances/car_balances.hpp"
 #include "explain/decide/members.hpp"
 #include "explain/model/unstepped.hpp"
 #include "explain/say/verdict.hpp"
@@ -19,6 +18,7 @@ constexpr double kBeyond = 2.0;     // of what references have, beside one pract
 constexpr double kPart = 0.1;       // of the error as it was: what less is left of is a size's own uncertainty
 constexpr double kFarOff = 10.0;    // practical sizes
 constexpr double kAlone = 2.0;      // practical sizes, where no reference tells how well the model does
+constexpr double kBetweenRows = 3.0;  // of what is off for the rows that were not recorded, of an error without a name
 constexpr double kByPedal = 20.0;   // the same where the pedal is all that tells the torque: a tenth of it
 
 /// The channel, by name, that shows a suspect best.
@@ -49,22 +49,6 @@ bool is_known_by_sound(const Observed& log, plant::Balance balance) {
   return balance == plant::Balance::kForce || (balance == plant::Balance::kPower && torque_is_by_pedal(log));
 }
 
-/// RMS by which a prediction would be another if every second row of what drives the car had not been recorded: about
-/// what it is off for the rows that were not.
-double between_rows(const Observed& log, const ReadChannel& channel) {
-  plant::Comparison thinned = log.comparison;
-  for (const char* role : {"motor_torque", "accelerator", "brake"}) {
-    const auto found = thinned.log.signals.find(role);
-    if (found == thinned.log.signals.end()) continue;
-    VectorXd& values = found->second;
-    for (Index row = 1; row + 1 < values.size(); row += 2) values(row) = 0.5 * (values(row - 1) + values(row + 1));
-  }
-  const VectorXd changed = plant::car_prediction(channel.name, log.model, thinned, log.base.battery) -
-                           plant::car_prediction(channel.name, log.model, log.comparison, log.base.battery);
-  const VectorXd off = channel.reader.of(changed.array().isFinite().select(changed, 0.0));
-  return std::sqrt(off.squaredNorm() / static_cast<double>(std::max<Index>(1, off.size())));
-}
-
 /// What is of use where no sound drive tells how well the model does: of tyres and brakes, and of heat behind
 /// coarse steps, of which few may have been passed, twice what is worth a word; of heat under air that is known in
 /// coarse steps three times that.
@@ -75,8 +59,7 @@ std::vector<double> asked_alone(const Observed& log) {
   std::vector<double> out;
   for (const ReadChannel& channel : log.channels) {
     double asked = !is_known_by_sound(log, channel.balance) ? 1.0 : torque_is_by_pedal(log) ? kByPedal : kAlone;
-    if (channel.balance == plant::Balance::kForce)
-      asked = std::max(asked, between_rows(log, channel) / channel.practical);
+    asked = std::max(asked, channel.between_rows);
     if (channel.balance == plant::Balance::kHeat) {
       if (channel.practical > kFinest_k || !log.read.passed_s.empty()) asked = kAlone;
       if (air_is_coarse) asked = kCoarseAir;
@@ -184,12 +167,22 @@ class SoundLogs {
   std::vector<std::vector<Unnamed>> shapes_;
 };
 
+/// Practical sizes of a channel that a drive without references has to be beyond.
+double least_alone(const Observed& log, const std::string& name) {
+  for (const ReadChannel& channel : log.channels) {
+    if (channel.name == name) return std::max(kAlone, kBetweenRows * channel.between_rows);
+  }
+  return kAlone;
+}
+
 /// Shapes without a name that sound logs do not have.
 std::optional<Unnamed> unnamed_of(const Held& held, const std::vector<VectorXd>& left, SoundLogs& sound_logs) {
   std::optional<Unnamed> out;
   for (const Unnamed& one : unnamed_in(held.seen, left, 1.0)) {
     // A drive differs from the next by how it is driven most of all.
-    const double least = sound_logs.none() || one.balance == plant::Balance::kForce ? kAlone : 1.0;
+    const double least = sound_logs.none() ? least_alone(held.seen, one.channel)
+                         : one.balance == plant::Balance::kForce ? kAlone
+                                                                 : 1.0;
     if (!one.lead.decisive || one.practical < least || (out && one.practical < out->practical)) continue;
     if (sound_logs.none() && is_known_by_sound(held.seen, one.balance)) continue;
     if (one.practical > least + kBeyond * sound_logs.shapes(one.channel)) out = one;
@@ -330,11 +323,12 @@ std::optional<Unnamed> unnamed_beside(std::deque<Round>& rounds, const std::vect
     if (references.empty() && is_known_by_sound(last.held->seen, channel.balance)) continue;
     const double usual = sound_logs.error(channel.name);
     const double error = beyond_white(left[at]) / channel.practical;
-    if (error > std::max(references.empty() ? kAlone : 1.0 + kBeyond * usual,
-                         kPart * error_of(round.answer, round.held->seen).practical))
+    const double least =
+        references.empty() ? least_alone(last.held->seen, channel.name) : 1.0 + kBeyond * usual;
+    if (error > std::max(least, kPart * error_of(round.answer, round.held->seen).practical))
       out = Unnamed{channel.name, channel.balance, error, {}};
   }
-  return out || !rounds.front().answer.sets.empty() ? out : far_off(*last.held, left, sound_logs);
+  return out ? out : far_off(*last.held, left, sound_logs);
 }
 
 }  // namespace voltlap::explain

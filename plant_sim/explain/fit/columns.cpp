@@ -120,15 +120,12 @@ double air_doubt_k(const Observed& log) {
 
 std::vector<Start> starts_of(const Observed& log) {
   const plant::LogFacts& facts = log.comparison.facts;
-  const double known =
-      facts.starts_at_rest && !log.begins_charged ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
+  const bool rests = facts.starts_at_rest && !log.begins_charged;
+  const double known = rests ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
   std::vector<Start> out{
       {0.002, known, [](plant::World& w, const Start&, double by) { w.initial_soc_change += by; }}};
   if (plant::has_temperature(log.comparison)) {
     out.push_back({0.2, kWarmth_k, [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; }});
-  }
-  if (facts.initial_doubt_k > 0.0) {
-    out.push_back({0.5, facts.initial_doubt_k, [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; }});
   }
   if (log.comparison.find("soc") != nullptr) {
     out.push_back({0.002, kCounted, [](plant::World& w, const Start&, double by) { w.reported_soc_low += by; }});

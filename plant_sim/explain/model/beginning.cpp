@@ -107,33 +107,6 @@ double left_beside_charge(const Observed& log) {
   return squares_left(x, y) / before;
 }
 
-void settle_warmth(const plant::World& model, plant::Comparison& comparison) {
-  constexpr double kStep_k = 0.5, kSoc = 0.05, kVolt = 1e-3, kSigmas = 2.5;
-  constexpr int kRounds = 4;
-  plant::LogFacts& facts = comparison.facts;
-  if (facts.initial_doubt_k <= 0.0 || facts.voltage_v.size() == 0) return;
-  const double told_c = facts.initial_temperature_c;
-  for (int round = 0; round < kRounds; ++round) {
-    const plant::BatteryResponse base = plant::battery_response(model, comparison.log, facts);
-    plant::World warmer = model;
-    warmer.initial_warmth_k += kStep_k;
-    MatrixXd x(base.voltage_v.size(), 2);
-    x.col(0) = (plant::battery_response(warmer, comparison.log, facts).voltage_v - base.voltage_v) / kStep_k *
-               facts.initial_doubt_k / kVolt;
-    x.col(1) = base.ocv_slope_v * kSoc / kVolt;
-    VectorXd y = (facts.voltage_v - base.voltage_v) / kVolt;
-    const auto known = y.array().isFinite();
-    x.col(0) = known.select(x.col(0), 0.0);
-    x.col(1) = known.select(x.col(1), 0.0);
-    y = known.select(y, 0.0);
-    MatrixXd normal = x.transpose() * x;
-    normal.diagonal().array() += 1.0;
-    const double by_k = normal.ldlt().solve(x.transpose() * y)(0) * facts.initial_doubt_k;
-    const double most_k = kSigmas * facts.initial_doubt_k;
-    facts.initial_temperature_c = std::clamp(facts.initial_temperature_c + by_k, told_c - most_k, told_c + most_k);
-  }
-}
-
 void settle_gaps(const plant::World& model, plant::Comparison& comparison) {
   constexpr int kRounds = 3;  // the open-circuit voltage bends
   plant::LogFacts& facts = comparison.facts;

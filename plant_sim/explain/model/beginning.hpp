@@ -10,10 +10,6 @@ namespace voltlap::explain {
 /// which is left when branches may be charged besides; 1: nothing is there to be taken.
 [[nodiscard]] double left_beside_charge(const Observed& log);
 
-/// How warm a battery without thermistors began, from its resistance: near enough for what is left to be a straight
-/// line. Its resistance cannot be told from it.
-void settle_warmth(const plant::World& model, plant::Comparison& comparison);
-
 /// How full the cells are after each gap, as was counted or else from the voltage of the minutes that follow: near
 /// enough for what is left to be a straight line.
 void settle_gaps(const plant::World& model, plant::Comparison& comparison);

@@ -311,6 +311,29 @@ void settle_temperature(const plant::World& model, const plant::Recording& read,
   facts.temperature_c = surface + plant::smoothed(time_s, beside, kSlow_s);
 }
 
+/// By how much predictions would be others if every second row of what drives battery and car had not been recorded:
+/// about what they are off for the rows that were not.
+void put_between_rows(Observed& log) {
+  plant::Comparison thinned = log.comparison;
+  const auto thin = [](VectorXd& values) {
+    for (Index row = 1; row + 1 < values.size(); row += 2) values(row) = 0.5 * (values(row - 1) + values(row + 1));
+  };
+  for (const char* role : {"current", "motor_torque", "accelerator", "brake"}) {
+    if (const auto found = thinned.log.signals.find(role); found != thinned.log.signals.end()) thin(found->second);
+  }
+  thin(thinned.facts.current_a);
+  const plant::Prediction changed = plant::predict(log.model, thinned);
+  for (std::size_t c = 0; c < log.channels.size(); ++c) {
+    ReadChannel& channel = log.channels[c];
+    VectorXd by_row = changed.channels[c] - log.base.channels[c];
+    by_row = by_row.array().isFinite().select(by_row, 0.0);
+    thin(by_row);  // of the rows that are left: what goes on in them from those that are not
+    const VectorXd off = channel.reader.of(by_row);
+    channel.between_rows =
+        std::sqrt(off.squaredNorm() / static_cast<double>(std::max<Index>(1, off.size()))) / channel.practical;
+  }
+}
+
 }  // namespace
 
 Observed observed(const plant::World& model, plant::Comparison comparison) {
@@ -323,7 +346,6 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   mask_open(out.comparison);
   out.read = unstepped(out.comparison.log);
   settle_temperature(model, out.read, out.comparison);
-  settle_warmth(model, out.comparison);
   settle_gaps(model, out.comparison);
   out.base = plant::predict(model, out.comparison);
   out.comparison.soc = out.base.battery.soc;
@@ -345,6 +367,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   out.block_s =
       std::clamp(kBlock_s, seconds / static_cast<double>(kMostBlocks), seconds / static_cast<double>(kLeastBlocks));
   out.blocks = std::max<Index>(1, static_cast<Index>(std::floor(seconds / out.block_s)));
+  put_between_rows(out);
   out.left_beside_charge = left_beside_charge(out);
   out.begins_charged = out.left_beside_charge < kCharged;
   return out;

@@ -19,6 +19,7 @@ struct ReadChannel {
   Reader reader;
   VectorXd residual;  ///< by bin
   VectorXd rough;     ///< how fast the current changed there, over its RMS
+  double between_rows = 0.0;  ///< practical sizes that the prediction may be off for what was not recorded
 };
 
 /// One cell or thermistor.
