@@ -155,7 +155,9 @@ class LoggedCell {
     if (gap < facts_.soc_after_gap.size()) out.soc += facts_.soc_after_gap[gap];
     if (gap < world_.soc_after_gap.size()) out.soc += world_.soc_after_gap[gap];
     if (temperature_c_.size() > 0) {
-      out.at_c = out.surface_c = out.temperature_c = temperature_c_(row);
+      out.at_c = out.surface_c = temperature_c_(row);
+      if (gap < world_.warmth_after_gap.size()) out.surface_c += world_.warmth_after_gap[gap];
+      out.temperature_c = out.surface_c;
       cell_.advance(out, rest, {current_a, out.soc, out.at_c});
     } else {
       out.at_c = out.temperature_c;

@@ -21,7 +21,8 @@ struct World {
   double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
   double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage beside which cells are recorded
   double initial_soc_change = 0.0;
-  std::vector<double> soc_after_gap;  ///< change of the SOC in each gap of the log; empty: none
+  std::vector<double> soc_after_gap;     ///< change of the SOC in each gap of the log; empty: none
+  std::vector<double> warmth_after_gap;  ///< K by which the cells are warmer than their thermistors say, after each
   /// Currents of one cell [A] that its branches are charged by besides, where the log begins and after each gap.
   std::vector<std::array<double, kMostCellBranches>> charged_by_a;
   double initial_warmth_k = 0.0;      ///< by which the cells begin warmer than their thermistors say

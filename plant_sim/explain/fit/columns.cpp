@@ -83,7 +83,14 @@ struct Start {
   void (*apply)(plant::World&, const Start&, double) = nullptr;
   std::size_t gap = 0;  ///< or, of branches, 0 where the log begins and 1 after its first gap
   std::size_t branch = 0;
+  bool is_of_voltage = false;  ///< what little heat it makes is no measure of it
 };
+
+void forget_heat(const Observed& log, std::vector<VectorXd>& effect) {
+  for (std::size_t c = 0; c < effect.size(); ++c) {
+    if (log.channels[c].balance == plant::Balance::kHeat) effect[c] = VectorXd();
+  }
+}
 
 void charge_branch(plant::World& world, const Start& start, double by_a) {
   world.charged_by_a.resize(std::max(world.charged_by_a.size(), start.gap + 1));
@@ -99,7 +106,7 @@ void add_branches(const Observed& log, std::vector<Start>& out) {
   if (!(usual_a > 0.0)) return;
   for (std::size_t start = log.begins_charged ? 0 : 1; start <= facts.gaps.size(); ++start) {
     for (std::size_t branch = 0; branch < log.model.car.cell.branch_count(); ++branch) {
-      out.push_back({usual_a, usual_a, charge_branch, start, branch});
+      out.push_back({usual_a, usual_a, charge_branch, start, branch, true});
     }
   }
 }
@@ -136,6 +143,13 @@ std::vector<Start> starts_of(const Observed& log) {
                      w.soc_after_gap.resize(std::max(w.soc_after_gap.size(), start.gap + 1));
                      w.soc_after_gap[start.gap] += by;
                    },
+                   gap, 0, true});
+    if (!plant::has_temperature(log.comparison)) continue;
+    out.push_back({0.2, kWarmth_k,
+                   [](plant::World& w, const Start& start, double by) {
+                     w.warmth_after_gap.resize(std::max(w.warmth_after_gap.size(), start.gap + 1));
+                     w.warmth_after_gap[start.gap] += by;
+                   },
                    gap});
   }
   add_branches(log, out);
@@ -146,20 +160,22 @@ std::vector<Start> starts_of(const Observed& log) {
   return out;
 }
 
+std::vector<VectorXd> effect_of_start(const Observed& log, const Start& start) {
+  plant::World changed = log.model;
+  start.apply(changed, start, start.step);
+  std::vector<VectorXd> out = slope(log.effect_of(predicted(log, changed, Acts::kOnBattery)), {}, start.step);
+  if (start.is_of_voltage) forget_heat(log, out);
+  return out;
+}
+
 /// Where the log began, how full and how warm beside its thermistors, the air that it does not say, and how full it
 /// was after each gap.
 void add_starts(const Observed& log, Collected& columns, std::vector<Index>& nuisances) {
   const std::vector<Start> starts = starts_of(log);
   for (std::size_t k = 0; k < starts.size(); ++k) {
     const Start& start = starts[k];
-    nuisances.push_back(columns.add(known(log, fmt::format("start {}", k),
-                                          [&] {
-                                            plant::World changed = log.model;
-                                            start.apply(changed, start, start.step);
-                                            return slope(log.effect_of(predicted(log, changed, Acts::kOnBattery)),
-                                                         {}, start.step);
-                                          }),
-                                    start.sigma, 1.0));
+    const auto effect = [&] { return effect_of_start(log, start); };
+    nuisances.push_back(columns.add(known(log, fmt::format("start {}", k), effect), start.sigma, 1.0));
   }
 }
 

@@ -73,6 +73,7 @@ Family member_family(const Observed& log, const Member& member, const std::vecto
 }
 
 double most_of_member(const Observed& log, const Member& member, const std::vector<plant::Cause>& causes) {
+  if (member.channel.reader.size() == 0) return 0.0;  // never read together with the others
   const Family family = family_of_member(log, member, causes, all_suspects, Noises::kWhite);
   const Products& plain = family.problem.channels[0].all[0];
   const Index all = plain.gram.rows() - 1, starts = std::ssize(family.problem.nuisances);
