@@ -90,20 +90,20 @@ void settle_beginning(Held& log, const std::vector<Held>& references, const std:
   constexpr double kBeside = 0.9;  // of the squares in the first minutes: where all is right, charge takes none
   if (log.seen.begins_charged) return;
   const auto finds = [](const std::deque<Round>& of) { return !of.front().answer.sets.empty(); };
-  const bool unnamed = !finds(rounds) && unnamed_beside(rounds, references);  // which may find something after all
+  const bool unnamed = unnamed_beside(rounds, references).has_value();  // which may find something after all
   const bool found = finds(rounds);
   if (!found && !unnamed) return;
   plant::World world = log.world;
   for (const Round& round : rounds) world = world_with(std::move(world), round.answer);
   const bool beside = held_against(world, log.log(), how).seen.left_beside_charge < kBeside;
-  if (!beside && log.seen.left_beside_charge > kBeside) return;
+  if (!unnamed && !beside && log.seen.left_beside_charge > kBeside) return;
   how.begins_charged = true;
   Held charged = held_against(log.world, log.log(), how);
   std::deque<Round> again;
   put_rounds(charged, references, causes, how, again);
   if (unnamed_beside(again, references)) return;
   const bool sound = !finds(again);
-  if (!sound && found && !beside) return;
+  if (!sound && found && !unnamed && !beside) return;
   log = std::move(charged);
   again.front().held = &log;
   rounds = std::move(again);
