@@ -13,7 +13,7 @@ INVALID = "invalid"          # name of the VAL_ entry that marks "no measurement
 CELLS_PER_FRAME = 3
 EXTENDED = 0x80000000         # marks an identifier of 29 bits
 CELL_GROUP_NAME = "CellVoltages"
-UNITLESS_ROLES = ("counter", "crc", "checksum", "index", "bits")
+UNITLESS_ROLES = ("counter", "crc", "checksum", "index", "bits", "raw")  # raw: of a unit, but as its code
 
 
 @dataclass

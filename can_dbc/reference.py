@@ -18,8 +18,8 @@ import model
 HERE = Path(__file__).resolve().parent
 COMMAND = "build/venv/bin/python can_dbc/reference.py"
 MADE = f"Made from the DBC files by `{COMMAND}`; a test keeps it up to date. Edit the DBC, not this page.\n"
-FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "lockstep.dbc")
-ON_THE_BUS = 4                # of them
+FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "amk.dbc", "lockstep.dbc")
+ON_THE_BUS = 5                # of them
 PROTECTION = {"kCounterCrc": "counter, CRC-8", "kOrionSum": "checksum", "kNone": "none",
               "kAge": "none, believed by age"}
 
@@ -28,7 +28,7 @@ def number(value: Fraction | None) -> str:
     """The decimal that stands in the DBC."""
     if value is None:
         return ""
-    return str(value.numerator) if value.denominator == 1 else f"{float(value):.10g}"
+    return str(value.numerator) if value.denominator == 1 else f"{float(value):.12g}"
 
 
 def identifier(value: int) -> str:
@@ -137,7 +137,7 @@ def meaning(s: model.Signal) -> str:
 
 
 def signal_row(s: model.Signal) -> list[str]:
-    has_number = s.needs_unit
+    has_number = s.needs_unit or s.role == "raw"
     return [s.name, coding(s), s.unit, f"{number(s.minimum)} to {number(s.maximum)}" if has_number else "",
             number(s.scale) if has_number else "", number(s.offset) if has_number and s.offset else "",
             "" if s.invalid_code is None else f"0x{s.invalid_code & (1 << s.length) - 1:X}", meaning(s)]
@@ -162,7 +162,7 @@ def page(file: Path, folder_bus: model.Bus) -> str:
     lines = [f"# {file.name}", "", bus.comment, "", MADE]
     if file.name != "lockstep.dbc":
         instead = ", ".join(sorted(next(iter(bus.instead_of.values()), ())))
-        car = folder_bus.variants()[-1 if instead else 0]
+        car = folder_bus.variants()[1 + list(folder_bus.instead_of).index(str(file)) if instead else 0]
         loads = ", ".join(f"{check.load_pct(car, n):.1f} % with {n} cells" for n in (48, 144))
         lines += [f"{bus.bit_rate // 1000} kbit/s. Load of car.dbc, orion.dbc and charger.dbc together"
                   f"{', with these in the place of ' + instead + ',' if instead else ''} with every "

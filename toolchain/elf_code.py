@@ -54,6 +54,19 @@ def from_literal(operands, literals):
     return None if value is None else (2**32 - value if value >= 2**31 else 0)
 
 
+def note_constant(name, operands, literals):
+    """A small processor makes a number of its own where none lies in the code: a byte, shifted or negated."""
+    if made := re.match(r"(r\d+), #(\d+)", operands) if name in ("movs", "mov") else None:
+        literals[made[1]] = int(made[2])
+    shifted = re.match(r"(r\d+), (r\d+), #(\d+)", operands)
+    if shifted and name == "lsls":
+        known = literals.get(shifted[2])
+        literals[shifted[1]] = None if known is None else (known << int(shifted[3])) % 2**32
+    if shifted and name in ("negs", "rsbs") and shifted[3] == "0":
+        known = literals.get(shifted[2])
+        literals[shifted[1]] = None if known is None else -known % 2**32
+
+
 def read_instruction(function, name, operands, literals):
     change = frame_change(name, operands)
     if change is None and name.startswith("add"):
@@ -83,6 +96,7 @@ def functions(elf, prefix="arm-none-eabi-"):
             literals = {}
         elif current and (instruction := INSTRUCTION.match(line)):
             read_instruction(current, instruction[2], instruction[3], literals)
+            note_constant(instruction[2], instruction[3], literals)
             if literal := LITERAL.match(line):
                 literals[literal[1]] = constants.get(int(literal[2], 16))
     for function in found.values():

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Types of flags that name files to be written: what cannot be written is told before the work, not after it."""
 import argparse
+import json
 import os
 from pathlib import Path
 
@@ -15,6 +16,13 @@ def output_file(text):
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise argparse.ArgumentTypeError(f"{text}: cannot write: found no right to")
     return path
+
+
+def write_json(path, value):
+    """All of it or nothing."""
+    beside = path.with_name(path.name + ".part")
+    beside.write_text(json.dumps(value, indent=1) + "\n")
+    beside.replace(path)
 
 
 def output_folder(text):

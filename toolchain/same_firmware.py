@@ -160,7 +160,7 @@ class Words:
         import cantools
         sys.path.insert(0, str(can_dbc))
         import model  # the names of the bits, which are an attribute of this project
-        files = [can_dbc / name for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc")]
+        files = [can_dbc / name for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "amk.dbc")]
         self.base = cantools.database.Database()
         for file in files:
             self.base.add_dbc_file(file)

@@ -5,6 +5,7 @@
 #include "base/time.hpp"
 #include "bms/config.hpp"
 #include "bms/estimate/soc_record.hpp"
+#include "bms/limits/energy_to_go.hpp"
 #include "bms/state.hpp"
 #include "codec/seal.hpp"
 
@@ -21,7 +22,10 @@ class BmsNode {
   void restore_trips(std::uint32_t latched) { state_.faults.latched = latched; }
 
   /// Before the first tick: what was known of the cells when the supply was lost.
-  void restore_soc(const bms::SocRecord& record) { bms::restore(config_, record, state_.soc); }
+  void restore_soc(const bms::SocRecord& record) {
+    bms::restore(config_, record, state_.soc);
+    bms::restore_way(record, state_.energy_to_go);
+  }
 
   /// Before a tick, most often the first: the board's self-test failed. Until the next power-on the BMS closes nothing,
   /// allows no current, and says why: ContactorCommand.WaitsFor.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/iso_tp.hpp"
 
+#include "base/payload.hpp"
+#include "base/require.hpp"
+#include "base/units.hpp"
+
 namespace voltlap::app {
 namespace {
 
@@ -8,19 +12,20 @@ namespace {
 constexpr std::uint8_t kSingle = 0x0, kFirst = 0x1, kConsecutive = 0x2, kFlow = 0x3;
 constexpr std::uint8_t kGoOn = 0, kWait = 1, kOverflow = 2;
 constexpr std::size_t kSingleMost = 7, kInFirst = 6, kInConsecutive = 7;
+static_assert(IsoTp::kResponseMost <= 0xFF, "the length of a response fits the second byte of its first frame");
 constexpr std::uint8_t kPadding = 0xCC;
 constexpr std::uint8_t kWaitsMax = 10;              // N_WFTmax
 constexpr std::uint8_t kSeparationMax_ms = 0x7F;    // STmin; a value that is reserved counts as this one
 
 std::int32_t separation_of(std::uint8_t st_min) {
-  if (st_min <= kSeparationMax_ms) return st_min;
-  return st_min >= 0xF1 && st_min <= 0xF9 ? 1 : kSeparationMax_ms;  // 100 to 900 us: a tick is longer
+  if (st_min >= 0xF1 && st_min <= 0xF9) return 1;  // 100 to 900 us: a tick is longer
+  return min(st_min, kSeparationMax_ms);
 }
 
 }  // namespace
 
 bool IsoTp::receive(Instant now, const Frame& frame) {
-  if (frame.id != receive_id_ || frame.dlc == 0) return false;
+  if (frame.id != receive_id_) return false;
   switch (frame.data[0] >> 4) {
     case kSingle: return receive_single(frame);
     case kFirst: receive_first(now, frame); return false;
@@ -33,7 +38,7 @@ bool IsoTp::receive(Instant now, const Frame& frame) {
 bool IsoTp::receive_single(const Frame& frame) {
   const std::size_t count = frame.data[0] & 0xFU;
   if (count == 0 || count > kSingleMost || count + 1 > frame.dlc) return false;
-  for (std::size_t i = 0; i < count; ++i) request_[i] = frame.data[1 + i];
+  payload::copy(frame.data + 1, count, request_);
   request_bytes_ = count;
   expected_ = 0;
   return true;
@@ -47,8 +52,7 @@ void IsoTp::receive_first(Instant now, const Frame& frame) {
     flow_control(kOverflow);
     return;
   }
-  request_bytes_ = 0;
-  for (std::size_t i = 0; i < kInFirst; ++i) request_[i] = frame.data[2 + i];
+  payload::copy(frame.data + 2, kInFirst, request_);
   expected_ = count;
   received_ = kInFirst;
   next_in_ = 1;
@@ -58,13 +62,12 @@ void IsoTp::receive_first(Instant now, const Frame& frame) {
 
 bool IsoTp::receive_consecutive(Instant now, const Frame& frame) {
   if (expected_ == 0) return false;
-  const std::size_t left = expected_ - received_;
-  const std::size_t count = left < kInConsecutive ? left : kInConsecutive;
+  const std::size_t count = min(expected_ - received_, kInConsecutive);
   if ((frame.data[0] & 0xFU) != next_in_ || frame.dlc < count + 1) {  // 9.6.4.4: a wrong number ends it
     expected_ = 0;
     return false;
   }
-  for (std::size_t i = 0; i < count; ++i) request_[received_ + i] = frame.data[1 + i];
+  payload::copy(frame.data + 1, count, request_ + received_);
   received_ += count;
   next_in_ = (next_in_ + 1U) & 0xFU;
   last_in_ = now;
@@ -74,21 +77,21 @@ bool IsoTp::receive_consecutive(Instant now, const Frame& frame) {
   return true;
 }
 
+// An unexpected N_PDU: flow control that nobody waits for, before the first frame or within a block, is not looked at.
 void IsoTp::receive_flow(Instant now, const Frame& frame) {
-  if (!sending() || may_send_ || frame.dlc < 3) return;
+  if (sent_ == 0 || may_send_ || frame.dlc < 3) return;
   switch (frame.data[0] & 0xFU) {
     case kGoOn:
       may_send_ = true;
-      block_ends_ = frame.data[1] != 0;
       block_left_ = frame.data[1];
       separation_ms_ = separation_of(frame.data[2]);
       waits_ = 0;
-      break;
+      return;
     case kWait:
       last_out_ = now;
-      if (++waits_ > kWaitsMax) response_bytes_ = sent_ = 0;
-      break;
-    default: response_bytes_ = sent_ = 0; break;  // overflow, and what is reserved
+      if (++waits_ > kWaitsMax) give_up();
+      return;
+    default: return give_up();  // overflow, and what is reserved
   }
 }
 
@@ -97,49 +100,48 @@ void IsoTp::flow_control(std::uint8_t status) {
   flow_status_ = status;
 }
 
-void IsoTp::respond(Instant now, const std::uint8_t* bytes, std::size_t count) {
-  response_bytes_ = count < kResponseMost ? count : kResponseMost;
-  for (std::size_t i = 0; i < response_bytes_; ++i) response_[i] = bytes[i];
+void IsoTp::respond(const std::uint8_t* bytes, std::size_t count) {
+  VOLTLAP_REQUIRE(count <= kResponseMost);
+  response_bytes_ = count;
+  payload::copy(bytes, count, response_);
   sent_ = 0;
+  next_out_ = 0;
   may_send_ = false;
   waits_ = 0;
-  last_out_ = now;
 }
 
 bool IsoTp::push(TxQueue& tx, const std::uint8_t* bytes, std::size_t count) {
   Frame frame;
   frame.id = send_id_;
   frame.dlc = Frame::kMaxBytes;
-  for (std::size_t i = 0; i < Frame::kMaxBytes; ++i) frame.data[i] = i < count ? bytes[i] : kPadding;
+  for (std::uint8_t& byte : frame.data) byte = kPadding;
+  payload::copy(bytes, count, frame.data);
   return tx.push(frame);
 }
 
 /// The next frame of the response; false when the queue is full, and the next tick tries it again.
 bool IsoTp::send_next(TxQueue& tx) {
   std::uint8_t bytes[Frame::kMaxBytes];
-  std::size_t head = 1, most = kInConsecutive;
-  if (sent_ == 0 && response_bytes_ <= kSingleMost) {
+  std::size_t head = 1;
+  if (response_bytes_ <= kSingleMost) {
     bytes[0] = static_cast<std::uint8_t>(response_bytes_);
-    most = kSingleMost;
   } else if (sent_ == 0) {
-    bytes[0] = static_cast<std::uint8_t>(kFirst << 4 | response_bytes_ >> 8);
+    bytes[0] = kFirst << 4;
     bytes[1] = static_cast<std::uint8_t>(response_bytes_);
     head = 2;
-    most = kInFirst;
   } else {
     bytes[0] = static_cast<std::uint8_t>(kConsecutive << 4 | next_out_);
   }
-  const std::size_t left = response_bytes_ - sent_;
-  const std::size_t count = left < most ? left : most;
-  for (std::size_t i = 0; i < count; ++i) bytes[head + i] = response_[sent_ + i];
+  const std::size_t count = min(response_bytes_ - sent_, Frame::kMaxBytes - head);
+  payload::copy(response_ + sent_, count, bytes + head);
   if (!push(tx, bytes, head + count)) return false;
-  next_out_ = sent_ == 0 ? 1 : (next_out_ + 1U) & 0xFU;
+  next_out_ = (next_out_ + 1U) & 0xFU;
   sent_ += count;
   return true;
 }
 
 void IsoTp::tick(Instant now, TxQueue& tx) {
-  if (expected_ != 0 && now - last_in_ >= kTimeout) expected_ = 0;
+  if (now - last_in_ >= kTimeout) expected_ = 0;
   if (flow_due_) {
     const std::uint8_t flow[3] = {static_cast<std::uint8_t>(kFlow << 4 | flow_status_), 0, 0};
     flow_due_ = !push(tx, flow, sizeof flow);
@@ -150,12 +152,12 @@ void IsoTp::tick(Instant now, TxQueue& tx) {
     return;
   }
   if (!may_send_) {
-    if (now - last_out_ >= kTimeout) response_bytes_ = sent_ = 0;
+    if (now - last_out_ >= kTimeout) give_up();
     return;
   }
   if ((now - last_out_).ms() < separation_ms_ || !send_next(tx)) return;  // one a tick, whatever is allowed
   last_out_ = now;
-  if (block_ends_ && --block_left_ == 0) may_send_ = false;
+  if (--block_left_ == 0) may_send_ = false;
 }
 
 }  // namespace voltlap::app

@@ -26,7 +26,7 @@ class IsoTp {
   [[nodiscard]] std::size_t request_bytes() const { return request_bytes_; }
 
   /// Begins to send a response of at most kResponseMost bytes; what is under way is given up.
-  void respond(Instant now, const std::uint8_t* bytes, std::size_t count);
+  void respond(const std::uint8_t* bytes, std::size_t count);
   /// Once a tick, after the frames: what is due goes to `tx`, and what has waited too long is given up.
   void tick(Instant now, TxQueue& tx);
   [[nodiscard]] bool sending() const { return sent_ < response_bytes_; }
@@ -39,6 +39,7 @@ class IsoTp {
   void flow_control(std::uint8_t status);
   bool push(TxQueue& tx, const std::uint8_t* bytes, std::size_t count);
   bool send_next(TxQueue& tx);
+  void give_up() { response_bytes_ = sent_ = 0; }
 
   std::uint32_t receive_id_, send_id_;
   std::uint8_t request_[kRequestMost] = {};
@@ -53,8 +54,7 @@ class IsoTp {
   std::size_t response_bytes_ = 0, sent_ = 0;
   std::uint8_t next_out_ = 0;
   bool may_send_ = false;      ///< flow control has come
-  std::size_t block_left_ = 0;  ///< frames of this block, where it ends
-  bool block_ends_ = false;
+  std::size_t block_left_ = 0;  ///< frames of this block; from 0 on it counts down past the longest response
   std::int32_t separation_ms_ = 0;
   std::uint8_t waits_ = 0;
   Instant last_out_{};

@@ -20,7 +20,7 @@ bool MasterNode::rests() const {
   const Sample<can::BmsState>& bms = receiver_.input.bms_state;
   const bool open = !bms.good() || bms.value == can::BmsState::kIdle || bms.value == can::BmsState::kFault ||
                     bms.value == can::BmsState::kOpen;
-  return off && open && !output_.enable && !output_.ts_request;
+  return off && open;
 }
 
 }  // namespace voltlap::app

@@ -13,7 +13,7 @@ namespace voltlap::app {
 class MasterNode {
  public:
   explicit MasterNode(const master::Config& config) : config_(config) {
-    receiver_.inverter = {config.inverter_protocol, config.motor_constant_unm_per_a, {}, {}};
+    receiver_.inverter = master::inverter_link(config);
   }
 
   /// One step, every 10 ms. `tx` is added to, never cleared.

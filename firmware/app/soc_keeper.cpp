@@ -4,12 +4,7 @@
 namespace voltlap::app {
 namespace {
 
-constexpr std::int32_t kMoved_ppm = 5'000;  // half a point: a quarter of what a restart may move
-
-bool moved(Soc from, Soc to) {
-  const std::int32_t by = (to - from).raw();
-  return by >= kMoved_ppm || -by >= kMoved_ppm;
-}
+constexpr Soc kMoved = Soc::from_raw(5'000);  // half a point: a quarter of what a restart may move
 
 }  // namespace
 
@@ -22,8 +17,9 @@ void SocKeeper::restore(const bms::SocSlot (&slots)[bms::kSocSlots], BmsNode& no
 bool SocKeeper::due(const BmsNode& node, std::size_t& slot, bms::SocSlot& bytes) {
   const bms::SocEstimate& soc = node.state().soc;
   if (!soc.valid) return false;
-  if (kept_.cells != 0 && !moved(kept_soc_, soc.value)) return false;
+  if (kept_.cells != 0 && magnitude(soc.value - kept_soc_) < kMoved) return false;
   bms::keep(node.config(), soc, kept_);
+  kept_.pieces = node.state().energy_to_go.pieces;
   ++kept_.writing;
   kept_soc_ = soc.value;
   slot = next_slot_;

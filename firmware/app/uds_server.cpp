@@ -22,11 +22,11 @@ std::uint8_t status_of(const UdsView& view, unsigned bit) {
   return static_cast<std::uint8_t>((now ? kTestFailed : 0U) | (now || latched ? kConfirmed : 0U));
 }
 
-/// The positive answer may be left out; a negative one never is.
-bool suppressed(const std::uint8_t* request, std::size_t count) {
+/// Of a request that is served: the positive answer may be left out; a negative one never is.
+bool suppressed(const std::uint8_t* request) {
   const bool has_function = request[0] == kSession || request[0] == kReset || request[0] == kReadFaults ||
                             request[0] == kTesterPresent;
-  return has_function && count >= 2 && (request[1] & kSuppress) != 0;
+  return has_function && (request[1] & kSuppress) != 0;
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ void UdsServer::Answer::add(std::uint8_t byte) {
 }
 
 void UdsServer::Answer::add_text(const char* text) {
-  for (; *text != '\0' && !too_long; ++text) add(static_cast<std::uint8_t>(*text));
+  for (; *text != '\0'; ++text) add(static_cast<std::uint8_t>(*text));
 }
 
 // DIA-006: the address is all that tells one node's server from another's.
@@ -74,24 +74,24 @@ std::uint8_t UdsServer::read_faults(const UdsView& view, Answer& out) const {
   const bool by_mask = function == kCountByMask || function == kFaultsByMask;
   if (!by_mask && function != kSupported) return kFunctionUnknown;
   if (count != (by_mask ? 3U : 2U)) return kWrongLength;
-  const std::uint8_t mask = by_mask ? transport_.request()[2] & kStatusKnown : kStatusKnown;
+  const std::uint8_t mask = transport_.request()[2];
   out.add(function);
   out.add(kStatusKnown);
-  std::uint16_t found = 0;
-  for (unsigned bit = 0; bit < identity_.faults.count; ++bit) {
-    const std::uint8_t status = status_of(view, bit);
+  std::uint8_t found = 0;
+  for (unsigned code = 0; code < identity_.faults.count; ++code) {
+    const std::uint8_t status = status_of(view, (code + identity_.faults.first) % identity_.faults.count);
     if (by_mask && (status & mask) == 0) continue;
     ++found;
     if (function == kCountByMask) continue;
     out.add(identity_.faults.group);
-    out.add(static_cast<std::uint8_t>(bit));
+    out.add(static_cast<std::uint8_t>(code));
     out.add(0);  // no failure type
     out.add(status);
   }
   if (function == kCountByMask) {
     out.add(kFormatIso14229);
-    out.add(static_cast<std::uint8_t>(found >> 8));
-    out.add(static_cast<std::uint8_t>(found));
+    out.add(0);
+    out.add(found);
   }
   return 0;
 }
@@ -146,17 +146,17 @@ void UdsServer::tick(Instant now, FrameView rx, const UdsView& view, TxQueue& tx
     Answer answer;
     answer.add(static_cast<std::uint8_t>(service + kPositive));
     std::uint8_t code = serve(view, answer);
-    if (code == 0 && answer.too_long) code = kTooLong;
+    if (answer.too_long) code = kTooLong;
     if (code != 0) {
       const std::uint8_t negative[3] = {kNegative, service, code};
-      transport_.respond(now, negative, sizeof negative);
-    } else if (!suppressed(transport_.request(), transport_.request_bytes())) {
-      transport_.respond(now, answer.bytes, answer.count);
+      transport_.respond(negative, sizeof negative);
+    } else if (!suppressed(transport_.request())) {
+      transport_.respond(answer.bytes, answer.count);
     }
   }
   // Contactors that have closed since it was asked for take the restart back.
   if (!view.may_restart) restart_ = UdsRestart::kNone;
-  answered_ = restart_ != UdsRestart::kNone && !transport_.sending();
+  answered_ = !transport_.sending();
   transport_.tick(now, tx);
 }
 

@@ -12,13 +12,15 @@
 
 namespace voltlap::app {
 
-/// The bits of a node's faults as trouble codes: SAE J2012, P1A00 and on, P1B00 and on, the fault's bit behind it.
+/// The bits of a node's faults as trouble codes: SAE J2012, P1A00 and on, P1B00 and on. Code k is bit first + k, behind
+/// the last one bit 0 and on: a code keeps its meaning when a fault is given a bit below the others.
 struct UdsFaults {
   std::uint8_t group = 0;
   std::uint8_t count = 0;
+  std::uint8_t first = 0;
 };
-inline constexpr UdsFaults kBmsFaults{0x1A, 20};     ///< bits of BmsStatus.Faults
-inline constexpr UdsFaults kMasterFaults{0x1B, 16};  ///< bits of MasterStatus.Faults
+inline constexpr UdsFaults kBmsFaults{0x1A, 21, 1};     ///< bits of BmsStatus.Faults; IsolationFault is the last code
+inline constexpr UdsFaults kMasterFaults{0x1B, 16, 0};  ///< bits of MasterStatus.Faults
 
 struct UdsIdentity {
   const char* software_version = "";  ///< F189: of the project

@@ -15,6 +15,14 @@ struct Frame {
   std::uint32_t id = 0;
   std::uint8_t dlc = 0;
   std::uint8_t data[kMaxBytes] = {};
+
+  friend constexpr bool operator==(const Frame& a, const Frame& b) {
+    for (std::size_t i = 0; i < kMaxBytes; ++i) {
+      if (a.data[i] != b.data[i]) return false;
+    }
+    return a.id == b.id && a.dlc == b.dlc;
+  }
+  friend constexpr bool operator!=(const Frame& a, const Frame& b) { return !(a == b); }
 };
 
 /// Frames that a node wants to send in one step, in order of sending. Bounded; `push` says whether there was room.

@@ -26,6 +26,10 @@ constexpr void store_be(std::uint64_t word, std::uint8_t* data) {
   for (std::size_t i = 0; i < 8; ++i) data[i] = static_cast<std::uint8_t>(word >> (56 - 8 * i));
 }
 
+constexpr void copy(const std::uint8_t* from, std::size_t count, std::uint8_t* to) {
+  for (std::size_t i = 0; i < count; ++i) to[i] = from[i];
+}
+
 /// The `length` bits of `word` from bit `shift` upward; length 1 to 32.
 [[nodiscard]] constexpr std::uint32_t take(std::uint64_t word, unsigned shift, unsigned length) {
   return static_cast<std::uint32_t>((word >> shift) & ((std::uint64_t{1} << length) - 1));

@@ -46,6 +46,9 @@ template <class T>
 [[nodiscard]] constexpr T min(T a, T b) { return b < a ? b : a; }
 template <class T>
 [[nodiscard]] constexpr T max(T a, T b) { return a < b ? b : a; }
+/// Without its sign, of a quantity or of a wider intermediate.
+template <class T>
+[[nodiscard]] constexpr T magnitude(T a) { return a < T{} ? -a : a; }
 
 using CellVoltage = Quantity<struct CellVoltageTag>;  ///< 0.1 mV
 using PackVoltage = Quantity<struct PackVoltageTag>;  ///< 0.1 mV (to 214 kV; same scale as a cell, another thing)

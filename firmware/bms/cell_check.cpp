@@ -20,6 +20,7 @@ constexpr std::int64_t kExcitation = 50;         // [0.1 mV] 5 mV a cell; in 40 
 constexpr std::int64_t kSlowShare = 4;           // a quarter of the current's changes; chosen
 constexpr std::uint8_t kInARow = 5;              // samples; chosen, the lag of a channel behind the pack's is shorter
 constexpr std::int64_t kChopped = 100;           // [0.1 mV] 10 mV; a third of the level's margin
+constexpr std::int64_t kChoppedTimes = 100;      // ten times that much, squared, beside slower changes; chosen
 constexpr std::int32_t kStartSpread = 100'000;   // [ppm] a cell's own difference that is believed
 constexpr std::int32_t kSpread = 30'000;         // [ppm] of SOC, error of a start that did not rest long
 constexpr std::int32_t kCapacityPercent = 25;    // a cell's capacity against its neighbours' (15 % and twice as much)
@@ -241,9 +242,9 @@ void renew_neighbours(const Config& config, State& s) {
 
 /// The current changes so fast, and moves a cell by so much, that a cell may always be read at the same moment of it.
 bool is_chopped(const PackWave& w, Resistance r) {
-  if (slow_enough(w) || r <= Resistance{}) return false;
+  if (r <= Resistance{}) return false;
   const std::int64_t least_ma = kChopped * 100'000 / r.raw();
-  return w.all - w.slow >= least_ma * least_ma;
+  return w.all - w.slow >= least_ma * least_ma * (slow_enough(w) ? kChoppedTimes : 1);
 }
 
 /// What the pack's answer says of a cell, where the current explains it; the table may be wrong by two.

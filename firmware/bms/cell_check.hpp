@@ -17,7 +17,8 @@
 //           the neighbours' level belongs to, drawn its change since the first rest, own the cell's difference then
 //           (0.1 at most). A cell that answers with more than its share may lie so much lower,
 //           and in a charge so much higher.
-//           Not judged where the lag leaves less than a quarter of the current and the rest moves a cell by 10 mV.
+//           Not judged where the lag leaves less than a quarter of the current and the rest moves a cell by 10 mV,
+//           or moves it by 100 mV whatever the lag leaves: a part of R answers slower than that.
 // The neighbours' mean level leaves out the lowest cell, so that a bad cell accuses no sound one. Chosen on drawn sound
 // packs (tests/closed_loop/sound_cars_test.cpp, sound_pedals_test.cpp).
 // What cannot be seen: two channels exchanged before power-on, and an error below the band. Both leave the lowest and

@@ -55,6 +55,9 @@ struct Config {
   Current limit_rise_per_s = Current::from_raw(500'000);
   Temperature derating_start = Temperature::from_raw(550);  ///< limits fall linearly from here to zero at the trip
   Temperature charge_temperature_min = Temperature::from_raw(0);
+  std::int32_t energy_to_go_m = 0;  ///< the charge is spread over this distance; 0 switches it off
+  Soc energy_to_go_reserve = Soc::from_raw(30'000);  ///< that is to be left at its end
+  std::int32_t um_per_motor_turn = 0;  ///< way of the car; needed for the distance alone
   Soc soc_derating_start{};  ///< discharge limit falls linearly from here to zero at SOC 0; 0 switches it off
 
   // trips: threshold and time
@@ -88,6 +91,7 @@ struct Config {
   Current opening_current = Current::from_raw(20'000);       ///< gone: low-voltage load and half as much again
   Duration contactor_time = Duration::from_ms(200);     ///< for an auxiliary contact to follow its command
   Duration contactor_drop_time = Duration::from_ms(20);  ///< open while active: less than it needs to close again
+  Duration isolation_time = Duration::from_ms(100);     ///< that the isolation monitor reports before it trips
   Duration discharge_time = Duration::from_ms(5000);    ///< EV.5.4.5: DC link down after this
   Ratio dc_link_welded = Ratio::from_raw(500'000);      ///< DC link above this share of the pack: not disconnected
 
@@ -118,6 +122,8 @@ inline constexpr Temperature kTemperatureRangeMin = Temperature::from_raw(-400);
 inline constexpr Temperature kReferenceMax = Temperature::from_raw(1'000);          // 100 degC; chosen
 inline constexpr std::int32_t kSlopeMaxPpm = 200'000;                               // 20 % a kelvin; chosen
 inline constexpr std::int32_t kMotorConstantMinUnm = 1'000, kMotorConstantMaxUnm = 10'000'000;  // as in the master
+inline constexpr std::int32_t kDistanceMinM = 1'000, kDistanceMaxM = 1'000'000;     // 1 to 1000 km; chosen
+inline constexpr std::int32_t kMotorTurnMaxUm = 10'000'000;                         // 10 m; chosen
 // Chosen: a fault that is seen this late does not protect the pack any more.
 inline constexpr Duration kVoltageTripTimeMax = Duration::from_ms(5'000);
 inline constexpr Duration kTemperatureTripTimeMax = Duration::from_ms(5'000);
@@ -126,6 +132,7 @@ inline constexpr Duration kCurrentTripTimeMax = Duration::from_ms(10'000);
 inline constexpr Duration kMismatchTimeMax = Duration::from_ms(10'000);
 inline constexpr Duration kImplausibleTimeMax = Duration::from_ms(10'000);
 inline constexpr Duration kContactorTimeMax = Duration::from_ms(2'000);
+inline constexpr Duration kIsolationTimeMax = Duration::from_ms(5'000);             // the monitor's own delay is beside
 inline constexpr Duration kDischargeTimeMax = Duration::from_ms(5'000);             // EV.5.4.5
 inline constexpr Duration kPrechargeTimeMax = Duration::from_ms(60'000);
 inline constexpr Duration kPrechargeCoolingMax = Duration::from_ms(600'000);
@@ -156,6 +163,18 @@ constexpr ConfigError pack(const Config& c) {
        ConfigError::kLimitMethod},
       {c.limit_method != LimitMethod::kAhead || c.soc_method == SocMethod::kEkf, ConfigError::kLimitMethodFilter},
       {is_limit_horizon(c.limit_horizon), ConfigError::kLimitHorizon},
+  });
+}
+
+constexpr ConfigError energy_to_go(const Config& c) {
+  return first_broken<ConfigError>({
+      {c.energy_to_go_m == 0 || c.energy_to_go_m >= kDistanceMinM, ConfigError::kEnergyToGo},
+      {c.energy_to_go_m <= kDistanceMaxM, ConfigError::kEnergyToGoMax},
+      {c.energy_to_go_m == 0 || c.soc_method != SocMethod::kNone, ConfigError::kEnergyToGoSoc},
+      {Soc{} <= c.energy_to_go_reserve, ConfigError::kEnergyReserve},
+      {c.energy_to_go_reserve < kFull, ConfigError::kEnergyReserveFull},
+      {c.energy_to_go_m == 0 || c.um_per_motor_turn > 0, ConfigError::kMotorTurn},
+      {c.um_per_motor_turn <= kMotorTurnMaxUm, ConfigError::kMotorTurnMax},
   });
 }
 
@@ -253,6 +272,8 @@ constexpr ConfigError times(const Config& c) {
       {c.contactor_time <= kContactorTimeMax, ConfigError::kContactorTimeMax},
       {kZero <= c.contactor_drop_time, ConfigError::kContactorDropTime},
       {c.contactor_drop_time <= c.contactor_time, ConfigError::kContactorDropTimeMax},
+      {kZero < c.isolation_time, ConfigError::kIsolationTime},
+      {c.isolation_time <= kIsolationTimeMax, ConfigError::kIsolationTimeMax},
       {kZero < c.discharge_time, ConfigError::kDischargeTime},
       {c.discharge_time <= kDischargeTimeMax, ConfigError::kDischargeTimeRule},
       {kZero <= c.precharge_time_min, ConfigError::kPrechargeTimeMin},
@@ -308,7 +329,8 @@ constexpr ConfigError balancing(const Config& c) {
 [[nodiscard]] constexpr ConfigError config_check(const Config& config) {
   const ConfigError found[] = {check::pack(config), check::tables(config), check::branches(config),
                                check::voltages(config), check::currents(config), check::temperatures(config),
-                               check::times(config), check::ratios(config), check::balancing(config)};
+                               check::times(config), check::ratios(config), check::balancing(config),
+                               check::energy_to_go(config)};
   for (const ConfigError error : found) {
     if (error != ConfigError::kNone) return error;
   }

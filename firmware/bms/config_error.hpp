@@ -18,6 +18,14 @@ enum class ConfigError : std::uint8_t {
   kLimitMethod,
   kLimitMethodFilter,
   kLimitHorizon,
+  // energy to go
+  kEnergyToGo,
+  kEnergyToGoMax,
+  kEnergyToGoSoc,
+  kEnergyReserve,
+  kEnergyReserveFull,
+  kMotorTurn,
+  kMotorTurnMax,
   // tables
   kOcvPoints,
   kOcvSoc,
@@ -76,6 +84,8 @@ enum class ConfigError : std::uint8_t {
   kContactorTimeMax,
   kContactorDropTime,
   kContactorDropTimeMax,
+  kIsolationTime,
+  kIsolationTimeMax,
   kDischargeTime,
   kDischargeTimeRule,
   kPrechargeTimeMin,

@@ -43,13 +43,12 @@ void open_all(Instant now, Contactors& c) {
   c.opening = false;
 }
 
-/// Leaves a state in which contactors may be closed. The torque goes first, where there is time for it.
-void leave(BmsState next, bool at_once, Instant now, Contactors& c) {
-  c.opening = (c.state == BmsState::kTsActive || c.state == BmsState::kCharging) && !at_once;
-  if (c.opening) c.opening_since = now;
+/// Leaves a state in which contactors are closed or closing. The torque goes first.
+void leave(BmsState next, Instant now, Contactors& c) {
+  c.opening = c.state == BmsState::kTsActive || c.state == BmsState::kCharging;
+  c.opening_since = now;
   if (!c.opening) open_all(now, c);
   c.state = next;
-  c.entered = now;
 }
 
 void enter(BmsState next, Instant now, Contactors& c) {
@@ -98,6 +97,7 @@ void from_idle(const Config& config, Instant now, State& s) {
   Contactors& c = s.contactors;
   c.for_charge = s.charge.wants_contactors;
   if (!wanted(s) || !shutdown_closed(s.measured) || (!c.for_charge && on_charger(s.measured))) return;
+  if (s.measured.io.value.isolation_fault) return;  // BMS-036
   if (!measurements_good(config, s) || !s.measured.dc_link_voltage.good()) return;
   if (!dc_link_explained(config, s) || c.precharges >= config.precharge_attempts) return;
   if (c.precharges == 0) c.credit_at = now;
@@ -108,8 +108,8 @@ void from_idle(const Config& config, Instant now, State& s) {
 }
 
 /// Nothing rises before the contacts have travelled: their time is no part of that of the resistor.
-void note_path(Instant now, const Measured& m, Contactors& c) {
-  if (c.path_closed || !m.io.good() || !m.io.value.air_minus_aux || !m.io.value.precharge_aux) return;
+void note_path(Instant now, const VehicleIo& io, Contactors& c) {
+  if (c.path_closed || !io.air_minus_aux || !io.precharge_aux) return;
   c.path_closed = true;
   c.path_closed_at = now;
 }
@@ -122,13 +122,14 @@ bool too_fast(const Config& config, Instant now, const Contactors& c) {
 // BMS-031, EV.5.6: the second AIR closes on the measured DC-link voltage, never on time alone.
 void from_precharge(const Config& config, Instant now, State& s) {
   Contactors& c = s.contactors;
+  VOLTLAP_REQUIRE(s.measured.io.good());  // lost news of the shutdown circuit has opened already
   const Duration elapsed = now - c.entered;
   if (c.command.air_plus) {
     // BMS-051: closed for a charger is another state, for which no torque is given.
     if (s.measured.io.value.air_plus_aux) enter(c.for_charge ? BmsState::kCharging : BmsState::kTsActive, now, c);
     return;
   }
-  note_path(now, s.measured, c);
+  note_path(now, s.measured.io.value, c);
   // BMS-032: what was not seen to rise has the time in which it rises.
   const bool seen = c.dc_link_was_low || elapsed >= config.precharge_time_unseen;
   if (dc_link_above(s.measured, config.precharge_ratio) && seen) {
@@ -186,17 +187,14 @@ void sequence_contactors(const Config& config, Instant now, State& state) {
   c.plugged_in = c.plugged.held(on_charger(state.measured), now, kPlugged);
   const bool at_once = state.faults.open_now || !shutdown_closed(state.measured);
   if (state.faults.open && c.state != BmsState::kInvalid) {
-    if (c.state != BmsState::kFault && !(c.state == BmsState::kOpen && c.opening)) {
-      leave(BmsState::kFault, at_once, now, c);
-    } else {
-      c.state = BmsState::kFault;
-    }
+    if (closed_or_closing(c)) leave(BmsState::kFault, now, c);
+    c.state = BmsState::kFault;
   } else if (closed_or_closing(c) && (!wanted(state) || !shutdown_closed(state.measured))) {
-    leave(BmsState::kOpen, at_once, now, c);
+    leave(BmsState::kOpen, now, c);
   } else {
     advance(config, now, state);
   }
-  if (c.opening && at_once) open_all(now, c);
+  if (at_once) open_all(now, c);
   open_after_torque(config, now, state);
   VOLTLAP_REQUIRE(command_fits_state(c));
 }

@@ -48,6 +48,11 @@ void follow_sag(Duration elapsed, State& s) {
   take(i - c.current, v - c.voltage, share_of(elapsed, memory, c.memory), c.answer);
 }
 
+/// What a resistance [uV/mA], kExplainedMost at most, explains of the voltage's changes, as zz.
+std::int64_t explained(const Covariance& answer, std::int64_t per_ma) {
+  return answer.xx / 100 * per_ma / 100 * per_ma / 256;
+}
+
 // BMS-066
 void judge_sag(const Config& config, State& s) {
   CurrentCheck& c = s.current_check;
@@ -58,8 +63,8 @@ void judge_sag(const Config& config, State& s) {
   c.reversed = rises && explains(c.answer, c.answer.xz, kExcitationPerCell * cells);
   const std::int64_t moves = kMovesPerCell * cells;
   const std::int64_t per_ma = table * cells * kFrozenFactor / 1'000;  // uV per mA that the current explains at most
-  const std::int64_t explained = c.answer.xx / 100 * per_ma / 100 * per_ma / 256;  // as zz
-  c.frozen = c.answer.zz >= moves * moves / 256 && per_ma <= kExplainedMost && explained < c.answer.zz;
+  c.frozen = c.answer.zz >= moves * moves / 256 && per_ma <= kExplainedMost &&
+             explained(c.answer, per_ma) < c.answer.zz;
 }
 
 // BMS-067
@@ -95,9 +100,10 @@ void learn_current_offset(Current raw, Instant now, State& s) {
     ++c.readings;
     c.reading = Current::saturated(c.reading.raw() + (std::int64_t{raw.raw()} - c.reading.raw()) / c.readings);
   } else {
-    // Rounded to nearest, so that it arrives.
-    const std::int64_t step = (std::int64_t{raw.raw()} - c.reading.raw()) * share_of(kReadingCycle, kOffsetMemory);
-    c.reading = Current::saturated(c.reading.raw() + (step + (step < 0 ? -32'768 : 32'768)) / 65'536);
+    c.reading_rest += (std::int64_t{raw.raw()} - c.reading.raw()) * share_of(kReadingCycle, kOffsetMemory);
+    const std::int64_t step = c.reading_rest / 65'536;
+    c.reading_rest -= step * 65'536;
+    c.reading = Current::saturated(c.reading.raw() + step);
   }
   if (c.readings < kFirstReadings) return;
   c.offset_known = true;
@@ -107,9 +113,8 @@ void learn_current_offset(Current raw, Instant now, State& s) {
 void check_current(const Config& config, Instant now, Duration elapsed, State& s) {
   VOLTLAP_REQUIRE(config.cells_in_series > 0);
   const Measured& m = s.measured;
-  const bool taken = m.current.good() && m.pack_voltage.good() && (now - m.current.time).ms() == 0 &&
-                     (now - m.pack_voltage.time).ms() == 0;
-  if (!taken) return;
+  // One frame has both.
+  if (!m.current.good() || !m.pack_voltage.good() || (now - m.current.time).ms() != 0) return;
   follow_sag(elapsed, s);
   judge_sag(config, s);
   judge_power(config, elapsed, s);

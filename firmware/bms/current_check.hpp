@@ -23,6 +23,7 @@ struct CurrentCheck {
   // offset
   Current offset{};               ///< taken off the reading in ingest
   Current reading{};              ///< mean with open contactors
+  std::int64_t reading_rest = 0;  ///< [mA / 65536] of the mean, so that it arrives however slowly it moves
   std::uint8_t readings = 0;      ///< of the first ones
   bool offset_known = false;
   bool offset_too_large = false;  ///< now: it reads more than an offset, and nothing can flow

@@ -22,10 +22,8 @@ struct FaultTimer {
   bool set = false;
 };
 
-/// A clear condition changes nothing in it.
-[[nodiscard]] constexpr bool idle(const FaultTimer& timer) {
-  return timer.level_us == 0 && !timer.active && !timer.set;
-}
+/// A clear condition changes nothing in it: what is set is active or has counted.
+[[nodiscard]] constexpr bool idle(const FaultTimer& timer) { return timer.level_us == 0 && !timer.active; }
 
 inline constexpr std::int32_t kFaultDecay = 4;        ///< counts down so many times slower than up
 inline constexpr Duration kFaultTimeMax = Duration::from_ms(600'000);  ///< of a fault; keeps the level inside 32 bits

@@ -16,6 +16,7 @@ struct Finding {
 };
 
 Finding active_if(bool active) { return Finding{active ? Seen::kActive : Seen::kClear, false, {}}; }
+constexpr Finding kHeld{Seen::kHold, {}, {}};
 /// What is seen to be wrong is wrong, whatever else is missing.
 Finding unknown_unless(bool known, Finding finding) {
   return known || finding.condition == Seen::kActive ? finding : Finding{};
@@ -37,7 +38,12 @@ Finding temperature_high(const Config& c, const State& s, Instant) {
 }
 
 Finding lost_since(bool good, Instant since) {
-  return good ? Finding{Seen::kClear, true, {}} : Finding{Seen::kActive, true, since};
+  return Finding{good ? Seen::kClear : Seen::kActive, true, since};
+}
+/// Once everything has been good a time of zero is that of the clock.
+template <class T>
+Finding lost(const State& s, const Sample<T>& sample) {
+  return lost_since(sample.good(), s.pack.complete_once ? sample.time : waiting_since(sample, s.start));
 }
 Finding cell_measurement_lost(const Config&, const State& s, Instant) {
   return lost_since(s.pack.cells_good, s.pack.oldest_cell);
@@ -46,15 +52,13 @@ Finding temperature_measurement_lost(const Config&, const State& s, Instant) {
   return lost_since(s.pack.temperatures_good, s.pack.oldest_temperature);
 }
 Finding current_measurement_lost(const Config&, const State& s, Instant) {
-  const bool never = s.measured.current.quality == Quality::kNone;
-  return lost_since(s.measured.current.good(), never ? s.start : s.measured.current.time);
+  return lost(s, s.measured.current);
 }
 
 /// Without it no cell can be held against the pack. When the whole frame is lost, that of the current is told.
 Finding pack_voltage_lost(const Config&, const State& s, Instant) {
   if (!s.measured.current.good()) return Finding{};
-  const bool never = s.measured.pack_voltage.quality == Quality::kNone;
-  return lost_since(s.measured.pack_voltage.good(), never ? s.start : s.measured.pack_voltage.time);
+  return lost(s, s.measured.pack_voltage);
 }
 
 Finding discharge_current_high(const Config& c, const State& s, Instant) {
@@ -102,6 +106,18 @@ Finding dc_link_connected(const Config& c, const State& s, Instant now) {
   return active_if(long_open && (link > kTouchable || std::int64_t{link.raw()} * 1'000'000 > share));
 }
 
+/// The monitor tests itself at power-on and says so by the same line: with open contactors that only keeps them open.
+/// It opens the shutdown circuit as well, so that what was closed when it began is often open before the time is up.
+Finding isolation_fault(const Config& c, const State& s, Instant now) {
+  if (!s.measured.io.good()) return Finding{};
+  const Contactors& contactors = s.contactors;
+  const Duration lately = Duration::from_ms(2 * c.isolation_time.ms());
+  const bool closed = commanded(contactors.command) ||
+                      (contactors.closed_once && now - contactors.opened_at <= lately) ||
+                      is_set(s.faults, BmsFault::kIsolationFault);
+  return active_if(closed && s.measured.io.value.isolation_fault);
+}
+
 Finding vehicle_io_lost(const Config&, const State& s, Instant) { return active_if(!s.measured.io.good()); }
 Finding inverter_lost(const Config&, const State& s, Instant) { return active_if(!s.measured.dc_link_voltage.good()); }
 Finding master_lost(const Config&, const State& s, Instant) { return active_if(!s.measured.master.good()); }
@@ -112,7 +128,7 @@ Finding voltage_implausible(const Config& c, const State& s, Instant) {
 }
 /// At a current that changes the cells and the pack were not measured at the same current.
 Finding cell_missing(const Config&, const State& s, Instant) {
-  if (!s.voltage_check.steady) return Finding{Seen::kHold, false, {}};
+  if (!s.voltage_check.steady) return kHeld;
   return active_if(s.voltage_check.cell_missing);
 }
 Finding pack_voltage_frozen(const Config&, const State& s, Instant) { return active_if(s.voltage_check.frozen); }
@@ -131,7 +147,7 @@ Finding current_against_sag(const Config&, const State& s, Instant) {
   return active_if(s.current_check.reversed || s.current_check.frozen);
 }
 Finding current_against_power(const Config&, const State& s, Instant) {
-  if (!s.current_check.power_judged) return Finding{Seen::kHold, false, {}};
+  if (!s.current_check.power_judged) return kHeld;
   return active_if(s.current_check.power_wrong);
 }
 Finding current_offset(const Config&, const State& s, Instant) { return active_if(s.current_check.offset_too_large); }
@@ -170,6 +186,7 @@ constexpr FaultRow kTable[] = {
     {BmsFault::kContactorWelded, dc_link_connected, nullptr, Effect::kTripNow},  // BMS-018
     {BmsFault::kContactorStuckOpen, contactor_stuck_open, &Config::contactor_time, Effect::kTripNow},  // BMS-019
     {BmsFault::kContactorStuckOpen, contactor_dropped, &Config::contactor_drop_time, Effect::kTripNow},  // BMS-019
+    {BmsFault::kIsolationFault, isolation_fault, &Config::isolation_time, Effect::kTrip},  // BMS-036
     {BmsFault::kVehicleIoLost, vehicle_io_lost, nullptr, Effect::kOpen},  // BMS-020
     {BmsFault::kInverterLost, inverter_lost, nullptr, Effect::kReport},
     {BmsFault::kMasterLost, master_lost, nullptr, Effect::kOpen},  // BMS-021
@@ -218,7 +235,7 @@ bool reset_requested(State& state) {
   const bool requested = master.good() && master.value.reset;
   const bool rising = requested && state.faults.reset_released;
   state.faults.reset_released = master.good() && !master.value.reset;
-  const bool off = !commanded(state.contactors.command) && master.good() && !master.value.tractive_system;
+  const bool off = !commanded(state.contactors.command) && !master.value.tractive_system;
   return rising && off;
 }
 

@@ -75,8 +75,33 @@ void take_pm100(const Config& config, const Frame& frame, Instant now, Measured&
   }
 }
 
+// Of four motors what stands for all.
+void take_amk(const Frame& frame, Instant now, Measured& out) {
+  std::size_t wheel = 0;
+  codec::AmkActual1 motor;
+  can::DcLinkSensor dc_link;
+  if (codec::decode_amk(frame, wheel, motor)) {
+    codec::take_motor(motor, wheel, now, out.motors);
+  } else if (can::decode(frame, dc_link)) {
+    refresh(out.dc_link_voltage, dc_link.dc_link_voltage_ok, PackVoltage::from_raw(dc_link.dc_link_voltage_100uv), now);
+  }
+}
+
+void settle_amk(Instant now, Measured& out) {
+  codec::expire_motors(out.motors, now);
+  out.phase_current = codec::current_of_all(out.motors, now);
+  out.motor_speed = codec::fastest(out.motors, now);
+}
+
+// BMS-037: an open interlock is an open shutdown circuit, whatever that one's own line says.
 VehicleIo as_reported(const can::VehicleIo& io) {
-  return {io.air_plus_aux, io.air_minus_aux, io.precharge_aux, io.shutdown_closed, io.charge_switch};
+  return {io.air_plus_aux,
+          io.air_minus_aux,
+          io.precharge_aux,
+          io.shutdown_closed && !io.interlock_open,
+          io.charge_switch,
+          io.interlock_open,
+          io.isolation_fault};
 }
 
 void take_charger(const can::ChargerStatus& m, Instant now, Measured& out) {
@@ -111,6 +136,8 @@ void take_frame(const Config& config, const Frame& frame, Instant now, State& st
     take_charger(charger, now, out);
   } else if (config.inverter_protocol == InverterProtocol::kPm100) {
     take_pm100(config, frame, now, out);
+  } else if (config.inverter_protocol == InverterProtocol::kAmk) {
+    take_amk(frame, now, out);
   }
 }
 
@@ -152,6 +179,7 @@ void ingest(const Config& config, const Input& input, State& state) {
     }
   }
   state.rx.expire(input.now, config.cells_in_series);
+  if (config.inverter_protocol == InverterProtocol::kAmk) settle_amk(input.now, state.measured);
   expire_all(config, input.now, state.measured);
   pair_cells_with_current(config, state.measured);
 }

@@ -6,13 +6,6 @@
 namespace voltlap::bms {
 namespace {
 
-template <class T>
-Instant waiting_since(const Sample<T>& sample, Instant start) {
-  // A sample that was never good has kept the all-zero time.
-  const bool ever_good = sample.time.ms() != 0 || sample.good();
-  return ever_good ? sample.time : start;
-}
-
 Instant earlier(Instant a, Instant b) { return (a - b).ms() < 0 ? a : b; }
 
 void summarise_cells(const Config& config, const Measured& measured, Instant start, Pack& pack) {

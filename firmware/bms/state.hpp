@@ -19,6 +19,7 @@
 #include "bms/estimate/soc_estimator.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/tables.hpp"
+#include "codec/amk_motors.hpp"
 #include "codec/rx_monitor.hpp"
 
 namespace voltlap::bms {
@@ -33,8 +34,10 @@ struct VehicleIo {
   bool air_plus_aux = false;
   bool air_minus_aux = false;
   bool precharge_aux = false;
-  bool shutdown_closed = false;
+  bool shutdown_closed = false;  ///< and the interlock, which sits in it
   bool charge_switch = false;
+  bool interlock_open = false;   ///< a plug or a cover of the tractive system is loose
+  bool isolation_fault = false;  ///< the isolation monitor reports one, or tests itself
 };
 
 struct MasterRequest {
@@ -55,6 +58,7 @@ struct Measured {
   Sample<PackVoltage> dc_link_voltage{};
   Sample<Current> phase_current{};      ///< of the motor, driving positive
   Sample<MotorSpeed> motor_speed{};
+  codec::AmkMotors motors{};  ///< of a car with one a wheel
   Sample<VehicleIo> io{};
   Sample<MasterRequest> master{};
   Sample<ChargerReport> charger{};
@@ -96,7 +100,7 @@ struct Pack {
 };
 
 /// Written by faults: one timer a row of its table.
-inline constexpr std::size_t kFaultRows = 30;
+inline constexpr std::size_t kFaultRows = 31;
 struct Faults {
   FaultTimer timer[kFaultRows] = {};
   std::uint32_t latched = 0;
@@ -118,7 +122,7 @@ struct ContactorCommand {
 /// Written by contactors.
 struct Contactors {
   can::BmsState state = can::BmsState::kInvalid;
-  Instant entered{};    ///< the state
+  Instant entered{};    ///< the state; not that of an opening, which has its own
   Instant opened_at{};  ///< all contactors commanded open since
   ContactorCommand command{};
   Instant opening_since{};        ///< an opening that waits for the current to go
@@ -171,6 +175,7 @@ struct State {
   Limits limits{};                     // limits
   LimitCaps caps{};                    // limits/table
   Ahead ahead{};                       // limits/ahead
+  EnergyToGo energy_to_go{};           // limits/energy_to_go
   Charge charge{};                     // charge
   CellLook look{};                     // cell_look
   bool balancing[kMaxCells] = {};      // balancing

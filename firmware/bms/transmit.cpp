@@ -123,7 +123,7 @@ can::ChargeStatus charge_status(const ChargeReport& charge) {
 can::ChargerCommand charger_command(const ChargeReport& charge) {
   can::ChargerCommand m;
   const bool charges = charge.asked > Current{};
-  m.voltage_max_100uv = charges ? charge.voltage_max.raw() : 0;
+  if (charges) m.voltage_max_100uv = charge.voltage_max.raw();
   m.voltage_max_ok = true;
   m.current_max_ma = charge.asked.raw();
   m.current_max_ok = true;
@@ -134,9 +134,8 @@ can::ChargerCommand charger_command(const ChargeReport& charge) {
 can::BalancingCommand balancing_command(const ChargeReport& charge, std::uint8_t group) {
   can::BalancingCommand m;
   m.group = group;
-  for (std::size_t k = 0; k < can::BalancingCommand::kPerFrame; ++k) {
-    m.cells[k] = charge.bled[group * can::BalancingCommand::kPerFrame + k];
-  }
+  const std::uint32_t* bled = charge.bled + group * can::BalancingCommand::kPerFrame;
+  for (std::uint32_t& cells : m.cells) cells = *bled++;
   return m;
 }
 

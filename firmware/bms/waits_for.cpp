@@ -37,17 +37,18 @@ bool dc_link_charged(const Config& config, const State& s) {
 // BMS-035
 WaitsFor waits_for(const Config& config, const State& s) {
   const Contactors& c = s.contactors;
-  if (!s.config_ok) return WaitsFor::kConfiguration;
   if (c.state == BmsState::kPrecharge || c.state == BmsState::kTsActive || charges(s)) return WaitsFor::kNone;
   if (c.state != BmsState::kInvalid && s.faults.open) return WaitsFor::kFaultGone;
   const WaitsFor first = missing(config, s);
   if (first != WaitsFor::kNone) return first;
   const bool charger_waits = s.charge.phase == can::ChargePhase::kWaiting;  // ChargeStatus says for what
-  if (on_charger(s.measured) && c.state != BmsState::kInvalid && !charger_waits) return WaitsFor::kChargeSwitchOff;
+  if (on_charger(s.measured) && !charger_waits) return WaitsFor::kChargeSwitchOff;
   if (c.state == BmsState::kInvalid || c.state == BmsState::kOpen) {
     if (s.measured.master.value.tractive_system) return WaitsFor::kRequestReleased;
     return aux_closed(s) ? WaitsFor::kContactorsOpen : WaitsFor::kNone;
   }
+  if (s.measured.io.value.interlock_open) return WaitsFor::kInterlock;
+  if (s.measured.io.value.isolation_fault) return WaitsFor::kIsolation;
   if (!s.measured.io.value.shutdown_closed) return WaitsFor::kShutdownCircuit;
   if (!s.measured.dc_link_voltage.good()) return WaitsFor::kDcLinkVoltage;
   if (dc_link_charged(config, s)) return WaitsFor::kDcLinkDischarged;
@@ -64,7 +65,7 @@ Suspect find_suspect(const State& s) {
   if (s.current_check.power_judged && s.current_check.power_wrong) return {kNoCell, SuspectWhy::kPower};
   if (s.current_check.offset_too_large) return {kNoCell, SuspectWhy::kOffset};
   const bool uneven = s.charge.phase == can::ChargePhase::kStopped && s.charge.reason == s.charge.last;
-  return uneven && s.charge.off_cell != kNoCell ? Suspect{s.charge.off_cell, SuspectWhy::kUneven} : Suspect{};
+  return uneven ? Suspect{s.charge.off_cell, SuspectWhy::kUneven} : Suspect{};
 }
 
 }  // namespace voltlap::bms

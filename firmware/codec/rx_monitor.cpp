@@ -2,6 +2,7 @@
 #include "codec/rx_monitor.hpp"
 
 #include "base/require.hpp"
+#include "base/units.hpp"
 #include "codec/seal.hpp"
 
 namespace voltlap::codec {
@@ -63,7 +64,7 @@ void follow(std::int32_t cycle_ms, RxRow& state, const Frame& frame, std::uint8_
   const std::int32_t later_us = (gap_ms - step_of(state, counter) * cycle_ms) * 1000;
   const std::int32_t late_us = state.late_us - gap_ms * kForgetUsPerMs + later_us;
   const std::int32_t most_us = kLateMaxCycles * cycle_ms * 1000;
-  state.late_us = late_us < 0 ? 0 : (late_us > most_us ? most_us : late_us);
+  state.late_us = max(min(late_us, most_us), std::int32_t{});
   if (state.settling > 0) --state.settling;
   remember(state, frame, counter, now);
 }

@@ -73,9 +73,9 @@ struct RxRow {
 /// Forgets a count that has come half round, and foreign frames of long ago.
 void forget_old(std::int32_t cycle_ms, RxRow& state, Instant now);
 
-/// A small pack's table has rows of cells that it does not have.
+/// A small pack's table has rows of cells that it does not have. What is contradicted is among the foreign cycles.
 [[nodiscard]] inline bool has_something_to_forget(const RxRow& state) {
-  return state.sync != RxRow::Sync::kNever || state.foreign_cycles != 0 || state.contradicted;
+  return state.sync != RxRow::Sync::kNever || state.foreign_cycles != 0;
 }
 
 /// Fresh until the age of the last accepted frame reaches the timeout. A time in the future is not fresh.

@@ -36,15 +36,11 @@ std::uint8_t orion_sum_of(const can::MessageRow& row, const Frame& frame) {
 
 void seal(const can::MessageRow& row, Frame& frame, std::uint8_t counter) {
   VOLTLAP_REQUIRE(frame.id == row.id);
-  switch (row.protection) {
-    case can::Protection::kCounterCrc:
-      frame.data[row.counter_byte] = counter;
-      frame.data[row.crc_byte] = crc_of(row, frame);
-      break;
-    case can::Protection::kOrionSum: frame.data[row.crc_byte] = orion_sum_of(row, frame); break;
-    case can::Protection::kNone:
-    case can::Protection::kAge: break;
+  if (row.protection == can::Protection::kCounterCrc) {
+    frame.data[row.counter_byte] = counter;
+    frame.data[row.crc_byte] = crc_of(row, frame);
   }
+  if (row.protection == can::Protection::kOrionSum) frame.data[row.crc_byte] = orion_sum_of(row, frame);
 }
 
 void seal(Frame& frame, std::uint8_t counter) {
@@ -54,10 +50,10 @@ void seal(Frame& frame, std::uint8_t counter) {
 bool sealed_ok(const can::MessageRow& row, const Frame& frame) {
   if (frame.id != row.id || frame.dlc != row.dlc) return false;
   switch (row.protection) {
+    case can::Protection::kNone: break;
     case can::Protection::kCounterCrc: return frame.data[row.crc_byte] == crc_of(row, frame);
     case can::Protection::kOrionSum: return frame.data[row.crc_byte] == orion_sum_of(row, frame);
     case can::Protection::kAge: return true;
-    case can::Protection::kNone: break;
   }
   return false;
 }

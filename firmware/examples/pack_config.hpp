@@ -70,7 +70,7 @@ inline constexpr std::int32_t kBranch2Time[] = {  // ms
 // Whose configuration it is, and its number, by which an image of another car is told. After a
 // change by hand set it to 0: whose it is, is not known then.
 inline constexpr char kPackCar[] = "vtm16e";
-inline constexpr std::uint32_t kPackNumber = 0x9AFE10B8U;
+inline constexpr std::uint32_t kPackNumber = 0x9856D1AAU;
 
 inline constexpr Config kPackConfig = [] {
   Config c{};
@@ -90,6 +90,9 @@ inline constexpr Config kPackConfig = [] {
   c.derating_start = Temperature::from_raw(550);                      // 55 degC
   c.charge_temperature_min = Temperature::from_raw(0);                // 0 degC
   c.soc_derating_start = Soc::from_raw(0);                            // 0 %
+  c.energy_to_go_m = 0;                                               // m; 0: off
+  c.energy_to_go_reserve = Soc::from_raw(30000);                      // 3 %
+  c.um_per_motor_turn = 523664;                                       // um
   c.cell_voltage_trip_low = CellVoltage::from_raw(24000);             // 2.4 V
   c.cell_voltage_trip_high = CellVoltage::from_raw(42500);            // 4.25 V
   c.temperature_trip = Temperature::from_raw(600);                    // 60 degC
@@ -115,6 +118,7 @@ inline constexpr Config kPackConfig = [] {
   c.opening_current = Current::from_raw(20000);                       // 20 A
   c.contactor_time = Duration::from_ms(200);                          // 0.2 s
   c.contactor_drop_time = Duration::from_ms(20);                      // 0.02 s
+  c.isolation_time = Duration::from_ms(100);                          // 0.1 s
   c.discharge_time = Duration::from_ms(5000);                         // 5 s
   c.dc_link_welded = Ratio::from_raw(500000);                         // 50 %
   c.charger_current_max = Current::from_raw(30000);                   // 30 A

@@ -26,10 +26,11 @@ Sample<PackVoltage> supply_voltage(const Input& input) {
   return input.pack_voltage.good() ? input.pack_voltage : input.dc_link_voltage;
 }
 
-// MST-030: a DC limit as phase current. Without speed or voltage the printed rule remains: phase current <= DC limit.
+// MST-030: a good DC limit as phase current. Without speed or voltage the printed rule remains: phase current <= DC
+// limit.
 Current battery_ceiling(const Config& config, const Input& input, const Sample<Current>& limit, Ratio efficiency,
                         MotorSpeed speed, const PackSag* sag) {
-  if (!limit.good() || limit.value <= Current{}) return Current{};
+  VOLTLAP_REQUIRE(limit.good());
   const Sample<PackVoltage> voltage = supply_voltage(input);
   if (config.arbitration == Arbitration::kLiteral || !input.motor_speed.good() || !voltage.good()) {
     return min(limit.value, config.phase_current_max);
@@ -54,18 +55,17 @@ bool hysteresis(const Config& config, const Sample<Current>& limit, bool open) {
   return open || limit.value > config.battery_limit_on;
 }
 
-// Measured excess over what the previous command was allowed, as a share: the larger of current and power.
+// Measured excess over what the previous command was allowed, as a share: the larger of current and power; not above
+// zero where there is none.
 Ratio measured_excess(const Config& config, const Input& input, const ArbitrationState& state) {
-  if (!input.pack_current.good() || input.pack_current.value <= Current{}) return Ratio{};
+  if (!input.pack_current.good()) return Ratio{};
   const std::int64_t current = input.pack_current.value.raw();
-  std::int64_t excess = 0;
   const std::int64_t limit = state.discharge_limit_before.raw();
-  if (limit > 0 && current > limit) excess = (current - limit) * kFull / limit;
+  std::int64_t excess = limit != 0 ? (current - limit) * kFull / limit : 0;
   // A configuration that is refused goes through here too, in the fault state.
-  if (input.pack_voltage.good() && config.power_max_mw > 0) {
+  if (input.pack_voltage.good() && config.power_max_mw != 0) {
     const std::int64_t power_mw = current * input.pack_voltage.value.raw() / kMilliwattPerProduct;
-    const std::int64_t over = (power_mw - config.power_max_mw) * kFull / config.power_max_mw;
-    if (over > excess) excess = over;
+    excess = max(excess, (power_mw - config.power_max_mw) * kFull / config.power_max_mw);
   }
   return Ratio::saturated(excess);
 }
@@ -78,9 +78,6 @@ void update_trim(const Config& config, const Input& input, Duration elapsed, Arb
   state.trim = excess > Ratio{} ? min(state.trim + taken, config.trim_max) : max(state.trim - given_back, Ratio{});
 }
 
-Current share_of(Current ceiling, Ratio share) {
-  return Current::saturated(std::int64_t{ceiling.raw()} * share.raw() / kFull);
-}
 Current trimmed(Current ceiling, Ratio trim) { return share_of(ceiling, Ratio::from_raw(kFull) - trim); }
 
 Ceiling drive_ceiling(const Config& config, const Input& input, const ArbitrationState& state) {
@@ -91,11 +88,17 @@ Ceiling drive_ceiling(const Config& config, const Input& input, const Arbitratio
                               ? battery_ceiling(config, input, input.discharge_limit, efficiency, speed, &state.sag)
                               : Current{};
   c.lower_to(trimmed(battery, state.trim), TorqueReason::kDischargeLimit);
-  const Current power = share_of(power_ceiling(config, input, efficiency, speed), window_share(state.power));
+  const Current power = within_windows(power_ceiling(config, input, efficiency, speed), state.power);
   c.lower_to(trimmed(power, state.trim), TorqueReason::kPower);
   c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
   c.lower_to(speed_ceiling(config, input), TorqueReason::kMotorSpeed);
   return c;
+}
+
+// Of a car that brakes: a command acts a step from now, for a step, and the inverter's current takes another to go.
+Speed speed_when_it_acts(Speed now, Speed before) {
+  constexpr std::int32_t kSteps = 3;
+  return before > now ? Speed::saturated(std::int64_t{now.raw()} - kSteps * (before - now).raw()) : now;
 }
 
 Ceiling regen_ceiling(const Config& config, const Input& input, const ArbitrationState& state) {
@@ -107,7 +110,8 @@ Ceiling regen_ceiling(const Config& config, const Input& input, const Arbitratio
   c.lower_to(temperature_ceiling(config, input), TorqueReason::kTemperature);
   // MST-035 (EV.3.3.3): none below 5 km/h, nor with the speed unknown, nor in reverse.
   const Sample<Speed> speed = lowest_wheel_speed(input);
-  const bool fast_enough = speed.good() && speed.value > config.regen_speed_min && input.motor_speed.good() &&
+  const Speed ahead = speed_when_it_acts(speed.value, state.wheels_before);
+  const bool fast_enough = speed.good() && ahead > config.regen_speed_min && input.motor_speed.good() &&
                            input.motor_speed.value > MotorSpeed{};
   if (!fast_enough) c.lower_to(Current{}, TorqueReason::kGate);
   return c;
@@ -131,7 +135,7 @@ Faults find_faults(const Input& input, const Sample<Speed>& wheels) {
 }  // namespace
 
 PackVoltage induced_voltage(const Config& config, MotorSpeed speed) {
-  const std::int64_t rpm = speed.raw() < 0 ? -std::int64_t{speed.raw()} : speed.raw();
+  const std::int64_t rpm = magnitude(std::int64_t{speed.raw()});
   // uV s/rad x rpm x 0.104720 rad/s/rpm = uV; 100 uV a unit. Rounded up, which lowers a ceiling.
   return PackVoltage::saturated((config.motor_constant_unm_per_a * rpm * 104'720 + 99'999'999) / 100'000'000);
 }
@@ -145,21 +149,21 @@ Current phase_current_for(const Config& config, Current dc, PackVoltage voltage,
 }
 
 Sample<Speed> lowest_wheel_speed(const Input& input) {
-  Sample<Speed> lowest;
+  Speed lowest{};
   int good = 0;
   for (const Sample<Speed>& wheel : input.wheel_speed) {
     if (!wheel.good()) continue;
-    if (good == 0 || wheel.value < lowest.value) lowest = wheel;
+    lowest = good == 0 ? wheel.value : min(lowest, wheel.value);
     ++good;
   }
-  if (good < 2) lowest.quality = Quality::kInvalid;
-  return lowest;
+  return Sample<Speed>{lowest, input.now, good < 2 ? Quality::kInvalid : Quality::kGood};
 }
 
 void arbitration_step(const Config& config, const Input& input, Current request, Duration elapsed,
                       ArbitrationState& state) {
   VOLTLAP_REQUIRE(elapsed >= Duration{});
-  state.faults = find_faults(input, lowest_wheel_speed(input));
+  const Sample<Speed> wheels = lowest_wheel_speed(input);
+  state.faults = find_faults(input, wheels);
   const bool at_ceiling = state.reason == TorqueReason::kPower || state.reason == TorqueReason::kDischargeLimit;
   watch_drive_power(config, input, state.current, at_ceiling, elapsed, state.power);
   watch_pack_sag(input, state.sag);
@@ -169,13 +173,14 @@ void arbitration_step(const Config& config, const Input& input, Current request,
 
   apply(config, drive_ceiling(config, input, state), elapsed, state.drive_ceiling, state.drive_reason);
   apply(config, regen_ceiling(config, input, state), elapsed, state.regen_ceiling, state.regen_reason);
+  state.wheels_before = wheels.good() ? wheels.value : Speed{};
   state.discharge_limit_before = input.discharge_limit.good() ? input.discharge_limit.value : Current{};
 
   // MST-031 (Eq. 4.13): the request where it is below its ceiling, else the ceiling; the sign never changes.
-  const bool driving = request >= Current{};
-  state.current = driving ? min(request, state.drive_ceiling) : max(request, -state.regen_ceiling);
-  const TorqueReason binding = driving ? state.drive_reason : state.regen_reason;
-  state.reason = state.current == request ? TorqueReason::kNone : binding;
+  state.current = max(min(request, state.drive_ceiling), -state.regen_ceiling);
+  state.reason = TorqueReason::kNone;
+  if (request > state.current) state.reason = state.drive_reason;
+  if (request < state.current) state.reason = state.regen_reason;
 }
 
 }  // namespace voltlap::master

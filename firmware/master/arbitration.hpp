@@ -22,6 +22,7 @@ struct ArbitrationState {
   bool charge_open = false;
   Ratio trim{};                              ///< taken off the battery and power ceilings
   Current discharge_limit_before{};          ///< what the previous command had to obey
+  Speed wheels_before{};                     ///< the slowest, in the step before
   DrivePower power;
   PackSag sag;
   // Computed by arbitration_step.

@@ -70,6 +70,11 @@ struct Config {
 
   // Inverter.
   InverterProtocol inverter_protocol = InverterProtocol::kPhaseCurrent;
+  // Of a car with a motor a wheel, which is one with protocol kAmk.
+  Current motor_current_max = Current::from_raw(550'000);          ///< of each, at its inverter's limit
+  Ratio front_drive_share = Ratio::from_raw(500'000);              ///< of the driving current, at both front wheels
+  Ratio front_brake_share = Ratio::from_raw(500'000);              ///< of the braking current
+  std::int32_t nominal_torque_mnm = 9'800;                         ///< MN, what 100 % of a torque limit is
 
   // Drive states and the last gate.
   Duration ts_request_timeout = Duration::from_ms(10'000);         ///< longest wait for the battery's contactors
@@ -136,6 +141,14 @@ enum class ConfigError : std::uint8_t {
   kLimpShareMax,
   kMotorDerating,
   kInverterDerating,
+  // motors at the wheels
+  kMotorSpeedRangeAmk,
+  kMotorCurrent,
+  kFrontDriveShare,
+  kFrontDriveShareMax,
+  kFrontBrakeShare,
+  kFrontBrakeShareMax,
+  kNominalTorque,
   // times
   kAppsImplausibleTime,
   kAppsImplausibleTimeRule,
@@ -162,7 +175,8 @@ inline constexpr Ratio kPedalAtHalfMin = Ratio::from_raw(250'000), kPedalAtHalfM
 inline constexpr Ratio kLimpShareMax = Ratio::from_raw(500'000);
 inline constexpr Current kPhaseCurrentMax = Current::from_raw(550'000);    // range of InverterCommand
 inline constexpr std::int32_t kMotorConstantMinUnm = 1'000, kMotorConstantMaxUnm = 10'000'000;
-inline constexpr MotorSpeed kMotorSpeedMax = MotorSpeed::from_raw(12'000);
+inline constexpr MotorSpeed kMotorSpeedMax = MotorSpeed::from_raw(12'000);     // range of InverterStatus and PM100
+inline constexpr MotorSpeed kMotorSpeedMaxAmk = MotorSpeed::from_raw(20'000);  // of the kit's motors
 inline constexpr Ratio kDriveEfficiencyMin = Ratio::from_raw(300'000);
 inline constexpr std::int32_t kPowerMaxMw = 80'000'000;                    // EV.3.3
 inline constexpr Current kInverterExcessMax = Current::from_raw(1'100'000);  // from full drive to full braking
@@ -218,7 +232,8 @@ constexpr ConfigError ceilings(const Config& c) {
       {c.motor_constant_unm_per_a >= kMotorConstantMinUnm, ConfigError::kMotorConstantMin},
       {c.motor_constant_unm_per_a <= kMotorConstantMaxUnm, ConfigError::kMotorConstantMax},
       {c.motor_speed_max > MotorSpeed{}, ConfigError::kMotorSpeed},
-      {c.motor_speed_max <= kMotorSpeedMax, ConfigError::kMotorSpeedRange},
+      {c.inverter_protocol == InverterProtocol::kAmk || c.motor_speed_max <= kMotorSpeedMax,
+       ConfigError::kMotorSpeedRange},
       {c.drive_efficiency >= kDriveEfficiencyMin, ConfigError::kDriveEfficiencyMin},
       {c.drive_efficiency <= kWhole, ConfigError::kDriveEfficiencyMax},
       {c.power_max_mw > 0, ConfigError::kPower},
@@ -240,6 +255,18 @@ constexpr ConfigError ceilings(const Config& c) {
       {c.limp_share <= kLimpShareMax, ConfigError::kLimpShareMax},
       {c.motor_derate_start < c.motor_derate_end, ConfigError::kMotorDerating},
       {c.inverter_derate_start < c.inverter_derate_end, ConfigError::kInverterDerating},
+  });
+}
+
+constexpr ConfigError wheels(const Config& c) {
+  return first_broken<ConfigError>({
+      {c.motor_speed_max <= kMotorSpeedMaxAmk, ConfigError::kMotorSpeedRangeAmk},
+      {c.motor_current_max > Current{}, ConfigError::kMotorCurrent},
+      {c.front_drive_share >= kNothing, ConfigError::kFrontDriveShare},
+      {c.front_drive_share <= kWhole, ConfigError::kFrontDriveShareMax},
+      {c.front_brake_share >= kNothing, ConfigError::kFrontBrakeShare},
+      {c.front_brake_share <= kWhole, ConfigError::kFrontBrakeShareMax},
+      {c.nominal_torque_mnm > 0, ConfigError::kNominalTorque},
   });
 }
 
@@ -265,7 +292,8 @@ constexpr ConfigError times(const Config& c) {
 [[nodiscard]] constexpr ConfigError config_check(const Config& c) {
   const ConfigError found[] = {check::channel(c.apps1, ConfigError::kApps1RangeMin),
                                check::channel(c.apps2, ConfigError::kApps2RangeMin),
-                               check::pedals(c), check::request(c), check::ceilings(c), check::times(c)};
+                               check::pedals(c), check::request(c), check::ceilings(c), check::wheels(c),
+                               check::times(c)};
   for (const ConfigError error : found) {
     if (error != ConfigError::kNone) return error;
   }

@@ -24,11 +24,12 @@ Current temperature_ceiling(const Config& config, const Input& input) {
 // MST-038
 Current speed_ceiling(const Config& config, const Input& input) {
   const std::int64_t highest = config.motor_speed_max.raw();
-  const std::int64_t speed = input.motor_speed.good() ? input.motor_speed.value.raw() : 0;
-  const std::int64_t left = highest - (speed < 0 ? -speed : speed);
-  const std::int64_t taper = highest / 50 > 0 ? highest / 50 : 1;
+  if (!input.motor_speed.good()) return config.phase_current_max;
+  const std::int64_t left = highest - magnitude(std::int64_t{input.motor_speed.value.raw()});
+  const std::int64_t taper = highest / 50;
+  if (left <= 0) return Current{};
   if (left >= taper) return config.phase_current_max;
-  return left <= 0 ? Current{} : Current::saturated(config.phase_current_max.raw() * left / taper);
+  return Current::saturated(config.phase_current_max.raw() * left / taper);
 }
 
 }  // namespace voltlap::master

@@ -21,8 +21,6 @@ constexpr std::int64_t kMeanMaxMw = 79'700'000;
 constexpr Ratio kAboveShare = Ratio::from_raw(850'000);
 constexpr Ratio kMeanShare = Ratio::from_raw(970'000);
 
-std::int64_t size(std::int64_t x) { return x < 0 ? -x : x; }
-
 Duration longer(Duration time, Duration elapsed, Duration most) {
   return min(Duration::from_ms(time.ms() + elapsed.ms()), most);
 }
@@ -34,7 +32,7 @@ std::int64_t power_mw(const Input& input) {
 
 void follow_windows(std::int64_t mw, Duration elapsed, DrivePower& s) {
   std::int32_t& oldest = s.power_mw[s.next];
-  const auto driving = static_cast<std::int32_t>(mw < 0 ? 0 : mw);
+  const auto driving = static_cast<std::int32_t>(max(mw, std::int64_t{0}));
   s.sum_mw += driving - oldest;
   oldest = driving;
   s.next = static_cast<std::uint8_t>((s.next + 1U) % DrivePower::kSteps);
@@ -42,8 +40,25 @@ void follow_windows(std::int64_t mw, Duration elapsed, DrivePower& s) {
   VOLTLAP_REQUIRE(s.sum_mw >= 0);
 }
 
+/// What is asked for, or what flows where that is less: at the end of the motor's voltage less than asked for flows.
+Current flowing(const Input& input, Current asked) {
+  const Current driving = max(asked, Current{});
+  if (!input.phase_current.good()) return driving;
+  const Current seen = magnitude(input.phase_current.value);
+  return seen > Current{} ? min(seen, driving) : driving;
+}
+
+/// Once, when it begins: what is asked for while it is held falls by itself.
+void hold_what_flows(const Input& input, Current asked, DrivePower& s) {
+  if (window_share(s) >= kEfficiencyMax) {
+    s.held = Current{};
+  } else if (s.held == Current{}) {
+    s.held = flowing(input, asked);
+  }
+}
+
 void follow_steadiness(Current asked, Duration elapsed, DrivePower& s) {
-  const std::int64_t moved = size(std::int64_t{asked.raw()} - s.asked_before.raw());
+  const std::int64_t moved = magnitude(std::int64_t{asked.raw()} - s.asked_before.raw());
   const bool steady = asked > Current{} && moved * kHardlyMoved <= asked.raw();
   s.steady = steady ? longer(s.steady, elapsed, kSteady) : Duration{};
   s.asked_before = asked;
@@ -54,7 +69,7 @@ bool comparable(const Input& input, Current asked) {
   const auto now = [&](const auto& sample) { return sample.good() && (input.now - sample.time).ms() == 0; };
   if (!now(input.pack_current) || !now(input.pack_voltage) || !now(input.motor_speed)) return false;
   if (!now(input.phase_current)) return false;
-  return size(input.phase_current.value.raw()) * 100 >= std::int64_t{asked.raw()} * kObeysPercent;
+  return magnitude(std::int64_t{input.phase_current.value.raw()}) * 100 >= std::int64_t{asked.raw()} * kObeysPercent;
 }
 
 }  // namespace
@@ -63,6 +78,7 @@ void watch_drive_power(const Config& config, const Input& input, Current asked, 
                        DrivePower& state) {
   const std::int64_t mw = power_mw(input);
   follow_windows(mw, elapsed, state);
+  hold_what_flows(input, asked, state);
   follow_steadiness(asked, elapsed, state);
   if (at_ceiling && state.steady >= kSteady && mw > 0 && comparable(input, asked)) {
     const PackVoltage induced = induced_voltage(config, input.motor_speed.value);
@@ -92,6 +108,16 @@ MotorSpeed speed_ahead(MotorSpeed now, const DrivePower& state) {
 Ratio window_share(const DrivePower& state) {
   if (state.above >= kAboveMax) return kAboveShare;
   return state.sum_mw > kMeanMaxMw * static_cast<std::int64_t>(DrivePower::kSteps) ? kMeanShare : kEfficiencyMax;
+}
+
+Current share_of(Current current, Ratio share) {
+  return Current::saturated(std::int64_t{current.raw()} * share.raw() / kFull);
+}
+
+Current within_windows(Current ceiling, const DrivePower& state) {
+  const Ratio share = window_share(state);
+  const Current left = share_of(ceiling, share);
+  return state.held > Current{} ? min(left, share_of(state.held, share)) : left;
 }
 
 }  // namespace voltlap::master

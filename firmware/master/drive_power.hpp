@@ -26,6 +26,7 @@ struct DrivePower {
   std::int64_t sum_mw = 0;
   std::uint8_t next = 0;
   Duration above{};          ///< for how long 80 kW have been exceeded without a break
+  Current held{};            ///< what flowed when a window was about to be broken; 0: none is
 };
 
 /// Takes one step's measurements. `asked` is the phase current of the last step, `at_ceiling` whether the battery's
@@ -41,5 +42,11 @@ void watch_drive_power(const Config& config, const Input& input, Current asked, 
 
 /// Share of a ceiling that the windows of the rule leave: 1'000'000 but where one is about to be broken.
 [[nodiscard]] Ratio window_share(const DrivePower& state);
+
+/// Rounded towards zero.
+[[nodiscard]] Current share_of(Current current, Ratio share);
+
+/// That of what flowed then, too: a ceiling that rests on a speed that lies may be far above it.
+[[nodiscard]] Current within_windows(Current ceiling, const DrivePower& state);
 
 }  // namespace voltlap::master

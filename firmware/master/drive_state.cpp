@@ -21,6 +21,8 @@ void read_buttons(const Input& input, DriveStateState& state) {
   state.ts_on.update(known, input.switches.value.ts_on_button);
   state.rtd.update(known, input.switches.value.rtd_button);
   state.reset.update(known, input.switches.value.reset_button);
+  const bool begun = state.inverters_wait && state.rtd.rising();
+  state.rtd_waits = state.mode == DriveState::kTsActive && state.rtd.held() && (state.rtd_waits || begun);
 }
 
 Faults find_faults(const Input& input, const DriveStateState& state) {
@@ -47,6 +49,8 @@ DriveState next_mode(const Config& config, const Input& input, const PedalState&
                      const DriveStateState& state) {
   const bool ts_possible = shutdown_closed(input) && input.bms_state.good();
   switch (state.mode) {
+    case DriveState::kInvalid:
+    case DriveState::kFault: break;
     case DriveState::kLvOn:
       if (!state.ts_on.rising() || !ts_possible || !bms_is(input, BmsState::kIdle)) return DriveState::kLvOn;
       return DriveState::kTsRequested;
@@ -58,17 +62,15 @@ DriveState next_mode(const Config& config, const Input& input, const PedalState&
     case DriveState::kTsActive:
       if (!ts_possible || !bms_is(input, BmsState::kTsActive)) return DriveState::kLvOn;
       // MST-012 (EV.9): brake held while the button is pressed, and a pedal box that can be believed.
-      return state.rtd.rising() && pedals.brake_pressed && pedals.released && !pedals.latched.any()
+      return (state.rtd.rising() || state.rtd_waits) && pedals.brake_pressed && pedals.released &&
+                     !pedals.latched.any() && !state.inverters_wait
                  ? DriveState::kReadyToDrive
                  : DriveState::kTsActive;
     case DriveState::kReadyToDrive:
       if (ts_possible && state.inverter_dropped) return DriveState::kTsActive;
       return ts_possible && bms_is(input, BmsState::kTsActive) ? DriveState::kReadyToDrive : DriveState::kLvOn;
-    case DriveState::kInvalid:
-    case DriveState::kFault:
-      break;
   }
-  return state.mode;
+  return state.reset.held() ? DriveState::kLvOn : DriveState::kFault;
 }
 
 }  // namespace
@@ -84,13 +86,8 @@ void drive_state_step(const Config& config, const Input& input, const PedalState
   // The reset reaches the BMS only while the tractive system is not wanted; it is a button at the vehicle (EV.7.2.3).
   const bool ts_off = state.mode == DriveState::kLvOn || state.mode == DriveState::kFault;
   state.reset_request = ts_off && state.reset.held();
-  if (must_latch(state.faults)) {
-    enter(DriveState::kFault, input.now, state);
-  } else if (state.mode == DriveState::kFault) {
-    if (state.reset.held()) enter(DriveState::kLvOn, input.now, state);
-  } else {
-    enter(next_mode(config, input, pedals, state), input.now, state);
-  }
+  const bool failed = must_latch(state.faults);
+  enter(failed ? DriveState::kFault : next_mode(config, input, pedals, state), input.now, state);
 
   VOLTLAP_REQUIRE(state.mode != DriveState::kInvalid);
   VOLTLAP_REQUIRE(state.config_good || state.mode == DriveState::kFault);

@@ -29,7 +29,8 @@ class Button {
 struct DriveStateState {
   Button ts_on, rtd, reset;
   bool inverter_disobeys = false;  ///< written by master_step, from inverter_watch
-  bool inverter_dropped = false;   ///< written by master_step: MST-065
+  bool inverter_dropped = false;   ///< written by master_step: MST-065, MST-070
+  bool inverters_wait = false;     ///< written by master_step: MST-068, not ready yet
   bool refused = false;            ///< written by the node's owner: the board's self-test failed
   // Computed by drive_state_step.
   DriveState mode = DriveState::kInvalid;
@@ -37,6 +38,7 @@ struct DriveStateState {
   bool config_good = false;    ///< of the check at the first step
   bool ts_request = false;
   bool reset_request = false;
+  bool rtd_waits = false;      ///< pressed while the inverters were not ready, and held since
   bool rtd_sound = false;
   Faults faults{};
 };

@@ -48,7 +48,8 @@ void take_pack(const Frame& frame, Input& in) {
 void take_switches(const Frame& frame, Input& in) {
   can::VehicleIo m;
   if (!decode(frame, m)) return;
-  refresh(in.switches, true, Switches{m.shutdown_closed, m.ts_on_button, m.rtd_button, m.reset_button}, in.now);
+  const bool closed = m.shutdown_closed && !m.interlock_open;  // BMS-037
+  refresh(in.switches, true, Switches{closed, m.ts_on_button, m.rtd_button, m.reset_button}, in.now);
 }
 
 // A limit without a reason is no limit that a BMS has computed: all-zero data allows nothing.
@@ -76,24 +77,24 @@ void take_temperatures(const Frame& frame, Input& in) {
   refresh_temperature(in.inverter_temperature, m.inverter_ok, m.inverter_dc, in.now);
 }
 
-void take_pm100(const Frame& frame, InverterLink& link, Input& in) {
-  take_pm100(frame, link.motor_constant_unm_per_a, link.pm100, in);
+// Frames of the inverters of other makers.
+void take_others(const Frame& frame, InverterLink& link, Input& in) {
+  if (is_pm100(frame.id)) return take_pm100(frame, link.motor_constant_unm_per_a, link.pm100, in);
+  take_amk(frame, link.amk, in);
 }
 
 void take_frame(const Frame& frame, Receiver& receiver) {
   Input& in = receiver.input;
   switch (frame.id) {
-    case can::Pedals::kId: take_pedals(frame, in); break;
-    case can::WheelSpeeds::kId: take_wheels(frame, in); break;
-    case can::InverterStatus::kId: take_inverter(frame, in); break;
-    case can::PackSensor::kId: take_pack(frame, in); break;
-    case can::VehicleIo::kId: take_switches(frame, in); break;
-    case can::BmsLimits::kId: take_limits(frame, in); break;
-    case can::BmsStatus::kId: take_bms_status(frame, in); break;
-    case can::MotorTemperatures::kId: take_temperatures(frame, in); break;
-    default:
-      if (is_pm100(frame.id)) take_pm100(frame, receiver.inverter, in);
-      break;
+    case can::Pedals::kId: return take_pedals(frame, in);
+    case can::WheelSpeeds::kId: return take_wheels(frame, in);
+    case can::InverterStatus::kId: return take_inverter(frame, in);
+    case can::PackSensor::kId: return take_pack(frame, in);
+    case can::VehicleIo::kId: return take_switches(frame, in);
+    case can::BmsLimits::kId: return take_limits(frame, in);
+    case can::BmsStatus::kId: return take_bms_status(frame, in);
+    case can::MotorTemperatures::kId: return take_temperatures(frame, in);
+    default: return take_others(frame, receiver.inverter, in);
   }
 }
 
@@ -129,8 +130,10 @@ void ingest(Instant now, FrameView frames, Receiver& receiver) {
     if (receiver.rx.receive(frame, now) == codec::RxVerdict::kAccepted) take_frame(frame, receiver);
   }
   receiver.rx.expire(now);
-  if (receiver.inverter.protocol == InverterProtocol::kPm100) settle_pm100(receiver.inverter.pm100, receiver.input);
-  receiver.input.foreign_frames = receiver.rx.contested() || receiver.inverter.pm100.foreign;
+  settle_pm100(receiver.inverter.pm100, receiver.input);
+  if (receiver.inverter.protocol == InverterProtocol::kAmk) settle_amk(receiver.inverter.amk, receiver.input);
+  receiver.input.foreign_frames =
+      receiver.rx.contested() || receiver.inverter.pm100.foreign || receiver.inverter.amk.foreign;
   expire_all(receiver.input);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/inverter_command.hpp"
 
+#include "master/torque_split.hpp"
+
 namespace voltlap::master {
 
 InverterCommand inverter_command(Current current, DriveState mode, const Sample<InverterState>& inverter) {
@@ -10,9 +12,17 @@ InverterCommand inverter_command(Current current, DriveState mode, const Sample<
                                         inverter.value == InverterState::kEnabled);
   InverterCommand command;
   command.enable = mode == DriveState::kReadyToDrive && able;
-  if (!command.enable) return command;
   const std::int32_t step = kPhaseCurrentStep.raw();
-  command.phase_current = Current::from_raw(current.raw() / step * step);
+  if (command.enable) command.phase_current = Current::from_raw(current.raw() / step * step);
+  return command;
+}
+
+// MST-068: setpoints are zero until every inverter has reported the end of its sequence.
+InverterCommand wheel_command(const Config& config, const InverterCommand& all, const Sample<InverterState>& worst) {
+  const bool obeyed = worst.good() && worst.value == InverterState::kEnabled;
+  InverterCommand command = all;
+  command.wheel = split_torque(config, all.enable && obeyed ? all.phase_current : Current{});
+  command.phase_current = command.wheel.sum();
   return command;
 }
 

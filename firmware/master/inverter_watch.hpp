@@ -16,6 +16,7 @@ struct InverterWatchState {
 
 /// By what was asked until the last step.
 void watch_inverter(const Config& config, const Input& input, InverterWatchState& state);
+void watch_current(const Sample<Current>& current, Current excess_max, Instant now, InverterWatchState& state);
 
 /// What is sent now.
 void note_asked(Current sent, Duration elapsed, InverterWatchState& state);

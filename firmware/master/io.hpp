@@ -5,6 +5,7 @@
 #include "base/sample.hpp"
 #include "base/units.hpp"
 #include "can_dbc/car.hpp"
+#include "codec/amk_motors.hpp"
 
 namespace voltlap::master {
 
@@ -13,6 +14,8 @@ using can::DriveState;
 using can::InverterState;
 using can::MasterFault;
 using can::TorqueReason;
+
+using codec::kWheels;
 
 /// Shutdown circuit and buttons of the vehicle.
 struct Switches {
@@ -33,6 +36,7 @@ struct Input {
   Sample<InverterState> inverter_state;
   Sample<Current> phase_current;  ///< as the inverter reports it, or by its torque
   Sample<Current> inverter_dc_current;  ///< of an inverter that reports it
+  codec::AmkMotors motors;  ///< of a car with one a wheel; what stands above is then of all four
   Sample<PackVoltage> pack_voltage;
   Sample<Current> pack_current;
   Sample<Current> discharge_limit, charge_limit;  ///< DC, both >= 0
@@ -57,8 +61,16 @@ struct Faults {
   static unsigned mask(MasterFault f) { return 1U << static_cast<unsigned>(f); }
 };
 
+/// Front left, front right, rear left, rear right.
+struct WheelCurrents {
+  Current of[kWheels] = {};
+  [[nodiscard]] Current sum() const { return of[0] + of[1] + of[2] + of[3]; }
+};
+
 struct Output {
   Current phase_current{};  ///< drive positive
+  WheelCurrents wheel{};    ///< of it, in a car with a motor a wheel
+  bool dc_on = false;       ///< the battery's contactors are closed: such inverters may switch their DC link on
   Current current_limit{};  ///< what it may be now, in the direction of the command; for an inverter that takes one
   bool enable = false;
   DriveState drive_state = DriveState::kInvalid;

@@ -3,6 +3,7 @@
 #pragma once
 #include "master/arbitration.hpp"
 #include "master/drive_state.hpp"
+#include "master/inverter/amk_watch.hpp"
 #include "master/inverter/pm100_watch.hpp"
 #include "master/inverter_watch.hpp"
 #include "master/pedals.hpp"
@@ -19,8 +20,10 @@ struct State {
   RequestState request;
   ArbitrationState arbitration;
   InverterWatchState inverter_watch;
+  SpeedWatch speed_watch;  ///< of an inverter with frames of ours; the others have their own
   Pm100WatchState pm100_watch;
   InverterDropState inverter_drop;
+  AmkWatchState amk_watch;
 };
 
 /// Longest time between two steps that rate limits give credit for.

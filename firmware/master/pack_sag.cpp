@@ -38,11 +38,10 @@ Resistance pack_resistance(const Config& config, const PackSag& state) {
 }
 
 PackVoltage voltage_at(const Config& config, const Input& input, PackVoltage now, Current dc, const PackSag& state) {
-  if (!input.pack_current.good() || dc <= input.pack_current.value) return now;
-  const std::int64_t more_ma = std::int64_t{dc.raw()} - input.pack_current.value.raw();
+  if (!input.pack_current.good()) return now;
+  const std::int64_t more_ma = (max(dc, input.pack_current.value) - input.pack_current.value).raw();
   const std::int64_t sag = more_ma * pack_resistance(config, state).raw() / kMicroOhmPerUnit;
-  const std::int64_t left = now.raw() - sag, half = now.raw() / 2;
-  return PackVoltage::saturated(left > half ? left : half);
+  return max(PackVoltage::saturated(now.raw() - sag), PackVoltage::from_raw(now.raw() / 2));
 }
 
 }  // namespace voltlap::master

@@ -10,7 +10,7 @@ constexpr std::int64_t kFull = 1'000'000;
 
 struct Accelerator {
   bool lost = false;      ///< no fresh sample
-  bool in_range = false;  ///< both channels good and inside their electrical range
+  bool in_range = false;  ///< both channels good and inside their electrical range; else no agreement and no travel
   bool agree = false;
   Ratio low{}, high{};    ///< the lower and the higher of the two travels
 };
@@ -41,9 +41,8 @@ void read_brake(const Config& config, const Input& input, PedalState& state) {
   state.brake_pressed = state.brake_pressure > config.brake_pressed_level;
 }
 
-// Nobody brakes hard with one circuit, and the stop that a burst one leaves is one without motor, too.
+// Nobody brakes hard with one circuit, and the stop that a burst one leaves is one without motor, too. Of good sensors.
 bool brakes_disagree(const Config& config, const Input& input) {
-  if (!input.brake_front.good() || !input.brake_rear.good()) return false;
   const Pressure front = input.brake_front.value, rear = input.brake_rear.value;
   return max(front, rear) > config.brake_compare_level && min(front, rear) <= config.brake_pressed_level;
 }
@@ -54,7 +53,7 @@ Ratio apps_travel(const AppsChannel& channel, Potential voltage) {
   const std::int64_t span = (channel.full - channel.released).raw();
   if (span <= 0) return Ratio{};
   const std::int64_t travel = (voltage - channel.released).raw() * kFull / span;
-  return Ratio::saturated(travel < 0 ? 0 : (travel > kFull ? kFull : travel));
+  return max(min(Ratio::saturated(travel), Ratio::from_raw(kFull)), Ratio{});
 }
 
 void pedals_step(const Config& config, const Input& input, PedalState& state) {
@@ -76,12 +75,13 @@ void pedals_step(const Config& config, const Input& input, PedalState& state) {
              state.brake_sensor.held(!brakes_good || brakes_disagree(config, input), input.now,
                                      config.brake_sensor_fail_time));
   // MST-005 (EV.4.7): brake and accelerator together, by the higher of the two sensors.
-  active.set(MasterFault::kBrakeAndThrottle, a.in_range && state.brake_pressed && a.high > config.brake_throttle_limit);
+  active.set(MasterFault::kBrakeAndThrottle, state.brake_pressed && a.high > config.brake_throttle_limit);
 
-  state.released = a.in_range && a.agree && a.high < config.pedal_release_level;
+  state.released = a.agree && a.high < config.pedal_release_level;
   if (state.released) state.latched = Faults{};
   state.latched.add(active);
-  state.position = a.in_range && !state.latched.any() ? a.low : Ratio{};
+  state.position = state.latched.any() ? Ratio{} : a.low;
+  VOLTLAP_REQUIRE(a.in_range || (!a.agree && a.high == Ratio{}));
   VOLTLAP_REQUIRE(Ratio{} <= a.low && a.low <= a.high && a.high <= Ratio::from_raw(kFull));
 }
 

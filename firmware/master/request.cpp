@@ -21,11 +21,11 @@ bool foreign_frames(const Input& input) { return input.foreign_frames || input.b
 
 // An inverter that misses commands for less than 100 ms, and for nothing else, is no interruption.
 void wait_for_inverter(bool others, const Input& input, RequestState& state) {
-  const bool missed = input.inverter_state.good() && input.inverter_state.value == InverterState::kCommandTimeout;
-  if (missed && state.armed) {
+  if (state.armed) {
     state.waiting = true;
     state.waiting_since = input.now;
   }
+  const bool missed = input.inverter_state.good() && input.inverter_state.value == InverterState::kCommandTimeout;
   const bool short_enough = input.now - state.waiting_since < kInverterWaitMax;
   state.waiting = state.waiting && others && short_enough && (missed || inverter_usable(input));
 }
@@ -35,24 +35,21 @@ Current regen_request(const Config& config, const PedalState& pedals) {
   if (!pedals.released || !pedals.brake_pressed) return Current{};
   const std::int64_t over = (pedals.brake_pressure - config.brake_pressed_level).raw();
   const std::int64_t span = (config.regen_full_level - config.brake_pressed_level).raw();
-  if (span <= 0) return Current{};
-  const std::int64_t share = over > span ? span : over;
-  return -Current::saturated(config.regen_current_max.raw() * share / span);
+  VOLTLAP_REQUIRE(span > 0);
+  return -min(Current::saturated(config.regen_current_max.raw() * over / span), config.regen_current_max);
 }
 
 // MST-021: the request may grow, in either direction, only so fast; it shrinks at once.
 Current rate_limited(Current target, Current previous, Current step) {
   const Current zero{};
-  if (target >= zero) return min(target, max(previous, zero) + step);
-  return max(target, min(previous, zero) - step);
+  return max(min(target, max(previous, zero) + step), min(previous, zero) - step);
 }
 
 }  // namespace
 
 Ratio beyond_dead_zone(Ratio position, Ratio zone) {
-  if (position <= zone) return Ratio{};
   const std::int64_t span = kFull - zone.raw();
-  return Ratio::saturated((position - zone).raw() * kFull / span);
+  return max(Ratio::saturated((position - zone).raw() * kFull / span), Ratio{});
 }
 
 Ratio request_at(Ratio travel, Ratio at_half) {
@@ -67,8 +64,7 @@ void request_step(const Config& config, const Input& input, const PedalState& pe
   const bool others = mode == DriveState::kReadyToDrive && !pedals.latched.any() && !foreign_frames(input);
   const bool permitted = others && inverter_usable(input);
   wait_for_inverter(others, input, state);
-  state.armed = permitted && (state.armed || state.waiting || pedals.released);
-  if (state.armed) state.waiting = false;
+  state.armed = permitted && (state.waiting || pedals.released);
   if (!state.armed) {
     state.pedal = Ratio{};
     state.current = Current{};

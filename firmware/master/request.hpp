@@ -10,8 +10,8 @@ namespace voltlap::master {
 
 struct RequestState {
   bool armed = false;  ///< the pedal has been seen released since torque was last forbidden
-  bool waiting = false;  ///< was armed when the inverter missed commands, which may be for frames that were lost ...
-  Instant waiting_since{};  ///< ... since then
+  bool waiting = false;  ///< was armed, and nothing else has happened than that the inverter missed commands ...
+  Instant waiting_since{};  ///< ... since then, which may be for frames that were lost
   // Computed by request_step.
   Ratio pedal{};       ///< share of the full request
   Current current{};   ///< drive positive, regeneration negative

@@ -24,12 +24,13 @@ def test_every_row_passes_with_a_pm100(tmp_path):
 
 def test_the_usual_rows_pass_with_a_pm100(tmp_path):
     done, rows = driven(tmp_path, "--set", "inverter.protocol=pm100", table="faults.yaml")
-    assert done.returncode == 3, done.stdout + done.stderr  # some are about another inverter, and say so
+    assert done.returncode == 0, done.stdout + done.stderr  # some are about another inverter, and say so
     verdicts = Counter(row["verdict"] for row in rows)
-    assert not verdicts["failed"] and verdicts["passed"] > 0.94 * len(rows), verdicts
+    assert not verdicts["failed"] and verdicts["passed"] > 0.9 * len(rows), verdicts
 
 
 def test_rows_say_nothing_of_a_car_with_another_inverter(tmp_path):
-    done, _ = driven(tmp_path, "--row", "pm100_silent")
-    assert done.returncode == 3
+    for asked in (("--row", "pm100_silent"), ("--group", "pm100")):
+        done, _ = driven(tmp_path, *asked)
+        assert done.returncode == 3, asked
     assert "it is about a car with inverter.protocol pm100; this one has phase_current" in done.stdout + done.stderr

@@ -4,6 +4,7 @@ import pytest
 from voltlap_hil.frame import EXTENDED, Frame
 from voltlap_hil.frame_bits import frame_bits
 from voltlap_hil.bus_state import BusState
+from voltlap_hil.inverter_names import AMK_WHEELS
 
 
 @pytest.fixture
@@ -133,6 +134,15 @@ def test_next_run_begins_again(bus, dbc, frame):
     bus.update([sync(dbc, 5000, 0.0), frame("Pedals", 0.0), sync(dbc, 0, 100.0), frame("Pedals", 100.0, counter=1)])
     assert bus.snapshot()["time_s"] == 0.0
     assert bus.snapshot()["nodes"]["PLANT"]["state"] == "fresh"
+
+
+def test_four_amk_inverters_are_as_the_worst_of_them(bus, frame):
+    on = {"SystemReady": 1, "DcOn": 1, "QuitDcOn": 1, "InverterOn": 1, "QuitInverterOn": 1}
+    worse = {"Enabled": on, "Disabled": {**on, "QuitInverterOn": 0}, "Off": {"SystemReady": 1}, "Fault": {"Error": 1}}
+    bus.update([frame(f"AmkActual1{wheel}", 0.0, **on) for wheel in AMK_WHEELS])
+    for k, (said, bits) in enumerate(worse.items(), start=1):
+        bus.update([frame("AmkActual1RearLeft", 10.0 * k, **bits)])
+        assert bus.snapshot()["states"]["INVERTER"]["state"] == said
 
 
 @pytest.mark.parametrize("signals, said", [({"Enabled": 1}, "Enabled"), ({}, "Disabled"), ({"Lockout": 1}, "Lockout")])

@@ -15,9 +15,9 @@ from voltlap_hil.errors import InputError
     ("PackSensor.PackCurrent != 0 A", 0.0, False),
     ("BmsStatus.State = Fault", "Fault", True),
     ("BmsStatus.State != Fault", "Fault", False),
-    ("BmsStatus.Faults has MasterLost", 1 << 13, True),
-    ("BmsStatus.Faults has MasterLost", 1 << 12, False),
-    ("BmsStatus.Faults lacks MasterLost", 1 << 12, True),
+    ("BmsStatus.Faults has MasterLost", 1 << 14, True),
+    ("BmsStatus.Faults has MasterLost", 1 << 13, False),
+    ("BmsStatus.Faults lacks MasterLost", 1 << 13, True),
     ("VehicleIo.AirPlusAux = 1", 1, True)])
 def test_a_clause_compares_with_the_unit_of_its_signal(dbc, text, value, expected):
     condition = Condition.parse(text, dbc)

@@ -28,7 +28,7 @@ def test_a_frame_of_the_wrong_length_is_no_reading(dbc):
 
 def test_set_bits_have_names(dbc, frame):
     signals = Signals(dbc)
-    signals.update(frame("BmsStatus", 0, Faults=(1 << 13) | 1))
+    signals.update(frame("BmsStatus", 0, Faults=(1 << 14) | (1 << 1)))
     assert signals.bits("BmsStatus.Faults") == ["CellVoltageLow", "MasterLost"]
 
 

@@ -14,6 +14,7 @@ from typing import Any
 from .dbc import LOCKSTEP_FILE, Dbc, Message
 from .frame import EXTENDED, Frame, is_lockstep
 from .frame_bits import BIT_RATE, frame_bits
+from .inverter_names import AMK_WHEELS
 from .quantity import TICK_MS
 from .signals import Signals
 
@@ -27,6 +28,7 @@ _STATES = {
     "MASTER": ("MasterStatus.DriveState", "MasterStatus.Faults", ("MasterStatus.TorqueReason",)),
     "INVERTER": ("InverterStatus.State", None, ()),
 }
+_AMK_ORDER = ["Fault", "Off", "Disabled", "Enabled"]  # the worst first
 _NO_CELL = 255
 
 
@@ -205,8 +207,21 @@ class BusState:
             return None
         return "Fault" if any(words) else "Lockout" if lockout else "Enabled" if enabled else "Disabled"
 
+    def _amk_state(self) -> str | None:
+        """Four AMK inverters say it in bits of a message each: the worst of those that were heard."""
+        worst: str | None = None
+        for wheel in AMK_WHEELS:
+            bits = {name: self.signals[f"AmkActual1{wheel}.{name}"].value
+                    for name in ("SystemReady", "Error", "QuitDcOn", "QuitInverterOn")}
+            if bits["Error"] is None:
+                continue
+            said = ("Fault" if bits["Error"] else "Off" if not (bits["SystemReady"] and bits["QuitDcOn"])
+                    else "Enabled" if bits["QuitInverterOn"] else "Disabled")
+            worst = said if worst is None else min(worst, said, key=_AMK_ORDER.index)
+        return worst
+
     def _state(self, node: str) -> dict[str, Any]:
-        if node == "INVERTER" and (said := self._pm100_state()) is not None:
+        if node == "INVERTER" and (said := self._pm100_state() or self._amk_state()) is not None:
             return {"state": said, "faults": []}
         state, faults, why = _STATES[node]
         return {"state": self.signals[state].value, "faults": self.signals.bits(faults) if faults else [],

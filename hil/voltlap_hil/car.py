@@ -2,6 +2,7 @@
 """What a scenario may name: messages of the DBC files, and parts of the car that its `arguments` choose."""
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import tempfile
@@ -14,6 +15,7 @@ from .dbc import Dbc
 from .errors import InputError, did_you_mean
 from .nodes import program
 
+COURSE = "michigan_2015"  # unless the plant is told another, which a scenario does not
 _FLAGS = ("--vehicle", "--set")  # what plant and ECUs both take
 _ANSWER_S = 20.0
 _WORD = re.compile(r'(\S+) +- +"([^"]*)"')
@@ -50,6 +52,12 @@ class Car:
         """As `keys`, of those whose value is a word."""
         found = (_WORD.match(line) for line in _answer("list", "keys", *self.arguments).splitlines())
         return {row[1]: row[2] for row in found if row}
+
+    @property
+    def lap_m(self) -> float:
+        """Of the course that the plant's own driver drives; 0 where the program is not built yet."""
+        text = _answer("track", "show", COURSE, "--json", "-")
+        return float(json.loads(text)["length_m"]) if text else 0.0
 
     @property
     def open_circuit_v(self) -> float:

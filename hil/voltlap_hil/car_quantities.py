@@ -23,7 +23,8 @@ _FAST_CELLS, _FAST_MS, _SLOW_MS, _TICK_MS = 48, 30.0, 100.0, 10.0
 
 
 def _phase_current(keys: Mapping[str, float]) -> float:
-    return min(keys["inverter.current_max_a"], keys["master.phase_current_max_a"])
+    """Of all motors."""
+    return min(keys.get("powertrain.motors", 1.0) * keys["inverter.current_max_a"], keys["master.phase_current_max_a"])
 
 
 def _cell_to_limit(keys: Mapping[str, float]) -> float:

@@ -21,7 +21,7 @@ from .frame import EXTENDED
 Value = float | str
 INVALID = "invalid"  # the VAL_ entry of a code that says: no measurement
 LOCKSTEP_FILE = "lockstep.dbc"
-FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", LOCKSTEP_FILE)
+FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "amk.dbc", LOCKSTEP_FILE)
 
 
 def _crc8_of_byte(byte: int) -> int:
@@ -111,6 +111,7 @@ class Message:
         self.id: int = message.frame_id | (EXTENDED if message.is_extended_frame else 0)
         self.dlc: int = message.length
         self.sender: str = message.senders[0] if message.senders else ""
+        self.receivers = frozenset(name for signal in message.signals for name in signal.receivers)
         self.cycle_ms: int = _attribute(message, "GenMsgCycleTime", 0)
         self.timeout_ms: int = _attribute(message, "VL_TimeoutMs", 0)
         self.signals = {s.name: Signal(self, s) for s in message.signals}

@@ -18,7 +18,7 @@ from .dbc import Dbc
 from .errors import HilError, InputError, check_place, did_you_mean
 from .fault_options import parser
 from .fault_run import PASSED, RowResult, Twins, run_row
-from .fault_table import TABLE, Row, load_table
+from .fault_table import Row, load_rows, load_table
 from .in_process import PROCESS, EcuPlace
 from .inverter_names import names_of_car
 from .nodes import program
@@ -52,7 +52,8 @@ def _run(options: argparse.Namespace) -> int:
         program()  # its absence is told once, before anything starts
         ecu.check()
     dbc = names_of_car(Dbc.of_project(), car_words(options))
-    rows = _chosen(load_table(options.table or TABLE, dbc, car_words(options)), options)
+    words = car_words(options)
+    rows = _chosen(load_table(options.table, dbc, words) if options.table else load_rows(dbc, words), options)
     if options.list:
         print(fault_report.listing(rows))
         return 0
@@ -67,9 +68,11 @@ def _run(options: argparse.Namespace) -> int:
         markdown = options.report.suffix == ".md"
         fault_report.write(options.report, fault_report.renewed(options.report, fault_report.markdown(done))
                            if markdown else fault_report.page(done))
-    if any(result.error for result in results):
+    # What is about another car says nothing of this one, but where it was asked for or nothing else was driven.
+    about = [result for row, result in zip(rows, results, strict=True) if not row.only_with or row.id in options.row]
+    if not about or any(result.error for result in about):
         return 3
-    return 0 if all(result.verdict == PASSED for result in results) else 1
+    return 0 if all(result.verdict == PASSED for result in about) else 1
 
 
 def _ecu_place(options: argparse.Namespace) -> EcuPlace:

@@ -37,7 +37,8 @@ def parser() -> argparse.ArgumentParser:
     out.add_argument("--draw", type=partial(number, 1, 10_000), metavar="N",
                         help="only so many of them, drawn by --seed")
     out.add_argument("--list", action="store_true", help="say which rows there are, and run nothing")
-    out.add_argument("--table", type=Path, metavar="FILE", help="another table (hil/faults.yaml)")
+    out.add_argument("--table", type=Path, metavar="FILE",
+                        help="another table (hil/faults.yaml and that of the car's inverter beside it)")
     out.add_argument("--json", type=Path, metavar="FILE", help="everything that was measured")
     out.add_argument("--report", type=Path, metavar="FILE",
                         help="one page with the curves of each row (.html), or the table (.md), which takes the place "

@@ -149,8 +149,9 @@ def json_text(matrix: Matrix) -> str:
     for row, result in zip(matrix.rows, matrix.results, strict=True):
         measured = asdict(result)
         measured["results"] = [asdict(check) for check in result.results]
-        rows.append({"id": row.id, "group": row.group, "what": row.what, "line": row.line, "rule": row.rule,
-                     "proves": row.scenario.proves, "drive": row.situation.name, "bounds_ms": bounds(row),
+        rows.append({"id": row.id, "group": row.group, "what": row.what, "rule": row.rule,
+                     "table": row.scenario.path.name, "line": row.line, "proves": row.scenario.proves,
+                     "drive": row.situation.name, "bounds_ms": bounds(row),
                      "known": row.known, "vcan": row.vcan, **{k: v for k, v in measured.items() if k != "id"}})
     head = {"summary": matrix.summary, "seed": matrix.seed, "bus": matrix.bus, "ecu": matrix.ecu,
             "same_frames": matrix.same_frames, "wall_s": round(matrix.wall_s, 1),

@@ -22,10 +22,12 @@ from .nodes import ECUS
 from .quantity import TICK_MS, duration_ms, ticks
 from .scenario_checks import bound_of, read_check
 from .scenario_file import Mistakes, Scenario
+from .scenario_faults import check_reached
 from .scenario_steps import read_step
 from .yaml_node import YamlNode, document
 
 TABLE = Path(__file__).resolve().parents[1] / "faults.yaml"
+OF_INVERTER = {"pm100": TABLE.with_name("faults_pm100.yaml"), "amk": TABLE.with_name("faults_amk.yaml")}
 _SITUATION = ["what", "sound", "ends", "given", "meanwhile"]
 _ENDS = {"torque": "torque_zero_within", "contactors": "contactors_open_within"}
 _ROW = ["id", "group", "what", "rule", "proves", "drive", "when", "meanwhile", "sees", "seen_within",
@@ -107,6 +109,12 @@ def load_table(path: Path, dbc: Dbc, arguments: Sequence[str] = ()) -> list[Row]
     return rows
 
 
+def load_rows(dbc: Dbc, arguments: Sequence[str] = ()) -> list[Row]:
+    """Of the project's tables all that there is about a car: the usual one, and that of its inverter."""
+    own = OF_INVERTER.get(Car(dbc, tuple(arguments)).words.get("inverter.protocol", ""))
+    return [row for path in (TABLE, own) if path for row in load_table(path, dbc, arguments)]
+
+
 def _named(node: YamlNode) -> Iterator[tuple[str, YamlNode]]:
     """The entries of a mapping whose names are the writer's own."""
     if not isinstance(node.raw, yaml.MappingNode):
@@ -130,7 +138,8 @@ def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car, drive: i
     fields, dbc = node.fields(_ROW, needed=_NEEDED), of_all.dbc
     identifier = fields["id"].words()
     if _ID.fullmatch(identifier) is None:
-        raise fields["id"].error(f"found {identifier!r}, expected small letters, digits and _, such as apps1_open")
+        raise fields["id"].error(f"found {identifier!r}, expected 3 to 60 small letters, digits and _, such as "
+                                  "apps1_open")
     node.name = f"row {identifier}"
     fields = node.fields(_ROW, needed=_NEEDED)  # once more, so that a mistake names the row
     drives = [situations[n.one_of(list(situations))] for n in fields["drive"].items()]
@@ -146,6 +155,8 @@ def _row(node: YamlNode, situations: dict[str, Situation], of_all: Car, drive: i
         return row  # what it says need not be a thing of this car
     scenario.given = [read_step(step, car) for step in situation.given]
     scenario.when = [read_step(step, car) for step in fields["when"].items()]
+    for step, place in zip(scenario.when, fields["when"].items(), strict=True):
+        check_reached(step, scenario.behind, place)
     own = fields["meanwhile"].items() if "meanwhile" in fields else situation.meanwhile
     scenario.meanwhile = [read_step(step, car) for step in own]
     row.rule = [n.value(_rule) for n in fields["rule"].items()] if "rule" in fields else []

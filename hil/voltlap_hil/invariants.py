@@ -21,7 +21,11 @@ _FOUND_MS = 120.0                  # a second sender or a replay is believed for
 _LIMIT_MS = 500.0                  # EV.3.4.1: an excess counts over 500 ms
 _OPEN_MS = 250.0                   # of a trip: 100 ms for the torque (BMS-034), the contacts, a tick each way
 _SILENT_MS = 50.0
+_LOST_MS = 50.0                    # five commands in a row: at 2 % once in a month of driving
 _TOLERANCE_A = 1.0
+
+
+_OTHER_INVERTERS = {"InverterCommand": ("Pm100Command", "AmkSetpoints")}
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,9 @@ class Drive:
     full_a: float = 550.0
 
     def has(self, *words: str) -> bool:
-        return any(word in fault.fault for fault in self.faults for word in words)
+        """Whether a fault is about one of these; a message of an inverter by its own name, too."""
+        wanted = [other for word in words for other in (word, *_OTHER_INVERTERS.get(word, ()))]
+        return any(word in fault.fault for fault in self.faults for word in wanted)
 
 
 def broken(drive: Drive) -> list[str]:
@@ -55,8 +61,18 @@ def _torque_only_when_ready(drive: Drive) -> str:
     """No torque without brake and button: what is not ready to drive commands none."""
     if drive.has("InverterCommand"):
         return ""  # what was seen of it is damaged, and not what was sent
-    at = _first(drive, "InverterCommand.PhaseCurrent > 0 A and MasterStatus.DriveState != ReadyToDrive")
-    return "" if at is None else f"torque is commanded at {at:g} ms by a car that is not ready to drive"
+    text = "InverterCommand.PhaseCurrent > 0 A and MasterStatus.DriveState != ReadyToDrive"
+    wanted = Condition.parse(text, drive.dbc)
+    since_ms: float | None = None
+    for time_ms, values in drive.trace.states(wanted.signals):
+        if time_ms <= drive.ready_ms or not wanted.holds(values):
+            since_ms = None
+            continue
+        since_ms = time_ms if since_ms is None else since_ms
+        # Where frames are lost the last command that was seen need not be the last that was sent.
+        if time_ms - since_ms >= (_LOST_MS if drive.loss else 0.0):
+            return f"torque is commanded at {since_ms:g} ms by a car that is not ready to drive"
+    return ""
 
 
 def _never_more_than_asked(drive: Drive) -> str:

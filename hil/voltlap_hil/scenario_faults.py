@@ -11,6 +11,7 @@ from .dbc import Dbc, Message, Signal, Value
 from .errors import InputError
 from .faults import Fault
 from .frame import EXTENDED, LOCKSTEP_FIRST, LOCKSTEP_LAST, is_lockstep
+from .nodes import ECUS
 from .quantity import TICK_MS, number, ticks, whole
 from .scenario_sensors import read_sensor
 from .step import Step
@@ -42,7 +43,23 @@ def read_gateway(node: YamlNode, car: Car) -> Step:
             what[field] = _read_word(name, fields[name], messages)
             _check(fields[name], kind, ids, {field: what[field]}, car.dbc)
     _check(fields[kind], kind, ids, what, car.dbc)
-    return Step(f"gateway: {kind}", lambda rig: rig.gateway(kind, targets, for_ms, **what), needs_gateway=True)
+    named = tuple(m for m in messages if m.name in targets and kind != "babble")  # that is a node of its own
+    return Step(f"gateway: {kind}", lambda rig: rig.gateway(kind, targets, for_ms, **what), needs_gateway=True,
+                named=named)
+
+
+def check_reached(step: Step, behind: tuple[str, ...], node: YamlNode) -> None:
+    """What goes between two nodes on the same side of the gateway does not go through it."""
+    for message in step.named:
+        sender = message.sender.lower()
+        others = [name.lower() for name in sorted(message.receivers - {message.sender})]
+        ecus = [name for name in others if name in ECUS] or others
+        if not ecus or any((name in behind) != (sender in behind) for name in ecus):
+            continue
+        apart = sender if sender in ECUS else ecus[0]
+        raise node.error(f"found {message.name}, from {sender} to {' and '.join(ecus)}, on the same side of the "
+                         f"gateway, so that nothing of it is missed; expected them on its two sides (`behind: "
+                         f"{apart}`, in a scenario `behind_gateway: [{apart}]`)")
 
 
 def _kind_and_fields(node: YamlNode) -> tuple[str, dict[str, YamlNode]]:

@@ -15,6 +15,7 @@ from .errors import InputError
 from .nodes import ECUS
 from .quantity import LONGEST_MS, duration_ms
 from .scenario_checks import read_check
+from .scenario_faults import check_reached
 from .scenario_steps import read_step
 from .step import Step
 from .yaml_node import YamlNode, document
@@ -155,6 +156,7 @@ def _read_steps(scenario: Scenario, top: dict[str, YamlNode], car: Car, mistakes
     for part, node in _entries(top, ("given", "when", "meanwhile"), mistakes):
         with mistakes.noted():
             step = read_step(node, car)
+            check_reached(step, scenario.behind, node)
             if step.kills in killed:
                 raise node.error(f"found that {step.kills} is killed twice; it is dead since the first time")
             if step.kills:

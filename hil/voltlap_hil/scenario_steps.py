@@ -2,6 +2,7 @@
 """The steps of a scenario file: one reader a verb, in the table at the end. Faults of the bus: scenario_faults."""
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import partial
 
@@ -10,6 +11,7 @@ import yaml
 from .car import Car
 from .condition import Condition
 from .dbc import LOCKSTEP_FILE
+from .errors import InputError
 from .nodes import ECUS
 from .quantity import TICK_MS, duration_ms, number, ticks, whole
 from .rig import DISTANCE_NEEDS, STAGES, START_UP_NEEDS, SWITCHES
@@ -119,10 +121,26 @@ def _reset(node: YamlNode, _: Car) -> Step:
     return Step(f"reset {name}", lambda rig: rig.reset(name, f"{off_ms} ms"), needs_process=True)
 
 
-def _drive(node: YamlNode, _: Car) -> Step:
+_LAP = re.compile(r"\s*lap ([1-9][0-9]{0,3})(?:\s*\+\s*(.*))?")
+_FARTHEST_M = 1e6
+
+
+def _distance_m(text: object, car: Car) -> float:
+    """`300 m` since the start, `lap 3` where the third lap begins, or `lap 3 + 300 m`."""
+    lap = _LAP.fullmatch(str(text))
+    if lap is None:
+        if "lap" in str(text):
+            raise InputError(f"found {str(text)!r}, expected a distance such as '300 m', 'lap 3' or 'lap 3 + 300 m'")
+        return number(text, "m", 0.0, _FARTHEST_M)
+    if not car.lap_m:
+        raise InputError(f"found {str(text)!r}, but how long a lap is the program says, which is not built yet")
+    return (int(lap[1]) - 1) * car.lap_m + (number(lap[2], "m", 0.0, _FARTHEST_M) if lap[2] else 0.0)
+
+
+def _drive(node: YamlNode, car: Car) -> Step:
     """Until the front wheels have rolled so far since the start."""
     found = node.fields(["to", "within"], needed=["to", "within"])
-    to_m = found["to"].value(partial(number, unit="m", low=0.0, high=1e6))
+    to_m = found["to"].value(partial(_distance_m, car=car))
     within = found["within"].text()
     found["within"].value(partial(duration_ms, least_ms=TICK_MS))
     return Step(f"drive to {to_m:g} m", lambda rig: rig.drive(to_m, within), DISTANCE_NEEDS)

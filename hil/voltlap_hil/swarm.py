@@ -4,7 +4,7 @@ in the same way."""
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -16,11 +16,15 @@ from .fault_table import Row
 from .invariants import Drive, broken
 from .rig import Rig
 
-VEHICLES = ("vtm16e", "vtm17e")
+# What is drawn from: two packs, and every inverter that the firmware speaks to.
+CARS = {"vtm16e": ("--vehicle", "vtm16e"), "vtm17e": ("--vehicle", "vtm17e"), "amk_4wd": ("--vehicle", "amk_4wd"),
+        "vtm16e with a PM100": ("--vehicle", "vtm16e", "--set", "inverter.protocol=pm100")}
 TRACKS = ("michigan_2014", "michigan_2015")
-_DRIVING = ("full", "rolling", "stand", "lifts", "lifts_rolling", "lap")
+_DRIVING = ("full", "rolling", "stand", "lifts", "lifts_rolling", "lap", "amk_full", "amk_stand",
+            "pm100_full", "pm100_stand")
 _LONGEST_MS, _PIECE_MS, _AFTER_MS = 9000, (100, 1500), 1500
-_USUAL: dict[str, Any] = {"vehicle": VEHICLES[0], "soc": 1.0, "celsius": 27, "weak": 1.0, "noise": False, "loss": 0}
+DRIVEN_MS = _LONGEST_MS + _AFTER_MS  # at least, of a scenario, from ready to drive on
+_USUAL: dict[str, Any] = {"vehicle": "vtm16e", "soc": 1.0, "celsius": 27, "weak": 1.0, "noise": False, "loss": 0}
 
 
 @dataclass(frozen=True)
@@ -63,18 +67,21 @@ class Drawn:
         settings = [f"battery.initial_soc={self.soc:g}", f"battery.initial_temperature_c={self.celsius}",
                     f"environment.ambient_c={self.celsius}", f"battery.cells.3.resistance_scale={self.weak:g}",
                     f"sensors.noise={'true' if self.noise else 'false'}"]
-        return [*(self.own or ("--vehicle", self.vehicle)),
+        return [*(self.own or CARS[self.vehicle]),
                 *(word for setting in settings for word in ("--set", setting))]
 
 
 def usable(rows: Sequence[Row]) -> list[Row]:
-    """Rows whose fault may come at any moment of a drive: no car or drive of their own."""
+    """Rows whose fault may come at any moment of a drive of this car: no car or drive of their own."""
     return [row for row in rows if row.situation.name in _DRIVING and not row.scenario.arguments
-            and not row.own_meanwhile and not row.known]
+            and not row.own_meanwhile and not row.known and not row.only_with]
 
 
-def draw(seed: int, rows: Sequence[Row], own: tuple[str, ...] = ()) -> Drawn:
+def draw(seed: int, usable_of: Mapping[str, Sequence[Row]], own: tuple[str, ...] = ()) -> Drawn:
+    """`usable_of`: the rows of each car; of one alone where it is named by `own`."""
     source = random.Random(seed)
+    vehicle = source.choice(list(usable_of))
+    rows = usable_of[vehicle]
     laps = source.random() < 0.25
     foot: list[Piece] = []
     while not laps and sum(p.ms for p in foot) < _LONGEST_MS:
@@ -88,7 +95,7 @@ def draw(seed: int, rows: Sequence[Row], own: tuple[str, ...] = ()) -> Drawn:
         row = source.choice([r for r in rows if first is None or r.scenario.behind == first.scenario.behind])
         first = first or row
         faults.append((row.id, 10 * source.randint(0, _LONGEST_MS // 10)))
-    return Drawn(seed, source.choice(VEHICLES), source.choice(TRACKS), round(source.uniform(0.3, 1.0), 2),
+    return Drawn(seed, vehicle, source.choice(TRACKS), round(source.uniform(0.3, 1.0), 2),
                  source.randint(5, 40), round(source.uniform(1.0, 1.4), 2), source.random() < 0.5,
                  source.choice((0, 0, 1, 2)), tuple(foot), tuple(sorted(faults, key=lambda f: f[1])), own)
 

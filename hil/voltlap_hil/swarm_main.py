@@ -9,6 +9,7 @@ import random
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import count
 
 from .car import Car
@@ -16,12 +17,12 @@ from .car_flags import car_words
 from .dbc import Dbc
 from .errors import HilError, InputError
 from .fault_options import SEEDS
-from .fault_table import TABLE, Row, load_table
+from .fault_table import Row, load_rows
 from .in_process import PROCESS
 from .inverter_names import names_of_car
 from .nodes import program
 from .rig import Bench, Rig
-from .swarm import Drawn, check, draw, smallest, usable
+from .swarm import CARS, DRIVEN_MS, Drawn, check, draw, smallest, usable
 from .swarm_options import parser
 
 
@@ -36,34 +37,48 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
-_work: tuple[dict[str, Row], list[Row], Dbc, Car] | None = None  # of a worker, which was forked with it
+@dataclass(frozen=True)
+class _Car:
+    """A car with the names of its frames and its rows of the tables."""
+
+    car: Car
+    dbc: Dbc
+    rows: dict[str, Row]
+
+    def open_rig(self, gateway: bool, behind: tuple[str, ...], **what: object) -> Rig:
+        return Rig(Bench(PROCESS, PROCESS if gateway else None, behind), dbc=self.dbc, **what)  # type: ignore[arg-type]
 
 
-def _open_rig(gateway: bool, behind: tuple[str, ...], **what: object) -> Rig:
-    assert _work is not None
-    return Rig(Bench(PROCESS, PROCESS if gateway else None, behind), dbc=_work[2], **what)  # type: ignore[arg-type]
+_cars: dict[str, _Car] = {}  # of a worker, which was forked with it
+_own: tuple[str, ...] = ()   # the words of the car that was named
+
+
+def _load(words: tuple[str, ...]) -> _Car:
+    dbc = names_of_car(Dbc.of_project(), words)
+    car = Car(dbc, words)
+    return _Car(car, dbc, {row.id: row for row in usable(load_rows(dbc, words))})
 
 
 def _check(drawn: Drawn) -> list[str]:
-    assert _work is not None
+    of_car = _cars[drawn.vehicle]
+    if not {name for name, _ in drawn.faults} <= of_car.rows.keys():
+        return []  # made smaller to a car that has not this fault
     try:
-        return check(drawn, _work[0], _open_rig, _work[3])
+        return check(drawn, of_car.rows, of_car.open_rig, of_car.car)
     except HilError as error:
         return [f"the run ends: {error}"]
 
 
 def _one(seed: int) -> tuple[Drawn, list[str]]:
-    assert _work is not None
-    drawn = draw(seed, _work[1], _work[3].arguments)
+    drawn = draw(seed, {name: list(of_car.rows.values()) for name, of_car in _cars.items()}, _own)
     return drawn, _check(drawn)
 
 
 def _run(options: argparse.Namespace) -> int:
-    global _work
+    global _cars, _own
     program()
-    dbc = names_of_car(Dbc.of_project(), car_words(options))
-    rows = load_table(TABLE, dbc, car_words(options))
-    _work = ({row.id: row for row in rows}, usable(rows), dbc, Car(dbc, car_words(options)))
+    _own = car_words(options)
+    _cars = {name: _load(words) for name, words in ({"vtm16e": _own} if _own else CARS).items()}
     first = options.seed if options.seed is not None else random.randrange(SEEDS)
     print(f"seed {first}", flush=True)
     begin, runs, faults = time.monotonic(), 0, 0
@@ -72,7 +87,10 @@ def _run(options: argparse.Namespace) -> int:
         _show(options, begin, runs)
         if found:
             return _tell(drawn, found)
-    print(f"{runs} scenarios with {faults} faults in {time.monotonic() - begin:.0f} s: nothing was broken")
+    minutes = runs * DRIVEN_MS / 60_000
+    driven = f"{minutes / 60:.1f} h" if minutes >= 60 else f"{minutes:.0f} min"
+    print(f"{runs} scenarios, {driven} driven, with {faults} faults in {time.monotonic() - begin:.0f} s: nothing "
+          "was broken")
     return 0
 
 

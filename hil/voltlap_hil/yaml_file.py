@@ -14,9 +14,9 @@ import yaml
 
 from .errors import InputError
 
-_MOST_BYTES = 100_000  # fifty times the longest scenario of the project
+_MOST_BYTES = 400_000  # four times the table of faults, two hundred times the longest scenario
 _MOST_LEVELS = 20  # a scenario needs seven
-_MOST_VALUES = 20_000  # with every alias followed
+_MOST_VALUES = 80_000  # with every alias followed
 _OTHER_ENCODINGS = ((codecs.BOM_UTF32_LE, "UTF-32"), (codecs.BOM_UTF32_BE, "UTF-32"), (codecs.BOM_UTF16_LE, "UTF-16"),
                     (codecs.BOM_UTF16_BE, "UTF-16"))  # the longer marks first: UTF-32 begins as UTF-16 does
 _NO_FILE = ((stat.S_ISDIR, "a folder"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
@@ -115,7 +115,7 @@ def _read(path: Path) -> bytes:
     except ValueError as error:  # a NUL in the name
         raise InputError(f"{str(path)!r}: {error}") from None
     if len(data) > _MOST_BYTES:
-        raise InputError(f"{path}: found more than {_MOST_BYTES // 1000} kB, expected a scenario, a page of text")
+        raise InputError(f"{path}: found more than {_MOST_BYTES // 1000} kB, expected a scenario or a table of faults")
     return data
 
 

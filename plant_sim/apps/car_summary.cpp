@@ -79,6 +79,10 @@ std::string what_ends(const Drive& drive, double top_mps) {
              : "where the pack's voltage ends the motor's torque";
 }
 
+const char* driven_tyres(const VehicleParameters& car) {
+  return car.powertrain.motors == 1 ? "rear tyres" : "tyres, with these shares,";
+}
+
 void fill_speeds(const Drive& drive, CarSummary& out) {
   constexpr double kFull = 0.95;
   const double last = drive.motor_last_mps(), most = drive.force_n(0.0);
@@ -115,7 +119,7 @@ CarSummary summarise_car(const VehicleParameters& car) {
 }
 
 std::vector<std::string> car_notes(const VehicleParameters& car, const CarSummary& s) {
-  constexpr double kRuleVoltage = 600.0, kSlow_mps = 50.0 / 3.6;
+  constexpr double kRuleVoltage = 600.0, kTouchable_v = 60.0, kSlow_mps = 50.0 / 3.6;
   std::vector<std::string> notes;
   if (s.pack_full_v > kRuleVoltage) {
     notes.push_back(fmt::format("the full pack has {:.0f} V, Formula SAE allows {:.0f} V: fewer "
@@ -133,14 +137,14 @@ std::vector<std::string> car_notes(const VehicleParameters& car, const CarSummar
                                 car.master.power_max_kw, s.discharge_max_a));
   }
   if (s.wheel_force_n < 0.5 * s.wheel_grip_n) {
-    notes.push_back(fmt::format("full torque is {:.1f} kN at the wheels, the rear tyres hold {:.1f} kN: a larger "
+    notes.push_back(fmt::format("full torque is {:.1f} kN at the wheels, the {} hold {:.1f} kN: a larger "
                                 "powertrain.final_drive or inverter.current_max_a", 1e-3 * s.wheel_force_n,
-                                1e-3 * s.wheel_grip_n));
+                                driven_tyres(car), 1e-3 * s.wheel_grip_n));
   }
   if (s.wheel_force_n > 2.0 * s.wheel_grip_n) {
-    notes.push_back(fmt::format("full torque is {:.1f} kN at the wheels, more than twice what the rear tyres hold "
+    notes.push_back(fmt::format("full torque is {:.1f} kN at the wheels, more than twice what the {} hold "
                                 "({:.1f} kN): a smaller powertrain.final_drive wins speed", 1e-3 * s.wheel_force_n,
-                                1e-3 * s.wheel_grip_n));
+                                driven_tyres(car), 1e-3 * s.wheel_grip_n));
   }
   if (s.top_speed_mps < kSlow_mps) {
     notes.push_back(fmt::format("the car ends at {:.0f} km/h: check powertrain.final_drive, motor.model and the pack's "
@@ -159,6 +163,19 @@ std::vector<std::string> car_notes(const VehicleParameters& car, const CarSummar
                                 link.bleed_resistance_ohm, link.precharge_resistance_ohm, 100.0 * precharged,
                                 100.0 * car.bms.precharge_ratio));
   }
+  const double discharge_s =
+      link.bleed_resistance_ohm * link.dc_link_capacitance_f * std::log(std::max(1.0, s.pack_full_v / kTouchable_v));
+  if (discharge_s > car.bms.dc_link_discharge_time_s) {
+    notes.push_back(fmt::format("the DC link takes {:.1f} s from {:.0f} V to {:g} V, the BMS takes the contactors for "
+                                "welded after {:g} s (EV.7.2.2): a smaller contactors.bleed_resistance_ohm ({:g} ohm) "
+                                "or contactors.dc_link_capacitance_f", discharge_s, s.pack_full_v, kTouchable_v,
+                                car.bms.dc_link_discharge_time_s, link.bleed_resistance_ohm));
+  }
+  if (s.pack_empty_v < car.inverter.dc_voltage_min_v) {
+    notes.push_back(fmt::format("the inverter is off below {:g} V, the pack has {:.0f} V full, {:.0f} V at half and "
+                                "{:.0f} V empty: a smaller inverter.dc_voltage_min_v, or more battery.cells_in_series",
+                                car.inverter.dc_voltage_min_v, s.pack_full_v, s.pack_half_v, s.pack_empty_v));
+  }
   return notes;
 }
 
@@ -171,9 +188,11 @@ std::string car_text(const VehicleParameters& car, const CarSummary& s) {
   out += fmt::format("  mass       {:.1f} kg, with driver {:.1f} kg\n", s.car_mass_kg, s.total_mass_kg);
   out += fmt::format("  current    {:.0f} A allowed; {:.0f} kW take {:.0f} A at half charge\n", s.discharge_max_a,
                      car.master.power_max_kw, s.power_current_a);
-  out += fmt::format("  motor      {}, {:.1f} kN at the wheels up to {:.0f} km/h; the rear tyres hold {:.1f} kN\n",
-                     car.motor.model.empty() ? "of the car file" : car.motor.model, 1e-3 * s.wheel_force_n,
-                     3.6 * s.full_torque_mps, 1e-3 * s.wheel_grip_n);
+  const std::string model = car.motor.model.empty() ? "of the car file" : car.motor.model;
+  const bool one = car.powertrain.motors == 1;
+  out += fmt::format("  {} {}, {:.1f} kN at the wheels up to {:.0f} km/h; the {} hold {:.1f} kN\n",
+                     one ? "motor     " : "4 motors  ", model, 1e-3 * s.wheel_force_n, 3.6 * s.full_torque_mps,
+                     driven_tyres(car), 1e-3 * s.wheel_grip_n);
   out += fmt::format("  top speed  {:.0f} km/h, {}\n", 3.6 * s.top_speed_mps, s.top_speed_by);
   for (const std::string& note : car_notes(car, s)) out += fmt::format("  note: {}\n", note);
   return out;

@@ -16,7 +16,7 @@ struct CarSummary {
   double discharge_max_a;                         ///< that the BMS allows
   double power_max_kw;                            ///< at half charge: what pack, limit and rules leave, at the bus
   double power_current_a;                         ///< pack current of master.power_max_kw at half charge
-  double wheel_force_n, wheel_grip_n;             ///< full torque from standstill; what the rear tyres hold of it
+  double wheel_force_n, wheel_grip_n;             ///< full torque from standstill; what the driven tyres hold of it
   double full_torque_mps;                         ///< speed up to which the torque stays within 5 % of its largest
   double top_speed_mps;                           ///< on a level road; 0: the car does not move
   std::string top_speed_by;                       ///< what ends it, in words

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <numbers>
 #include <vector>
 
 #include <fmt/format.h>
@@ -260,6 +261,12 @@ void check_beliefs(const VehicleParameters& car, const Origins& origins) {
                      "bms.resistance_ohm beside it: without it the BMS takes both from the cell file",
                      "Give bms.resistance_ohm, or leave bms.resistance_per_kelvin out");
   }
+  if (own.energy_to_go_km != 0.0 && own.soc_method == "none") {
+    throw InputError(place_of(car, origins, "bms.energy_to_go_km"),
+                     fmt::format("{:g} km, with bms.soc_method none", own.energy_to_go_km),
+                     "bms.soc_method coulomb or ekf beside it: without a state of charge there is nothing to spread",
+                     "Set bms.soc_method = \"coulomb\" too, or bms.energy_to_go_km = 0");
+  }
   if (own.limit_method == "ahead" && own.soc_method != "ekf") {
     throw InputError(place_of(car, origins, "bms.limit_method"),
                      fmt::format("ahead, with bms.soc_method {}", own.soc_method),
@@ -284,6 +291,7 @@ Resistance fresh_pack_resistance(const VehicleParameters& car) {
 }
 
 InverterProtocol inverter_protocol(const VehicleParameters& car) {
+  if (car.inverter.protocol == "amk") return InverterProtocol::kAmk;
   return car.inverter.protocol == "pm100" ? InverterProtocol::kPm100 : InverterProtocol::kPhaseCurrent;
 }
 
@@ -304,6 +312,9 @@ bms::Config bms_config(const VehicleParameters& car, const Origins& origins) {
   const double motor_nm_per_a = car.master.motor_constant_nm_per_a.value_or(car.motor.constant_nm_per_a);
   config.motor_constant_unm_per_a = static_cast<std::int32_t>(std::lround(1e6 * motor_nm_per_a));
   config.capacity_mah = static_cast<std::int32_t>(std::lround(capacity_ah * 1e3));
+  const double m_per_turn = 2.0 * std::numbers::pi * car.tyres.radius_m / car.powertrain.final_drive;
+  config.um_per_motor_turn = static_cast<std::int32_t>(
+      std::lround(std::min(1e6 * m_per_turn, 1.0 * bms::check::kMotorTurnMaxUm)));
   fill_tables(car, config);
   refuse(refusal(car, config), car, origins);
   VOLTLAP_DEMAND(bms::config_check(config) == bms::ConfigError::kNone);

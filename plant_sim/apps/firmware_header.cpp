@@ -99,6 +99,9 @@ std::vector<Line> lines_of(const bms::Config& c) {
       celsius("derating_start", c.derating_start),
       celsius("charge_temperature_min", c.charge_temperature_min),
       quantity("soc_derating_start", "Soc", c.soc_derating_start, 1e-4, "%"),
+      whole("energy_to_go_m", c.energy_to_go_m, "m; 0: off"),
+      quantity("energy_to_go_reserve", "Soc", c.energy_to_go_reserve, 1e-4, "%"),
+      whole("um_per_motor_turn", c.um_per_motor_turn, "um"),
       volts("cell_voltage_trip_low", c.cell_voltage_trip_low),
       volts("cell_voltage_trip_high", c.cell_voltage_trip_high),
       celsius("temperature_trip", c.temperature_trip),
@@ -124,6 +127,7 @@ std::vector<Line> lines_of(const bms::Config& c) {
       amperes("opening_current", c.opening_current),
       time("contactor_time", c.contactor_time),
       time("contactor_drop_time", c.contactor_drop_time),
+      time("isolation_time", c.isolation_time),
       time("discharge_time", c.discharge_time),
       percent("dc_link_welded", c.dc_link_welded),
       amperes("charger_current_max", c.charger_current_max),
@@ -143,8 +147,8 @@ std::vector<Line> lines_of(const bms::Config& c) {
 /// Those of an image: the circuit of a filter is in it where there is one.
 std::vector<Line> lines_of_image(const bms::Config& config) {
   std::vector<Line> lines = lines_of(config);
-  if (config.inverter_protocol == InverterProtocol::kPm100) {
-    lines.push_back({"c.inverter_protocol = InverterProtocol::kPm100;", ""});
+  if (config.inverter_protocol != InverterProtocol::kPhaseCurrent) {
+    lines.push_back({fmt::format("c.inverter_protocol = {};", protocol_name(config.inverter_protocol)), ""});
   }
   if (config.soc_method == bms::SocMethod::kEkf) {
     for (Line& line : branch_lines(config.branches)) lines.push_back(std::move(line));
@@ -227,6 +231,15 @@ std::uint32_t configuration_number(const bms::Config& config) {
   if (config.soc_method == bms::SocMethod::kEkf) text += filter_arrays(config.branches, config.resistance.count);
   for (const Line& line : lines_of_image(config)) text += line.assignment;
   return number_of_text(text);
+}
+
+const char* protocol_name(InverterProtocol protocol) {
+  switch (protocol) {
+    case InverterProtocol::kPhaseCurrent: break;
+    case InverterProtocol::kPm100: return "InverterProtocol::kPm100";
+    case InverterProtocol::kAmk: return "InverterProtocol::kAmk";
+  }
+  return "InverterProtocol::kPhaseCurrent";
 }
 
 std::string owner_lines(const char* kind, const std::string& car, std::uint32_t number) {

@@ -21,6 +21,9 @@ struct HeaderSource {
 [[nodiscard]] std::uint32_t configuration_number(const bms::Config& config);
 [[nodiscard]] std::uint32_t number_of_text(std::string_view text);
 
+/// As C++.
+[[nodiscard]] const char* protocol_name(InverterProtocol protocol);
+
 /// The car and the number of its configuration as C++: k<kind>Car, k<kind>Number.
 [[nodiscard]] std::string owner_lines(const char* kind, const std::string& car, std::uint32_t number);
 

@@ -35,6 +35,10 @@ constexpr Row<B> kBmsRows[] = {
     {B::kTemperatureSensors, "sensors.temperature_count", kAtMost, "", bms::kMaxTemperatures,
      "the thermistors that its frames have"},
     {B::kCapacity, "bms.capacity_ah", kAbove},
+    {B::kEnergyToGo, "bms.energy_to_go_km", kAtLeast, "", bc::kDistanceMinM, "0: off"},
+    {B::kEnergyToGoMax, "bms.energy_to_go_km", kAtMost, "", bc::kDistanceMaxM},
+    {B::kEnergyReserve, "bms.energy_to_go_reserve", kAtLeast},
+    {B::kEnergyReserveFull, "bms.energy_to_go_reserve", kBelow, "", bms::check::kFull.raw()},
     {B::kVoltagePlausibleMin, "bms.cell_voltage_plausible_min_v", kAbove},
     {B::kVoltageTripLowPlausible, "bms.cell_voltage_trip_low_v", kAbove, "bms.cell_voltage_plausible_min_v"},
     {B::kVoltageMinTripLow, "bms.cell_voltage_min_v", kAtLeast, "bms.cell_voltage_trip_low_v"},
@@ -75,6 +79,8 @@ constexpr Row<B> kBmsRows[] = {
     {B::kContactorTimeMax, "bms.contactor_time_s", kAtMost, "", bc::kContactorTimeMax.ms()},
     {B::kContactorDropTime, "bms.contactor_drop_time_s", kAtLeast},
     {B::kContactorDropTimeMax, "bms.contactor_drop_time_s", kAtMost, "bms.contactor_time_s"},
+    {B::kIsolationTime, "bms.isolation_time_s", kAbove},
+    {B::kIsolationTimeMax, "bms.isolation_time_s", kAtMost, "", bc::kIsolationTimeMax.ms()},
     {B::kDischargeTime, "bms.dc_link_discharge_time_s", kAbove},
     {B::kDischargeTimeRule, "bms.dc_link_discharge_time_s", kAtMost, "", bc::kDischargeTimeMax.ms(), "EV.5.4.5"},
     {B::kPrechargeTimeMin, "bms.precharge_time_min_s", kAtLeast},
@@ -101,17 +107,19 @@ constexpr Row<B> kBmsRows[] = {
     {B::kBalancingVoltageMax, "bms.balancing_voltage_min_v", kAtMost, "bms.cell_voltage_plausible_max_v"},
 };
 
+constexpr std::string_view kRisingSensor = "sensors whose voltage falls with the pedal are not read";
+
 using M = master::ConfigError;
 namespace mc = master::check;
 constexpr Row<M> kMasterRows[] = {
     {M::kApps1RangeMin, "master.apps1_range_min_v", kAbove},
     {M::kApps1Released, "master.apps1_released_v", kAbove, "master.apps1_range_min_v"},
-    {M::kApps1Full, "master.apps1_full_v", kAbove, "master.apps1_released_v"},
+    {M::kApps1Full, "master.apps1_full_v", kAbove, "master.apps1_released_v", 0, kRisingSensor},
     {M::kApps1RangeMax, "master.apps1_range_max_v", kAbove, "master.apps1_full_v"},
     {M::kApps1Supply, "master.apps1_range_max_v", kBelow, "", mc::kSupply.raw(), "the sensor's supply"},
     {M::kApps2RangeMin, "master.apps2_range_min_v", kAbove},
     {M::kApps2Released, "master.apps2_released_v", kAbove, "master.apps2_range_min_v"},
-    {M::kApps2Full, "master.apps2_full_v", kAbove, "master.apps2_released_v"},
+    {M::kApps2Full, "master.apps2_full_v", kAbove, "master.apps2_released_v", 0, kRisingSensor},
     {M::kApps2RangeMax, "master.apps2_range_max_v", kAbove, "master.apps2_full_v"},
     {M::kApps2Supply, "master.apps2_range_max_v", kBelow, "", mc::kSupply.raw(), "the sensor's supply"},
     {M::kAppsDisagreement, "master.apps_disagreement_max", kAbove},
@@ -129,7 +137,7 @@ constexpr Row<M> kMasterRows[] = {
     {M::kRegenFull, "master.regen_full_brake_bar", kAbove, "master.brake_pressed_bar"},
     {M::kPhaseCurrent, "master.phase_current_max_a", kAbove},
     {M::kPhaseCurrentRange, "master.phase_current_max_a", kAtMost, "", mc::kPhaseCurrentMax.raw(),
-     "the range of InverterCommand in car.dbc"},
+     "what the master controller can ask of all motors"},
     {M::kRequestRise, "master.request_rise_a_per_s", kAbove},
     {M::kRegenCurrent, "master.regen_current_max_a", kAtLeast},
     {M::kRegenCurrentPhase, "master.regen_current_max_a", kAtMost, "master.phase_current_max_a"},
@@ -137,6 +145,13 @@ constexpr Row<M> kMasterRows[] = {
     {M::kMotorConstantMax, "master.motor_constant_nm_per_a", kAtMost, "", mc::kMotorConstantMaxUnm},
     {M::kMotorSpeed, "master.motor_speed_max_rpm", kAbove},
     {M::kMotorSpeedRange, "master.motor_speed_max_rpm", kAtMost, "", mc::kMotorSpeedMax.raw()},
+    {M::kMotorSpeedRangeAmk, "master.motor_speed_max_rpm", kAtMost, "", mc::kMotorSpeedMaxAmk.raw()},
+    {M::kMotorCurrent, "inverter.current_max_a", kAbove},
+    {M::kFrontDriveShare, "powertrain.front_torque_share", kAtLeast},
+    {M::kFrontDriveShareMax, "powertrain.front_torque_share", kAtMost, "", mc::kWhole.raw()},
+    {M::kFrontBrakeShare, "powertrain.front_braking_share", kAtLeast},
+    {M::kFrontBrakeShareMax, "powertrain.front_braking_share", kAtMost, "", mc::kWhole.raw()},
+    {M::kNominalTorque, "inverter.amk_nominal_torque_nm", kAbove},
     {M::kDriveEfficiencyMin, "master.drive_efficiency", kAtLeast, "", mc::kDriveEfficiencyMin.raw()},
     {M::kDriveEfficiencyMax, "master.drive_efficiency", kAtMost, "", mc::kWhole.raw()},
     {M::kPower, "master.power_max_kw", kAbove},
@@ -314,7 +329,9 @@ std::optional<Refusal> refusal(const VehicleParameters& car, const master::Confi
 void refuse(const std::optional<Refusal>& refusal, const VehicleParameters& car, const Origins& origins) {
   if (!refusal) return;
   const std::string where = place_of(*refusal, car, origins);
-  const char* node = refusal->key.starts_with("master.") ? "the master controller" : "the BMS";
+  const auto of = [&](std::string_view section) { return refusal->key.starts_with(section); };
+  const bool master = of("master.") || of("inverter.") || of("powertrain.");
+  const char* node = master ? "the master controller" : "the BMS";
   const std::string reason = refusal->reason.empty() ? "" : fmt::format(" ({})", refusal->reason);
   throw InputError(where, refusal->sentence, fmt::format("what {} accepts{}", node, reason),
                    refusal->other.empty() ? "Correct the value" : "Change one of the two");

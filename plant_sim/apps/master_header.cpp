@@ -64,10 +64,18 @@ std::string ceilings(const master::Config& c) {
          celsius("inverter_derate_end", c.inverter_derate_end);
 }
 
+/// What no car with one inverter of ours needs to be told.
+std::string inverters(const master::Config& c) {
+  if (c.inverter_protocol == InverterProtocol::kPhaseCurrent) return "";
+  const std::string protocol = fmt::format("  c.inverter_protocol = {};\n", protocol_name(c.inverter_protocol));
+  if (c.inverter_protocol != InverterProtocol::kAmk) return protocol;
+  return protocol + amperes("motor_current_max", c.motor_current_max) +
+         percent("front_drive_share", c.front_drive_share) + percent("front_brake_share", c.front_brake_share) +
+         whole("nominal_torque_mnm", c.nominal_torque_mnm, 1e-3, "Nm");
+}
+
 std::string times(const master::Config& c) {
-  const bool pm100 = c.inverter_protocol == InverterProtocol::kPm100;
-  return std::string(pm100 ? "  c.inverter_protocol = InverterProtocol::kPm100;\n" : "") +
-         time("ts_request_timeout", c.ts_request_timeout) + time("rtd_sound_time", c.rtd_sound_time) +
+  return inverters(c) + time("ts_request_timeout", c.ts_request_timeout) + time("rtd_sound_time", c.rtd_sound_time) +
          time("rx_timeout", c.rx_timeout);
 }
 

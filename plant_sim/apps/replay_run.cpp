@@ -96,6 +96,7 @@ ReplayResult replay_by_role(const ReplayAsked& asked, const MapFinding& finding,
   master::Config master = master_config(car.parameters, car.origin);
   master.inverter_excess_max = master::check::kInverterExcessMax;  // the log's inverter obeys the log's controller
   config.inverter_protocol = master.inverter_protocol = InverterProtocol::kPhaseCurrent;  // as its readings are sent on
+  master.motor_speed_max = min(master.motor_speed_max, master::check::kMotorSpeedMax);
   FirmwareLoop firmware(config, master);
   progress("replaying", 0.5);
   ReplayResult out;

@@ -18,6 +18,7 @@
 #include "can_dbc/lockstep.hpp"
 #include "can_dbc/pm100.hpp"
 #include "can_dbc/tables.hpp"
+#include "codec/amk_frames.hpp"
 #include "core/demand.hpp"
 #include "io/bus/quiet_bus.hpp"
 #include "port/host/bus_error.hpp"
@@ -188,21 +189,30 @@ class Supervisor {
   /// Nobody paces the control units any more: what they command by themselves is on the bus.
   void watch_safe_state() {
     watch_.filter({port::only(can::ContactorCommand::kId), port::only(can::InverterCommand::kId),
-                   port::only(can::Pm100Command::kId)});
+                   port::only(can::Pm100Command::kId), port::only(can::AmkSetpointsFrontLeft::kId),
+                   port::only(can::AmkSetpointsFrontRight::kId), port::only(can::AmkSetpointsRearLeft::kId),
+                   port::only(can::AmkSetpointsRearRight::kId)});
     const auto begin = Clock::now();
     std::optional<bool> contactors_open, torque_zero;
+    std::array<bool, codec::kWheels> wheel_zero{};
     while (Clock::now() - begin < kSafeWithin && (contactors_open != true || torque_zero != true)) {
       if (signals_.wait(kLook) != 0) break;
       for (const port::Arrival& a : look()) {
         can::ContactorCommand contactors;
         can::InverterCommand inverter;
         can::Pm100Command torque;
+        codec::AmkSetpoints setpoints;
+        std::size_t wheel = 0;
         if (decode(a.frame, contactors)) {
           contactors_open = !contactors.air_plus_close && !contactors.air_minus_close && !contactors.precharge_close;
         } else if (decode(a.frame, inverter)) {
           torque_zero = !inverter.enable && inverter.phase_current_ma == 0;
         } else if (decode(a.frame, torque)) {
           torque_zero = !torque.enable && torque.torque_mnm == 0;
+        } else if (codec::decode_amk(a.frame, wheel, setpoints)) {
+          wheel_zero[wheel] = !setpoints.enable && setpoints.torque_limit_positive_ppm == 0 &&
+                              setpoints.torque_limit_negative_ppm == 0;
+          torque_zero = std::all_of(wheel_zero.begin(), wheel_zero.end(), [](bool zero) { return zero; });
         }
       }
     }

@@ -2,6 +2,7 @@
 // The rows of the firmware's configurations, and what a value that nobody gives follows.
 #include <algorithm>
 
+#include "core/axle_motors.hpp"
 #include "core/parameter_rows.hpp"
 
 namespace voltlap::plant {
@@ -40,7 +41,7 @@ double charge_current_end_a(const Car& car) {
   const double most = car.bms.charger_current_max_a > 0.0 ? car.bms.charger_current_max_a : kChargerStep_a;
   return std::clamp(kEndShare_per_h * capacity_ah, kChargerStep_a, std::max(kChargerStep_a, most));
 }
-double phase_current_max_a(const Car& car) { return car.inverter.current_max_a; }
+double phase_current_max_a(const Car& car) { return full_phase_current_a(car); }
 double motor_constant_nm_per_a(const Car& car) { return car.motor.constant_nm_per_a; }
 
 // clang-format off
@@ -84,6 +85,10 @@ const ParameterRow kRows[] = {
     "no charging of a colder cell"},
   {"bms.soc_derating_start", "1", 0, 1, kOptional, at<&Car::bms, &BmsSection::soc_derating_start>,
     "the discharge limit falls from here to zero at SOC 0; 0: it does not"},
+  {"bms.energy_to_go_km", "km", 0, 1000, kOptional, at<&Car::bms, &BmsSection::energy_to_go_km>,
+    "the discharge limit spreads the charge over this distance since the last charge; 0: it does not"},
+  {"bms.energy_to_go_reserve", "1", 0, 1, kOptional, at<&Car::bms, &BmsSection::energy_to_go_reserve>,
+    "state of charge that bms.energy_to_go_km leaves at the end"},
   {"bms.cell_voltage_trip_low_v", "V", 0, 5, kOptional, at<&Car::bms, &BmsSection::cell_voltage_trip_low_v>,
     "cell voltage that trips, low", {cell_voltage_trip_low_v, "0.1 V below bms.cell_voltage_min_v"}},
   {"bms.cell_voltage_trip_high_v", "V", 0, 5, kOptional, at<&Car::bms, &BmsSection::cell_voltage_trip_high_v>,
@@ -121,6 +126,8 @@ const ParameterRow kRows[] = {
     "for an auxiliary contact to follow its command"},
   {"bms.contactor_drop_time_s", "s", 0, 60, kOptional, at<&Car::bms, &BmsSection::contactor_drop_time_s>,
     "how long a contactor may be seen open while the system is active"},
+  {"bms.isolation_time_s", "s", 0, 60, kOptional, at<&Car::bms, &BmsSection::isolation_time_s>,
+    "how long the isolation monitor reports a fault before it trips"},
   {"bms.dc_link_discharge_time_s", "s", 0, 600, kOptional, at<&Car::bms, &BmsSection::dc_link_discharge_time_s>,
     "the DC link must be down so long after opening"},
   {"bms.dc_link_welded", "1", 0, 1, kOptional, at<&Car::bms, &BmsSection::dc_link_welded>,
@@ -175,7 +182,7 @@ const ParameterRow kRows[] = {
   {"master.brake_compare_bar", "bar", 0, 200, kOptional, at<&Car::master, &MasterSection::brake_compare_bar>,
     "with more than this in one brake circuit a sensor has failed when the other is not pressed"},
   {"master.phase_current_max_a", "A", 0, 5000, kOptional, at<&Car::master, &MasterSection::phase_current_max_a>,
-    "phase current of the full pedal", {phase_current_max_a, "inverter.current_max_a"}},
+    "phase current of the full pedal, of all motors", {phase_current_max_a, "inverter.current_max_a"}},
   {"master.request_rise_a_per_s", "A/s", 0, 2e6, kOptional, at<&Car::master, &MasterSection::request_rise_a_per_s>,
     "the request grows so fast and falls at once"},
   {"master.regen_current_max_a", "A", 0, 5000, kOptional, at<&Car::master, &MasterSection::regen_current_max_a>,

@@ -27,6 +27,8 @@ struct BmsSection {
   std::optional<double> temperature_derating_start_c;  ///< [degC] -40..100
   double charge_temperature_min_c = 0.0;               ///< [degC] -60..60
   double soc_derating_start = 0.0;                     ///< [1] 0..1
+  double energy_to_go_km = 0.0;                        ///< [km] 0..1000; 0: off
+  double energy_to_go_reserve = 0.03;                  ///< [1] 0..1
   std::optional<double> cell_voltage_trip_low_v;       ///< [V] 0..5
   std::optional<double> cell_voltage_trip_high_v;      ///< [V] 0..5
   double cell_voltage_plausible_min_v = 0.5;           ///< [V] 0..5
@@ -44,6 +46,7 @@ struct BmsSection {
   double precharge_time_min_s = 0.02;                  ///< [s] 0..600
   double contactor_time_s = 0.2;                       ///< [s] 0..60
   double contactor_drop_time_s = 0.02;                 ///< [s] 0..60
+  double isolation_time_s = 0.1;                       ///< [s] 0..60
   double dc_link_discharge_time_s = 5.0;               ///< [s] 0..600
   double dc_link_welded = 0.5;                         ///< [1] 0..1
   double charger_current_max_a = 0.0;                  ///< [A] 0..1000

@@ -184,6 +184,24 @@ void check_instruments(const Check& check, const SensorSection& s) {
                      s.thermistors[n].over(s.all_thermistors));
 }
 
+/// Four inverters are those of an AMK kit, and no other protocol addresses four.
+void check_motors(const Check& check, const VehicleParameters& p) {
+  const std::string& protocol = p.inverter.protocol;
+  const int motors = p.powertrain.motors;
+  const bool amk = protocol == "amk";
+  check.that(amk || protocol == "phase_current" || protocol == "pm100", "inverter.protocol", '"' + protocol + '"',
+             "\"phase_current\", \"pm100\" or \"amk\"", "Choose one of the three");
+  check.that(motors == 1 || motors == 4, "powertrain.motors", fmt::format("{} motors", motors),
+             "1, on the rear axle, or 4, one a wheel", "Choose one of the two");
+  check.that(!amk || motors == 4, "inverter.protocol", "\"amk\" with one motor",
+             "four motors: an AMK kit has an inverter a wheel",
+             "Set powertrain.motors = 4 too, with motor.*, inverter.* and powertrain.final_drive of each, or take the "
+             "vehicle amk_4wd");
+  check.that(amk || motors == 1, "powertrain.motors", fmt::format("4 motors with inverter.protocol \"{}\"", protocol),
+             "\"amk\": the other protocols address one inverter",
+             "Set inverter.protocol = \"amk\" too, or one motor");
+}
+
 }  // namespace
 
 void check_cell_consistency(const LoadedVehicle& holder) {
@@ -198,8 +216,7 @@ void check_consistency(const LoadedVehicle& vehicle) {
   check.flat_but_tables();
   check_instruments(check, p.sensors);
   check_cell(check, p.cell);
-  check.that(p.inverter.protocol == "phase_current" || p.inverter.protocol == "pm100", "inverter.protocol",
-             '"' + p.inverter.protocol + '"', "\"phase_current\" or \"pm100\"", "Choose one of the two");
+  check_motors(check, p);
   check.that(p.powertrain.kind == "electric" || p.powertrain.kind == "none", "powertrain.kind",
              '"' + p.powertrain.kind + '"', "\"electric\" or \"none\"", "Choose one of the two");
   const bool weighed = p.vehicle.mass_kg > 0.0, without_pack = p.vehicle.mass_without_pack_kg > 0.0;

@@ -159,15 +159,20 @@ struct PowertrainSection {
   double final_drive = 0;            ///< [1] 0.5..30
   double driveline_efficiency = 0;   ///< [1] 0.3..1
   double driveline_inertia_kg_m2 = 0;  ///< [kg m2] 0.01..20, at the rear wheels; with the rotor where motor says none
+  int motors = 1;                    ///< [1] 1 or 4: of the rear axle, or one a wheel, alike
+  double front_torque_share = 0.5;   ///< [1] 0..1, of four motors, of the torque that drives
+  double front_braking_share = 0.5;  ///< [1] 0..1, of the torque that brakes
 };
 
 struct InverterSection {
   double efficiency = 0;          ///< [1] 0.5..1
-  double current_max_a = 0;       ///< [A] 1..5000, phase current
+  double current_max_a = 0;       ///< [A] 1..5000, phase current, of each
   double command_timeout_s = 0;   ///< [s] 0.01..2, silence after which it stops
   double dc_voltage_min_v = 0;    ///< [V] 0..600, below it the output stage is off
   std::string protocol = "phase_current";
   double pm100_timeout_s = 0.099;  ///< [s] 0.07..2, in the place of command_timeout_s with protocol pm100
+  double amk_timeout_s = 0.05;    ///< [s] 0.03..2, as that with protocol amk
+  double amk_nominal_torque_nm = 9.8;  ///< [Nm] 0.1..1000, MN: what 100 % in a torque limit is
   double loss_w = 0;              ///< [W] 0..2000, while its output stage is on
   double loss_w_per_a = 0;        ///< [W/A] 0..20, of the phase current
   double loss_w_per_a2 = 0;       ///< [W/A2] 0..1, of the phase current squared

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <memory>
 
 #include "explain/causes/list.hpp"
 #include "explain/decide/members.hpp"
@@ -28,13 +29,29 @@ Minutes minutes_of(const std::string& fit_blocks) {
   return fit_blocks == "even" ? Minutes::kEven : fit_blocks == "odd" ? Minutes::kOdd : Minutes::kAll;
 }
 
+constexpr double kNear_k = 0.5, kFar_k = 2.0, kFarthest_k = 24.0;  // of warmth that nobody measured
+constexpr int kWarmings = 4;
+constexpr double kBeside = 0.9;  // of the squares in the first minutes: where all is right, charge takes none
+
+/// A log of which nothing is wrong but perhaps how it begins.
+Held held_sound(const plant::World& model, plant::Recording log, Holding how) {
+  Held out = held_against(model, std::move(log), how);
+  if (out.seen.begins_charged || out.seen.left_beside_charge > kBeside) return out;
+  how.begins_charged = true;
+  return held_against(model, out.log(), how);
+}
+
 /// What is left of another log, or of the minutes that were not fitted, by the model as it was given and with what
-/// was found.
-std::map<std::string, plant::ChannelGain> gain_on(const Held& other, const Saying& saying, const Holding& how) {
-  const std::map<std::string, LeftOf> before = left_of(other.seen);
-  plant::World found = other.world;
+/// was found: both begin as the latter says.
+std::map<std::string, plant::ChannelGain> gain_on(const plant::World& model, const plant::Recording& log,
+                                                  const Saying& saying, Holding how) {
+  plant::World found = model;
   for (const AnswerOf* answer : saying.global) found = world_with(std::move(found), *answer);
-  const Held with = held_against(found, corrected(other.log(), effects_of(other, saying.members)), how);
+  const Held other = held_against(model, log, how);
+  const Held with = held_sound(found, corrected(other.log(), effects_of(other, saying.members)), how);
+  how.begins_charged = with.seen.begins_charged;
+  const bool alike = other.seen.begins_charged == how.begins_charged;
+  const std::map<std::string, LeftOf> before = left_of(alike ? other.seen : held_against(model, log, how).seen);
   std::map<std::string, plant::ChannelGain> out;
   for (const auto& [channel, after] : left_of(with.seen)) {
     if (!before.contains(channel)) continue;
@@ -87,7 +104,6 @@ void take_back_if_least(Saying& saying, std::deque<Round>& rounds) {
 /// drive before the log may be all that is wrong. With it nothing may be left that has no name.
 void settle_beginning(Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
                       Holding how, std::deque<Round>& rounds) {
-  constexpr double kBeside = 0.9;  // of the squares in the first minutes: where all is right, charge takes none
   if (log.seen.begins_charged) return;
   const auto finds = [](const std::deque<Round>& of) { return !of.front().answer.sets.empty(); };
   const bool unnamed = unnamed_beside(rounds, references).has_value();  // which may find something after all
@@ -109,6 +125,72 @@ void settle_beginning(Held& log, const std::vector<Held>& references, const std:
   rounds = std::move(again);
 }
 
+/// By how much warmer it began, by a fit of where it began.
+double warmer_by(const Held& log, const Fit& fit) {
+  plant::World world = log.world;
+  begin_at(world, log.seen, fit.plain_starts);
+  return world.initial_warmth_k - log.world.initial_warmth_k;
+}
+
+Held held_warmer(const Held& log, double by_k, const Holding& how) {
+  plant::World world = log.world;
+  world.initial_warmth_k += by_k;
+  return held_against(world, log.log(), how);
+}
+
+/// A log that is held as warm as is told of it, and what was found so.
+struct Warmed {
+  Held log;
+  std::deque<Round> rounds;
+};
+
+/// How much it takes to say what is wrong.
+std::size_t said_by(std::deque<Round>& rounds, const std::vector<Held>& references) {
+  std::size_t out = unnamed_beside(rounds, references) ? 1 : 0;
+  for (const Round& round : rounds) {
+    if (!round.answer.sets.empty()) out += round.answer.sets.front().members.size();
+  }
+  return out;
+}
+
+/// As warm as a battery without any error would have been.
+Held warm_if_sound(Held log, const Holding& how) {
+  for (int k = 0; k < kWarmings; ++k) {
+    const double by_k = warmer_by(log, fit_of(global_family(log.seen, {}, all_suspects).problem, {}));
+    if (std::abs(by_k) < kNear_k || std::abs(log.world.initial_warmth_k + by_k) > kFarthest_k) break;
+    log = held_warmer(log, by_k, how);
+  }
+  return log;
+}
+
+/// Where nobody says how warm the battery was, all begins again with what was told of it: a resistance is no straight
+/// line over the temperature. From where a sound battery would be, too: what needs less to be said is believed.
+void settle_warmth(Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
+                   Holding how, std::deque<Round>& rounds) {
+  how.begins_charged = log.seen.begins_charged;
+  if (log.seen.comparison.facts.temperature_known || said_by(rounds, references) == 0) return;
+  const auto settled = [&](Held from) {
+    auto out = std::make_unique<Warmed>();
+    out->log = std::move(from);
+    for (int k = 0;; ++k) {
+      out->rounds.clear();
+      put_rounds(out->log, references, causes, how, out->rounds);
+      const AnswerOf& answer = out->rounds.front().answer;
+      const double by_k = warmer_by(out->log, answer.sets.empty() ? answer.nothing : answer.sets.front().fit);
+      if (std::abs(by_k) < kFar_k || k == kWarmings) return out;
+      Held next = held_warmer(out->log, by_k, how);
+      out->rounds.clear();
+      out->log = std::move(next);
+    }
+  };
+  std::unique_ptr<Warmed> best = settled(log), other = settled(warm_if_sound(log, how));
+  if (said_by(other->rounds, references) < said_by(best->rounds, references)) best = std::move(other);
+  rounds.clear();
+  log = std::move(best->log);
+  rounds = std::move(best->rounds);
+  rounds.front().held = &log;
+}
+
 }  // namespace
 
 plant::Explanation explain(const plant::Model& model, plant::Recording raw, ExplainOptions options) {
@@ -116,6 +198,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
     if (options.progress) options.progress(what, fraction);
   };
   Holding how{{model.kind != plant::ModelKind::kCell, !options.references.empty()}, Minutes::kAll};
+  how.compared.temperature_stated = model.temperature_stated;
   std::vector<plant::Cause> causes = plant::catalogue(options.without);
   plant::size_for(model.world.car.cell, causes);
   plant::Gated gated = plant::integrity_gate(std::move(raw), model);
@@ -126,7 +209,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
              0.1 + 0.4 * static_cast<double>(references.size()) / static_cast<double>(options.references.size()));
     plant::Gated theirs = plant::integrity_gate(std::move(reference), model);
     usual_findings.push_back(theirs.findings);
-    references.push_back(held_against(model.world, std::move(theirs.log), how));
+    references.push_back(held_sound(model.world, std::move(theirs.log), how));
     how.compared.hold = references.front().seen.comparison.facts.hold;  // one logger holds the current in one way
   }
   Saying saying{model, causes, {}, {}, {}, {}, {}, {}, {}, {}};
@@ -141,13 +224,15 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   saying.members = worst_first(held, references, causes, how, without_worst);
   progress("weighing causes", 0.6);
   const std::vector<MemberEffect> found = effects_of(held, saying.members);
-  Held rest = held;
-  if (!found.empty()) rest = held_against(model.world, corrected(held.log(), found), how);
+  Held without;
+  if (!found.empty()) without = held_against(model.world, corrected(held.log(), found), how);
+  Held& rest = found.empty() ? held : without;
   const std::vector<AnswerOf> all = saying.members;
   std::erase_if(saying.members, [&](const AnswerOf& answer) { return follows_from_cell(held, answer, all); });
   std::deque<Round> rounds;
   put_rounds(rest, references, causes, how, rounds);
   settle_beginning(rest, references, causes, how, rounds);
+  settle_warmth(rest, references, causes, how, rounds);
   for (const Round& round : rounds) saying.global.push_back(&round.answer);
   progress("looking for what has no name", 0.85);
   if (!saying.members.empty() && !rounds.front().answer.sets.empty()) {
@@ -167,10 +252,10 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   if (options.holdout) {
     how.minutes = Minutes::kAll;
     plant::Gated theirs = plant::integrity_gate(std::move(*options.holdout), model);
-    saying.gain = gain_on(held_against(model.world, std::move(theirs.log), how), saying, how);
+    saying.gain = gain_on(model.world, theirs.log, saying, how);
   } else if (how.minutes != Minutes::kAll) {
     how.minutes = how.minutes == Minutes::kEven ? Minutes::kOdd : Minutes::kEven;
-    saying.gain = gain_on(held_against(model.world, gated.log, how), saying, how);
+    saying.gain = gain_on(model.world, gated.log, saying, how);
   }
   take_back_if_worse(saying, rounds);
   return said(saying, gated, held.seen, rest.seen);

@@ -139,7 +139,7 @@ class Run {
       check_losses();
     } else if (options_.driver != DriverKind::kNobody && tick_ * kTick_s > StartUp::kLongest_s) {
       fail(fmt::format("the car did not become ready to drive within {:.0f} s ({})", StartUp::kLongest_s,
-                       ecu_state_text(commands_)));
+                       state_text(car_, commands_)));
     }
   }
 

@@ -15,8 +15,10 @@ void clear_all(Car& car, SensorFaults& sensors) {
     c->set_fault(ContactorFault::kNone);
     c->set_slow(0.0);
   }
-  car.inverter.set_stuck(false);
-  car.inverter.set_share(1.0);
+  for (MotorDrive& drive : car.drives) {
+    drive.inverter.set_stuck(false);
+    drive.inverter.set_share(1.0);
+  }
   car.contactors.precharge_resistor_open = false;
   for (std::size_t cell = 0; cell < car.pack().cells(); ++cell) car.pack().scale_resistance(cell, 1.0);
   sensors = {};
@@ -76,8 +78,12 @@ bool apply_plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sen
     case Kind::kPrechargeSlow: car.contactors.precharge.set_slow(fault.value * 1e-3); break;
     case Kind::kAirPlusChatters: car.contactors.air_plus.chatter(fault.value * 1e-3); break;
     case Kind::kAirMinusChatters: car.contactors.air_minus.chatter(fault.value * 1e-3); break;
-    case Kind::kInverterStuck: car.inverter.set_stuck(true); break;
-    case Kind::kInverterFollows: car.inverter.set_share(fault.value * 0.01); break;
+    case Kind::kInverterStuck:
+      for (MotorDrive& drive : car.drives) drive.inverter.set_stuck(true);
+      break;
+    case Kind::kInverterFollows:
+      for (MotorDrive& drive : car.drives) drive.inverter.set_share(fault.value * 0.01);
+      break;
     case Kind::kCellLost: cell().lost = true; break;
     case Kind::kCellOffset: cell().offset = fault.value * 1e-3; break;
     case Kind::kThermistorLost: thermistor().lost = true; break;
@@ -91,6 +97,8 @@ bool apply_plant_fault(const can::PlantFault& fault, Car& car, SensorFaults& sen
     case Kind::kCurrentReversed: sensors.current_gain = -1.0; break;
     case Kind::kCurrentFrozen: sensors.current_frozen = true; break;
     case Kind::kDcLinkStuck: sensors.dc_link_v = fault.value * 0.1; break;
+    case Kind::kInterlockOpen: sensors.interlock_open = true; break;
+    case Kind::kIsolationFault: sensors.isolation_fault = true; break;
     case Kind::kCellResistanceScale: car.pack().scale_resistance(fault.index, fault.value * 0.01); break;
   }
   return true;

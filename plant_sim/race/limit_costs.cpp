@@ -34,6 +34,7 @@ std::vector<LiftedKey> lifts(std::string_view reason, const VehicleParameters& c
   if (reason == "temperature")
     return {{"bms.temperature_max_c", 60.0}, {"bms.temperature_derating_start_c", 59.9}};
   if (reason == "soc_low") return {{"bms.soc_derating_start", 0.0}};
+  if (reason == "energy_to_go") return {{"bms.energy_to_go_km", 0.0}};
   if (reason == "charge_limit") {
     return {{"bms.charge_current_max_a", 1000.0},     {"bms.charge_current_trip_a", 1000.0},
             {"bms.cell_voltage_max_v", 4.9},          {"bms.cell_voltage_trip_high_v", 4.9},

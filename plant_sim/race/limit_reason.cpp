@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "race/limit_reason.hpp"
 
+#include <iterator>
+
+#include "can_dbc/car.hpp"
+
 namespace voltlap::plant {
 namespace {
 
-constexpr std::size_t kReasonCharge = 9, kReasonPower = 10, kReasonTemperature = 11, kReasonSpeed = 12;
+constexpr std::size_t kOfBms = std::size(can::kLimitReasonNames);
+constexpr std::size_t kReasonCharge = kOfBms, kReasonPower = kOfBms + 1, kReasonTemperature = kOfBms + 2,
+                      kReasonSpeed = kOfBms + 3;
+static_assert(kReasonSpeed + 1 == kLimitReasons);
 
 }  // namespace
 
 const char* limit_reason_name(std::size_t reason) {
   static constexpr const char* kNames[kLimitReasons] = {
-      "none",    "config_maximum",   "cell_voltage",    "pack_voltage", "temperature", "soc_low",
-      "fault",   "measurement_lost", "contactors_open", "charge_limit", "power",       "motor_temperature",
-      "motor_speed"};
+      "none",         "config_maximum", "cell_voltage",     "pack_voltage",    "temperature",
+      "soc_low",      "fault",          "measurement_lost", "contactors_open", "charging",
+      "energy_to_go", "charge_limit",   "power",            "motor_temperature", "motor_speed"};
   return reason < kLimitReasons ? kNames[reason] : "unknown";
 }
 

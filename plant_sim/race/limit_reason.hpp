@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why the driver got less than asked for; the first nine are the BMS's reasons, by their numbers in car.dbc.
+// Why the driver got less than asked for; the first are the BMS's reasons, by their numbers in car.dbc.
 #pragma once
 #include <cstddef>
 
@@ -7,7 +7,7 @@
 
 namespace voltlap::plant {
 
-inline constexpr std::size_t kLimitReasons = 13;
+inline constexpr std::size_t kLimitReasons = 15;
 [[nodiscard]] const char* limit_reason_name(std::size_t reason);
 
 /// The reason that binds now, as the ECUs last said; 0 when none does.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/demand.hpp"
+#include "race/limit_reason.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -24,6 +25,22 @@ std::string names_of(unsigned bits, const char* const (&names)[N]) {
 constexpr double kRest_s = 10.0;   // after the start and after a seam of the tiled trace the speed may be off
 constexpr double kOvercharged = 1.001;  // a leak or the noise of sums aside
 constexpr double kStall_s = 30.0;  // without a metre of progress
+
+/// A pack whose voltage does not reach the inverter's: nothing else says why a car does not move.
+std::string inverter_off_text(const Car& car) {
+  const double least_v = car.parameters().inverter.dc_voltage_min_v, link_v = car.dc_link_voltage();
+  if (!car.contactors.main_closed() || link_v >= least_v) return {};
+  return fmt::format("; the inverter is off below inverter.dc_voltage_min_v = {:g} V, the DC link has {:.1f} V",
+                     least_v, link_v);
+}
+
+std::string why_slow(const Car& car, const CommandReceiver& ecus) {
+  if (ecus.master().faults != 0 || ecus.bms().faults != 0) return "; " + state_text(car, ecus);
+  const std::size_t limit = binding_limit_reason(ecus);
+  if (limit == 0) return inverter_off_text(car);
+  return fmt::format("; {} held it back: with a higher assertions.speed_error_max_mps it drives on, slower",
+                     limit_reason_name(limit));
+}
 
 }  // namespace
 
@@ -46,19 +63,18 @@ std::optional<std::string> RunAssertions::broken(const Car& car, const CommandRe
                        100.0 * car.pack().soc_mean());
   }
   if (ecus.master().drive_state != can::DriveState::kReadyToDrive) {
-    return fmt::format("the master controller left ready-to-drive ({})", ecu_state_text(ecus));
+    return fmt::format("the master controller left ready-to-drive ({})", state_text(car, ecus));
   }
   if (car.voltage_collapsed()) {
     return fmt::format("the pack could not deliver the power that was asked: voltage collapsed at {:.1f} V",
                        car.pack().voltage());
   }
   if (now.since_seam_s > kRest_s && std::abs(error_mps) > bounds_.speed_error_max_mps) {
-    const std::string faults =
-        ecus.master().faults != 0 || ecus.bms().faults != 0 ? "; " + ecu_state_text(ecus) : std::string();
     return fmt::format(
         "speed error {:.1f} m/s (target {:.1f}, driven {:.1f}) is beyond assertions.speed_error_max_mps = {:g}, "
         "{:.0f} m into lap {}{}",
-        error_mps, now.target_mps, speed_mps, bounds_.speed_error_max_mps, now.lap_distance_m, now.lap, faults);
+        error_mps, now.target_mps, speed_mps, bounds_.speed_error_max_mps, now.lap_distance_m, now.lap,
+        why_slow(car, ecus));
   }
   if (std::abs(now.offset_m) > bounds_.off_course_max_m) {
     return fmt::format(
@@ -75,7 +91,7 @@ std::optional<std::string> RunAssertions::broken(const Car& car, const CommandRe
                        bounds_.motor_temperature_max_c);
   }
   if (by_position_ && stalled(car.vehicle().distance_m(), now.time_s)) {
-    return fmt::format("the car has stood still for {:.0f} s ({})", kStall_s, ecu_state_text(ecus));
+    return fmt::format("the car has stood still for {:.0f} s ({})", kStall_s, state_text(car, ecus));
   }
   return std::nullopt;
 }
@@ -89,12 +105,12 @@ bool RunAssertions::stalled(double distance_m, double time_s) {
   return time_s - progress_s_ > kStall_s;
 }
 
-std::string ecu_state_text(const CommandReceiver& ecus) {
-  return fmt::format("drive state {}, master faults {}; BMS state {}, BMS faults {}",
+std::string state_text(const Car& car, const CommandReceiver& ecus) {
+  return fmt::format("drive state {}, master faults {}; BMS state {}, BMS faults {}{}",
                      can::kDriveStateNames[static_cast<std::size_t>(ecus.master().drive_state)],
                      names_of(ecus.master().faults, can::kMasterFaultNames),
                      can::kBmsStateNames[static_cast<std::size_t>(ecus.bms().state)],
-                     names_of(ecus.bms().faults, can::kBmsFaultNames));
+                     names_of(ecus.bms().faults, can::kBmsFaultNames), inverter_off_text(car));
 }
 
 }  // namespace voltlap::plant

@@ -35,6 +35,6 @@ class RunAssertions {
 };
 
 /// What the ECUs last said of themselves, for messages.
-[[nodiscard]] std::string ecu_state_text(const CommandReceiver& ecus);
+[[nodiscard]] std::string state_text(const Car& car, const CommandReceiver& ecus);
 
 }  // namespace voltlap::plant

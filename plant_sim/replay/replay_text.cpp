@@ -179,7 +179,7 @@ std::string reason_text(can::LimitReason reason, int cell) {
   static constexpr const char* kWords[] = {"no limit",         "configured maximum", "cell voltage",
                                            "pack voltage",     "temperature",        "low SOC",
                                            "fault",            "measurement lost",   "contactors open",
-                                           "charging"};
+                                           "charging",         "energy to go"};
   static_assert(std::size(kWords) == std::size(can::kLimitReasonNames));
   const std::string word = kWords[static_cast<std::size_t>(reason)];
   return cell > 0 ? fmt::format("{} of cell {}", word, cell) : word;

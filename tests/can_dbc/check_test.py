@@ -87,8 +87,9 @@ def test_load_above_60_percent_is_refused(bench):
 def test_load_just_below_60_percent_is_accepted(bench):
     bench.replace("car.dbc", 'BA_ "VL_BitRate" 500000;', 'BA_ "VL_BitRate" 433000;')
     found = bench.findings()
-    assert [f for f in found if "pm100" not in f] == []
+    assert [f for f in found if "pm100" not in f and "amk" not in f] == []
     assert any("bus load of 70.1 % with 48 cells and pm100.dbc, at most 61 %" in f for f in found), found
+    assert any("bus load of 82.5 % with 48 cells and amk.dbc, at most 72 %" in f for f in found), found
 
 
 def test_too_many_frames_in_one_tick_are_refused(bench):
@@ -110,9 +111,11 @@ def test_worst_case_length_of_a_frame():
 
 @pytest.mark.parametrize("cells", (1, 24, 48, 49, 96, 144))
 def test_load_and_frames_hold_for_every_size_of_pack(bench, cells):
-    usual, with_pm100 = model.load(bench.car_files).variants()
+    usual, with_pm100, with_amk = model.load(bench.car_files).variants()
     assert check.load_pct(usual, cells) < 60 and check.load_pct(with_pm100, cells) < 61
     assert check.frames_per_tick(usual, cells) <= 22 and check.frames_per_tick(with_pm100, cells) <= 24
+    assert check.load_pct(with_amk, cells) < 72 and check.frames_per_tick(with_amk, cells) <= 28
+    assert 28 * model.worst_case_bits(8) < 0.8 * 5_000  # of a tick at 500 kbit/s
 
 
 def test_command_reports_and_fails(bench):

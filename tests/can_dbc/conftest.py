@@ -15,7 +15,7 @@ import model  # noqa: E402
 class Bench:
     def __init__(self, folder):
         self.files = {}
-        for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "lockstep.dbc"):
+        for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "amk.dbc", "lockstep.dbc"):
             self.files[name] = folder / name
             self.files[name].write_text((CAN_DBC / name).read_text())
 
@@ -31,7 +31,7 @@ class Bench:
 
     @property
     def car_files(self):
-        return [self.files[name] for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc")]
+        return [self.files[name] for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "amk.dbc")]
 
     @property
     def arguments(self):

@@ -9,7 +9,7 @@ import pytest
 from conftest import CAN_DBC
 
 PROGRAM = CAN_DBC / "reference.py"
-FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "lockstep.dbc")
+FILES = ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "amk.dbc", "lockstep.dbc")
 
 
 def reference(*arguments):

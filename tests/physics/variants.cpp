@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "core/axle_motors.hpp"
 #include "fixtures.hpp"
 
 namespace voltlap::plant::test {
@@ -57,6 +58,12 @@ VehicleParameters changed(const Change& change) {
   return car;
 }
 
+VehicleParameters with_front_share(double share) {
+  VehicleParameters car = amk_4wd();
+  car.powertrain.front_torque_share = car.powertrain.front_braking_share = share;
+  return car;
+}
+
 }  // namespace
 
 std::vector<Variant> all_variants() {
@@ -92,6 +99,8 @@ std::vector<Variant> all_variants() {
          c.inverter.loss_w_per_a2 = 1e-3;
          c.inverter.loss_w_per_v_a = 5e-3;
        }), true},
+      {"four hub motors", amk_4wd(), true},
+      {"four hub motors, the front axle driven harder", with_front_share(0.7), false},
       {"no powertrain", changed([](auto& c) { c.powertrain.kind = "none"; }), true},
   };
 }
@@ -110,7 +119,15 @@ void Drive::switch_on() {
 void Drive::run(double seconds, double phase_current_a, double brake) {
   const auto periods = std::lround(seconds / kPeriod_s);
   for (long period = 0; period < periods; ++period) {
-    car.inverter.command(phase_current_a, true);
+    const VehicleParameters& p = car.parameters();
+    const DrivenAxles axles = phase_current_a >= 0.0 ? driving_axles(p.powertrain) : braking_axles(p.powertrain);
+    // A current for the motor of vtm16e, as the same force at the wheels.
+    const double constant = 0.15 * 32.0 / 12.0;
+    const double scale =
+        p.powertrain.motors == 1 ? 1.0 : constant / (p.motor.constant_nm_per_a * p.powertrain.final_drive);
+    for (MotorDrive& drive : car.drives) {
+      drive.inverter.command(scale * (drive.front ? axles.front : axles.rear).each(phase_current_a), true);
+    }
     for (int i = 0; i < steps_; ++i) car.step(brake);
     car.renew(kPeriod_s);
   }

@@ -15,6 +15,11 @@ VehicleParameters vtm16e() {
   return car;
 }
 
+VehicleParameters amk_4wd() {
+  static const VehicleParameters car = load_vehicle(DataFolder(VOLTLAP_DATA_DIR), "amk_4wd").parameters;
+  return car;
+}
+
 VehicleParameters lossy_vtm16e() {
   VehicleParameters p = vtm16e();
   p.motor.efficiency = 0.9;

@@ -13,6 +13,9 @@ namespace voltlap::plant::test {
 /// plant_sim/data/vehicles/vtm16e.toml with its cell.
 [[nodiscard]] VehicleParameters vtm16e();
 
+/// plant_sim/data/vehicles/amk_4wd.toml: four hub motors.
+[[nodiscard]] VehicleParameters amk_4wd();
+
 /// vtm16e with the efficiencies below 1 that the reference study prints: every conversion has a loss.
 [[nodiscard]] VehicleParameters lossy_vtm16e();
 

@@ -74,6 +74,19 @@ def test_arguments_arrive_as_they_were_given(machine):
     assert run.stdout == "program: endurance --laps 2 --json a file.json\n"
 
 
+@pytest.mark.parametrize("flags", [["--ecu", "qemu"], ["--laps", "1", "--ecu=qemu"]])
+def test_the_image_of_the_emulated_board_is_built_before_it_is_driven(machine, flags):
+    run = machine.start("endurance", *flags, "--yes")
+    assert run.stdout == f"program: endurance {' '.join(flags)}\n"
+    assert [call for call in machine.called("python") if "toolchain/image.py" in call]
+
+
+@pytest.mark.parametrize("flags", [["--ecu", "process"], ["--ecu", "qemu", "--image", "ours.elf"], ["--set", "qemu"]])
+def test_no_image_is_built_that_is_not_needed(machine, flags):
+    assert machine.start("endurance", *flags, "--yes").returncode == 0
+    assert not [call for call in machine.called("python") if "toolchain/image.py" in call]
+
+
 @pytest.fixture
 def wrapper(machine):
     """Instead of a kernel with CAN interfaces: says that it was called, and runs nothing."""

@@ -10,19 +10,19 @@ class Malformed(Exception):
     """The file of explanations is not as it must be."""
 
 
-def read(path):
-    """{(file, function, line, change): why}."""
+def read(path, table="equivalent", keys=KEYS):
+    """{(file, function, line, change): why}, or by other keys."""
     if not path.exists():
         return {}
     try:
-        entries = tomllib.loads(path.read_text()).get("equivalent", [])
+        entries = tomllib.loads(path.read_text()).get(table, [])
     except tomllib.TOMLDecodeError as error:
         raise Malformed(f"{path}: {error}") from error
     found = {}
     for entry in entries:
-        if set(entry) != {*KEYS, "why"} or not all(str(value).strip() for value in entry.values()):
-            raise Malformed(f"{path}: an entry has {', '.join(KEYS)} and why, none of them empty: {entry}")
-        key = tuple(entry[name] for name in KEYS)
+        if set(entry) != {*keys, "why"} or not all(str(value).strip() for value in entry.values()):
+            raise Malformed(f"{path}: an entry has {', '.join(keys)} and why, none of them empty: {entry}")
+        key = tuple(entry[name] for name in keys)
         if key in found:
             raise Malformed(f"{path}: twice: {key}")
         found[key] = entry["why"]

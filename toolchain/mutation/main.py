@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """The work of `voltlap mutate`: builds the copy, runs the tests that reach a mutant, says what no test saw."""
-import json
-import os
 import random
 import sys
 import time
@@ -9,28 +7,18 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from mutation import explained
+from mutation.named import of_paths
 from mutation.options import DEFAULT, arguments
 from mutation.refused import take_out_refused
 from mutation.rewrite import number_mutants
 from mutation.sites import Reader, Unreadable, parser_flags
 from mutation.tree import BLOCK, Broken, Tree
 from mutation.trial import Trial
+from outputs import write_json
 
 ROOT = Path(__file__).resolve().parents[2]
 EXIT_SURVIVED, EXIT_USAGE, EXIT_BUILD, EXIT_INTERRUPTED = 1, 2, 5, 130
 VERDICTS = ("killed", "explained", "survived", "not reached", "not run")
-
-
-def sources(paths, commands, parser):
-    found = set()
-    for text in paths or DEFAULT:
-        path = Path(text) if Path(text).exists() else ROOT / text
-        name = os.path.relpath(path.resolve(), ROOT)
-        of_it = [known for known in commands if known == name or known.startswith(name + "/")]
-        if not of_it:
-            parser.error(f"{text}: no source of firmware/ that is compiled for the host is there")
-        found.update(of_it)
-    return sorted(found)
 
 
 def say(text, last=False):
@@ -50,7 +38,7 @@ class Session:
         self.tree.configure()
         self.commands = self.tree.commands()
         self.block = {name: BLOCK * index for index, name in enumerate(every)}
-        self.files = sources(given.paths, self.commands, parser)
+        self.files = of_paths(given.paths or DEFAULT, self.commands, ROOT, parser)
         self.rows, self.refused, self.fixed = [], {}, []
 
     def prepare(self, name):
@@ -117,13 +105,6 @@ def print_table(session, seconds):
     print(f"constants that no change reaches: {len(session.fixed)}; run in {seconds:.0f} s")
 
 
-def write_json(path, session, stale, seconds):
-    beside = path.with_name(path.name + ".part")
-    beside.write_text(json.dumps({"mutants": session.rows, "refused": session.refused, "fixed": session.fixed,
-                                  "stale": stale, "seconds": round(seconds, 1)}, indent=1) + "\n")
-    beside.replace(path)
-
-
 def report(session, seconds):
     known = explained.read(ROOT / "firmware/mutants.toml")
     stale = explained.judge(session.rows, known, set(session.files))
@@ -134,7 +115,8 @@ def report(session, seconds):
         print(f"stale explanation: {text}")
     print_table(session, seconds)
     if session.given.json:
-        write_json(session.given.json, session, stale, seconds)
+        write_json(session.given.json, {"mutants": session.rows, "refused": session.refused, "fixed": session.fixed,
+                                        "stale": stale, "seconds": round(seconds, 1)})
     survived = any(row["verdict"] == "survived" for row in session.rows)
     return EXIT_SURVIVED if survived or stale else 0
 

@@ -26,6 +26,17 @@ def write_if_other(path, data):
         path.write_bytes(data)
 
 
+def suites_of(build, with_ports):
+    """Targets of tests/firmware."""
+    text = (build / "compile_commands.json").read_text()
+    found = re.findall(r" -o tests/firmware/(\w+)[^ ]*?CMakeFiles/(\w+)\.dir/", text)
+    suites = sorted({target for folder, target in found
+                     if target.endswith("_test") and (with_ports or folder != "port")})
+    if not suites:
+        raise Broken("there is no suite in tests/firmware")
+    return suites
+
+
 class Tree:
     def __init__(self, root, place):
         self.root, self.source, self.build = root, place / "src", place / "build"
@@ -100,14 +111,7 @@ class Tree:
         return lines
 
     def suites(self, with_ports):
-        """Targets of tests/firmware."""
-        text = (self.build / "compile_commands.json").read_text()
-        found = re.findall(r" -o tests/firmware/(\w+)[^ ]*?CMakeFiles/(\w+)\.dir/", text)
-        suites = sorted({target for folder, target in found
-                         if target.endswith("_test") and (with_ports or folder != "port")})
-        if not suites:
-            raise Broken("there is no suite in tests/firmware")
-        return suites
+        return suites_of(self.build, with_ports)
 
     def make(self, targets, jobs):
         self.run(["nice", "-n", "5", "ninja", "-C", self.build, f"-j{jobs}", *targets])

@@ -66,6 +66,11 @@ build_target() {
   [ "${PIPESTATUS[0]}" = 0 ] || build_failed
 }
 
+# The image that an emulated board runs.
+build_image() {
+  "$venv/bin/python" "$project/toolchain/image.py" 9>&- >"$build_log" 2>&1 || build_failed
+}
+
 # A compiler takes up to 0.7 GB: small machines build fewer files at a time.
 build_jobs() {
   local cpus free_kb jobs

@@ -157,6 +157,19 @@ prepare_wrapped() {
   build_target "$@"
 }
 
+# Whether the arguments ask for the emulated board: its image is built like a program. One that is named is there.
+drives_emulator() {
+  local argument before='' asked=1
+  for argument in "$@"; do
+    case "$before $argument" in
+      *' --image' | *' --image='*) return 1 ;;
+      '--ecu qemu' | *' --ecu=qemu') asked=0 ;;
+    esac
+    before=$argument
+  done
+  return $asked
+}
+
 version() { sed -n 's/^project(voltlap VERSION \([0-9.]*\).*/voltlap \1/p' "$project/CMakeLists.txt"; }
 
 voltlap_main() {
@@ -192,8 +205,13 @@ voltlap_main() {
     exit $exit_usage
   fi
   trap 'stop_ticker; say "interrupted; the next start goes on from here"; exit $exit_interrupted' INT TERM
+  local emulated=0
+  if drives_emulator "${arguments[@]}"; then
+    emulated=1 row_packages+=' cross emulator'
+  fi
   prepare
   build_target "${arguments[@]}"
+  [ $emulated = 0 ] || build_image
   if [[ "$row_runs" == wrap\ * ]]; then
     release_build_folder
     (prepare_wrapped "${arguments[@]}") || exit

@@ -9,12 +9,12 @@ namespace {
 
 // BMS-050, EV.7.3
 bool allowed(const Config& config, const State& s) {
-  const bool shutdown_closed = s.measured.io.good() && s.measured.io.value.shutdown_closed;
   const Sample<Current>& current = s.measured.current;
   const bool resting = current.good() && current.value <= config.balancing_current_max &&
                        -current.value <= config.balancing_current_max;
-  return on_charger(s.measured) && charges(s) && s.charge.phase == can::ChargePhase::kBleeding && shutdown_closed &&
-         resting && s.pack.cells_good && s.pack.temperatures_good && !s.faults.open && !too_hot_to_bleed(config, s);
+  return on_charger(s.measured) && charges(s) && s.charge.phase == can::ChargePhase::kBleeding &&
+         s.measured.io.value.shutdown_closed && resting && s.pack.cells_good && s.pack.temperatures_good &&
+         !s.faults.open && !too_hot_to_bleed(config, s);
 }
 
 bool to_bleed(const Config& config, const CellLook& look, std::size_t i) {

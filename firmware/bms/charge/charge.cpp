@@ -36,7 +36,7 @@ bool runs(ChargePhase phase) {
 }
 
 void enter(ChargePhase next, Instant now, Charge& c) {
-  c.at_once = c.at_once || c.asked > Current{};
+  if (c.asked > Current{}) c.at_once = true;
   c.phase = next;
   c.reason = ChargeReason::kNone;
   c.entered = now;
@@ -133,7 +133,7 @@ void ask(const Config& config, State& s) {
   const bool heat = s.limits.charge.reason == can::LimitReason::kTemperature;
   c.reason = !limited ? ChargeReason::kNone : (heat ? ChargeReason::kTemperature : ChargeReason::kLimit);
   const Current asked = Current::from_raw(min(hold, ceiling).raw() / kChargerStep.raw() * kChargerStep.raw());
-  c.at_once = c.at_once || (c.asked > Current{} && asked == Current{});
+  if (c.asked > Current{} && asked == Current{}) c.at_once = true;
   c.asked = asked;
 }
 

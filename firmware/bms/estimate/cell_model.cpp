@@ -38,6 +38,7 @@ std::int32_t rate(Duration time) {
 }
 
 constexpr std::size_t kPointsInTurn = 11;  // chosen: the model is whole after three steps
+static_assert((kCircuitSteps + 1) % kPointsInTurn == 0, "no turn goes beyond the last point");
 
 void grow_circuit(const Config& config, CellModel& model) {
   const ResistanceTable& at = config.resistance;
@@ -50,7 +51,7 @@ void grow_circuit(const Config& config, CellModel& model) {
     rate2[i] = Quantity<RateTag>::from_raw(rate(table.time2[i]));
   }
   const std::size_t end = model.points + kPointsInTurn;
-  for (std::size_t k = model.points; k < end && k <= kCircuitSteps; ++k) {
+  for (std::size_t k = model.points; k < end; ++k) {
     const Soc soc = Soc::from_raw(static_cast<std::int32_t>(k * 1'000'000 / kCircuitSteps));
     model.circuit[k] = {read(table.series, soc), read(table.branch1, soc), read(table.branch2, soc),
                         interpolate(at.soc, rate1, at.count, soc).raw(),

@@ -83,11 +83,6 @@ struct OcvNow {
   constexpr std::int64_t kPerStep = 879'609'302;  // 4 x 0.1 mV x 2^26, in 2^-15
   return scaled(static_cast<std::int32_t>(kPerStep), v.raw(), 15);  // whatever the bus can say fits
 }
-/// The other way, of a branch [q 2^-28].
-[[nodiscard]] constexpr CellVoltage branch_voltage(std::int32_t q) {
-  constexpr std::int64_t kStep = 107'374;  // 0.1 mV
-  return CellVoltage::from_raw(static_cast<std::int32_t>((q + (q < 0 ? -kStep : kStep) / 2) / kStep));
-}
 [[nodiscard]] constexpr std::int32_t filter_soc(Soc soc) {
   return saturated32(shifted(std::int64_t{soc.raw()} * 281'474'977, 20));  // 2^28 / 1e6 in 2^-20
 }

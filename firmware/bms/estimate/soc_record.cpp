@@ -7,17 +7,23 @@
 namespace voltlap::bms {
 namespace {
 
-constexpr std::uint8_t kMark = 0x5C;  // neither blank pattern
+constexpr std::uint8_t kMark = 0x5D;  // neither blank pattern; another layout has another
 constexpr std::size_t kCrcByte = kSocRecordBytes - 4;
 constexpr int kSocBits = 14, kBranchBits = 12, kScaleBits = 13, kFadeBits = 14;
 static_assert(kMaxCells < 256, "a byte for the number of cells");
 
+constexpr std::int64_t coarse(std::int32_t value, int bits) { return shifted(value, kUnitBits - bits); }
+/// So that what a filter may hold needs no saturation.
 template <class T>
-T coarse(std::int32_t value, int bits) {
-  const std::int64_t rounded = shifted(value, kUnitBits - bits);
-  constexpr std::int64_t low = std::numeric_limits<T>::min(), high = std::numeric_limits<T>::max();
-  return static_cast<T>(rounded < low ? low : (rounded > high ? high : rounded));
+constexpr bool holds(std::int32_t low, std::int32_t high, int bits) {
+  return coarse(low, bits) >= std::numeric_limits<T>::min() && coarse(high, bits) <= std::numeric_limits<T>::max();
 }
+static_assert(holds<std::int16_t>(kSocLow, kSocHigh, kSocBits));
+static_assert(holds<std::int16_t>(-kBranchMost, kBranchMost, kBranchBits));
+static_assert(holds<std::uint16_t>(kScaleLow, kScaleHigh, kScaleBits));
+static_assert(holds<std::int16_t>(kFadeLow, kFadeHigh, kFadeBits));
+template <class T>
+T coarse(std::int32_t value, int bits) { return static_cast<T>(coarse(value, bits)); }
 std::int32_t fine(std::int32_t value, int bits) { return saturated32(std::int64_t{value} * (1 << (kUnitBits - bits))); }
 
 std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) {
@@ -49,8 +55,9 @@ bool later(std::uint16_t a, std::uint16_t b) { return static_cast<std::int16_t>(
 void from_slot(const SocSlot& slot, SocRecord& record) {
   record.cells = slot.bytes[1];
   record.writing = get16(slot, 2);
+  record.pieces = get16(slot, 4);
   for (std::size_t i = 0; i < kMaxCells; ++i) {
-    const std::size_t at = 4 + i * kCellRecordBytes;
+    const std::size_t at = kSocHeadBytes + i * kCellRecordBytes;
     record.cell[i] = {signed16(slot, at), signed16(slot, at + 2), signed16(slot, at + 4), get16(slot, at + 6),
                       signed16(slot, at + 8)};
   }
@@ -93,14 +100,22 @@ void restore(const Config& config, const SocRecord& record, SocEstimate& state) 
   state.filter.restored = true;
 }
 
+Soc recorded_soc(const SocRecord& record) {
+  if (record.cells == 0) return Soc{};
+  std::int32_t sum = 0;
+  for (std::size_t i = 0; i < record.cells; ++i) sum += record.cell[i].soc;
+  return reported_soc(fine(sum / record.cells, kSocBits));
+}
+
 void to_slot(const SocRecord& record, SocSlot& slot) {
   VOLTLAP_REQUIRE(record.cells <= kMaxCells);
   slot = SocSlot{};
   slot.bytes[0] = kMark;
   slot.bytes[1] = static_cast<std::uint8_t>(record.cells);
   put16(slot, 2, record.writing);
+  put16(slot, 4, record.pieces);
   for (std::size_t i = 0; i < kMaxCells; ++i) {
-    const std::size_t at = 4 + i * kCellRecordBytes;
+    const std::size_t at = kSocHeadBytes + i * kCellRecordBytes;
     const CellRecord& cell = record.cell[i];
     put16(slot, at, static_cast<std::uint16_t>(cell.soc));
     put16(slot, at + 2, static_cast<std::uint16_t>(cell.v1));

@@ -22,10 +22,12 @@ struct SocRecord {
   CellRecord cell[kMaxCells] = {};
   std::uint16_t cells = 0;    ///< 0: nothing is known
   std::uint16_t writing = 0;  ///< counts up and round
+  std::uint16_t pieces = 0;   ///< of the way, driven since the pack was charged
 };
 
 inline constexpr std::size_t kCellRecordBytes = 10;
-inline constexpr std::size_t kSocRecordBytes = 4 + kMaxCells * kCellRecordBytes + 4;
+inline constexpr std::size_t kSocHeadBytes = 8;
+inline constexpr std::size_t kSocRecordBytes = kSocHeadBytes + kMaxCells * kCellRecordBytes + 4;
 inline constexpr std::size_t kSocSlots = 2;
 
 struct SocSlot {
@@ -38,6 +40,9 @@ void keep(const Config& config, const SocEstimate& state, SocRecord& record);
 /// Before the first step: the record is where the estimate starts, unless the cells' voltages contradict it. One of
 /// another number of cells is none.
 void restore(const Config& config, const SocRecord& record, SocEstimate& state);
+
+/// Mean of its cells; 0 when nothing is known.
+[[nodiscard]] Soc recorded_soc(const SocRecord& record);
 
 void to_slot(const SocRecord& record, SocSlot& slot);
 

@@ -6,6 +6,7 @@
 #include "bms/charge/on_charger.hpp"
 #include "bms/faults.hpp"
 #include "bms/limits/ahead.hpp"
+#include "bms/limits/energy_to_go.hpp"
 #include "bms/limits/equation.hpp"
 #include "bms/limits/table.hpp"
 
@@ -44,8 +45,6 @@ Current derated_on_charger(const Config& config, const State& s, Current full) {
   return share_of_limit(full, max(config.derating_start - hottest, Temperature{}).raw(), kChargeBand.raw());
 }
 
-bool within(Limit limit, Current most) { return Current{} <= limit.value && limit.value <= most; }
-
 }  // namespace
 
 // BMS-040. BMS-051: nothing is drawn on a charger.
@@ -59,12 +58,13 @@ Limit discharge_ceiling(const Config& config, const State& s) {
     lower(limit, share_of_limit(config.discharge_current_max, s.soc.value.raw(), config.soc_derating_start.raw()),
           LimitReason::kSocLow);
   }
+  lower_discharge_by_energy(s, limit);
   switch (config.limit_method) {
     case LimitMethod::kEquation: lower_discharge_by_equation(config, s, limit); break;
     case LimitMethod::kTable: lower_discharge_by_table(config, s, limit); break;
     case LimitMethod::kAhead: lower_discharge_ahead(config, s, limit); break;
   }
-  VOLTLAP_REQUIRE(within(limit, config.discharge_current_max));
+  VOLTLAP_REQUIRE(Current{} <= limit.value && limit.value <= config.discharge_current_max);
   return limit;
 }
 
@@ -83,7 +83,7 @@ Limit charge_ceiling(const Config& config, const State& s) {
     case LimitMethod::kTable: lower_charge_by_table(config, s, limit); break;
     case LimitMethod::kAhead: lower_charge_ahead(config, s, limit); break;
   }
-  VOLTLAP_REQUIRE(within(limit, full));
+  VOLTLAP_REQUIRE(Current{} <= limit.value && limit.value <= full);
   return limit;
 }
 
@@ -97,6 +97,7 @@ Limit follow(const Config& config, Limit previous, Limit ceiling, Duration elaps
 void update_limits(const Config& config, Duration elapsed, State& state) {
   follow_caps(config, elapsed, state);
   look_ahead(config, state);
+  spread_charge(config, elapsed, state);
   state.limits.discharge = follow(config, state.limits.discharge, discharge_ceiling(config, state), elapsed);
   state.limits.charge = follow(config, state.limits.charge, charge_ceiling(config, state), elapsed);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What limits/ahead keeps from step to step, and what limits/table does.
+// What limits/ahead, limits/table and limits/energy_to_go keep from step to step.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -37,6 +37,21 @@ struct Ahead {
 /// Shares of the maximum that limits/table has left.
 struct LimitCaps {
   Ratio discharge = Ratio::from_raw(1'000'000), charge = Ratio::from_raw(1'000'000);
+};
+
+inline constexpr std::int32_t kPieceM = 100;  ///< of the way, after which limits/energy_to_go counts what it has taken
+inline constexpr std::uint16_t kPiecesMost = 10'000;
+
+/// What limits/energy_to_go knows of the distance. A cap of zero is none.
+struct EnergyToGo {
+  std::int64_t way = 0;       ///< since the last piece ended [rpm um/turn ms]
+  std::uint16_t pieces = 0;   ///< driven, since the pack was charged
+  std::uint8_t seen = 0;      ///< pieces in the mean of what is taken, at most ten
+  bool began = false;
+  std::int32_t taken = 0;     ///< of the charge in a piece, mean of late [2^-8 ppm]
+  Soc at_mark{};              ///< when the last piece ended
+  Current piece_peak{}, peak{};  ///< in this piece; of late
+  Current cap{}, began_at{};  ///< now; when it began
 };
 
 }  // namespace voltlap::bms

@@ -21,14 +21,13 @@ std::int32_t torque_of(Current current, std::int32_t unm_per_a) {
 }
 
 Current current_of(std::int32_t torque_mnm, std::int32_t unm_per_a) {
-  if (unm_per_a <= 0) return Current{};
+  if (unm_per_a == 0) return Current{};
   return Current::saturated(std::int64_t{torque_mnm} * 1'000'000 / unm_per_a);
 }
 
 void take_modules(const can::Pm100ModuleTemperatures& m, Input& in) {
-  const std::int32_t hottest_dc = m.module_a_dc > m.module_b_dc ? m.module_a_dc : m.module_b_dc;
-  refresh_temperature(in.inverter_temperature, m.module_a_ok && m.module_b_ok && m.module_c_ok,
-                      hottest_dc > m.module_c_dc ? hottest_dc : m.module_c_dc, in.now);
+  refresh_hottest(in.inverter_temperature, m.module_a_ok && m.module_b_ok && m.module_c_ok, in.now, m.module_a_dc,
+                  m.module_b_dc, m.module_c_dc);
 }
 
 }  // namespace
@@ -87,8 +86,7 @@ void settle_pm100(Pm100Reading& reading, Input& in) {
   }
   reading.alive = false;
   // MST-067: nobody but this node sends its command, and no node hears itself.
-  const std::int32_t age_ms = (in.now - reading.foreign_at).ms();
-  reading.foreign = reading.foreign && age_ms >= 0 && age_ms < kForeign_ms;
+  reading.foreign = reading.foreign && (in.now - reading.foreign_at).ms() < kForeign_ms;
 }
 
 can::Pm100Command pm100_command(const Output& output, std::int32_t unm_per_a, std::uint8_t counter) {
@@ -99,8 +97,7 @@ can::Pm100Command pm100_command(const Output& output, std::int32_t unm_per_a, st
   m.torque_ok = m.speed_ok = m.torque_limit_ok = true;
   if (!output.enable) return m;
   m.torque_mnm = torque_of(output.phase_current, unm_per_a);
-  const std::int32_t limit_mnm = torque_of(output.current_limit, unm_per_a);
-  m.torque_limit_mnm = limit_mnm > kTorqueStep_mnm ? limit_mnm : kTorqueStep_mnm;
+  m.torque_limit_mnm = max(torque_of(output.current_limit, unm_per_a), kTorqueStep_mnm);
   VOLTLAP_REQUIRE(-m.torque_limit_mnm <= m.torque_mnm && m.torque_mnm <= m.torque_limit_mnm);
   return m;
 }

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // MST-066: a PM100 whose frames prove nothing by themselves is held against the other channels of the car.
-//   frozen   the motor speed stands while both driven wheels change theirs by 1 m/s in the same sense, for 100 ms: they
-//            are geared together. One wheel alone accuses its own sensor, and one sample nobody.
+//   frozen   the motor speed stands while both driven wheels change theirs: speed_watch.hpp
 //   astray   |I_dc - I_pack| > 30 A + 30 % of the larger for 1 s, ready to drive; on a charger the two are not the same
 #pragma once
 #include "base/leaky_persistence.hpp"
+#include "master/inverter/speed_watch.hpp"
 #include "master/io.hpp"
 
 namespace voltlap::master {
 
 struct Pm100WatchState {
-  bool started = false;
-  MotorSpeed speed{};  ///< when it last changed ...
-  Speed left{}, right{};  ///< ... and what the driven wheels ran at then
-  LeakyPersistence frozen, astray;
+  SpeedWatch speed;
+  LeakyPersistence astray;
   bool implausible = false;
 };
 

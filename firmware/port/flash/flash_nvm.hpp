@@ -26,7 +26,7 @@ struct NvmCounts {
 class FlashNvm final : public Nvm {
  public:
   static constexpr std::size_t kTripBytesMost = 24;
-  static constexpr std::size_t kSocBytesMost = 1448;  ///< bms::SocSlot of 144 cells
+  static constexpr std::size_t kSocBytesMost = 1464;  ///< bms::SocSlot of 144 cells, to a whole chunk
   static constexpr std::size_t kTripEntries = 64;
   static constexpr std::size_t kUnitsPerStep = 16;  ///< 0.26 ms of an STM32F4, 1.3 ms of an STM32G4
 

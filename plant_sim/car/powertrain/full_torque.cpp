@@ -8,6 +8,7 @@
 #include "car/powertrain/inverter.hpp"
 #include "car/powertrain/motor.hpp"
 #include "car/powertrain/torque_curve.hpp"
+#include "core/axle_motors.hpp"
 #include "core/demand.hpp"
 
 namespace voltlap::plant {
@@ -41,7 +42,8 @@ Source pack_at_start(const VehicleParameters& car) {
 /// falls with the torque, and the curve with the voltage.
 class Bounds {
  public:
-  explicit Bounds(const VehicleParameters& car) : car_(car), curve_(car.motor), source_(pack_at_start(car)) {
+  explicit Bounds(const VehicleParameters& car) :
+      car_(car), axles_(driving_axles(car.powertrain)), curve_(car.motor), source_(pack_at_start(car)) {
     VOLTLAP_DEMAND(source_.open_v > 0.0);
     power_w_ = std::min(1e3 * car.master.power_max_kw, source_.power_max_w());
     const double lowest_v = car.battery.cells_in_series * car.bms.cell_voltage_min_v.value_or(car.cell.voltage_min_v);
@@ -53,10 +55,10 @@ class Bounds {
     return std::min(power_w_, current_a_ * std::max(0.0, source_.open_v - current_a_ * source_.ohm));
   }
 
-  /// The greatest torque of the shaft that keeps them, where the current makes `wanted_nm` of which the drag takes its
-  /// part; the drag alone where the motor may have no current.
+  /// The greatest torque of the shafts that keeps them, where the current makes `wanted_nm` of which the drag takes its
+  /// part; the drag alone where the motors may have no current.
   [[nodiscard]] double greatest(double wanted_nm, double omega_rad_s) const {
-    const double drag = motor_drag(car_.motor, omega_rad_s);
+    const double drag = car_.powertrain.motors * motor_drag(car_.motor, omega_rad_s);
     if (keeps(wanted_nm - drag, drag, omega_rad_s)) return wanted_nm - drag;
     constexpr int kHalvings = 60;
     double low = 0.0 - drag, high = wanted_nm - drag;
@@ -71,8 +73,11 @@ class Bounds {
   [[nodiscard]] bool keeps(double shaft_nm, double drag_nm, double omega_rad_s) const {
     const Load load = load_of(shaft_nm + drag_nm, omega_rad_s);
     if (load.power_w > power_w_ || load.power_w > current_a_ * load.voltage_v) return false;
-    const double most = curve_.torque_nm(omega_rad_s, load.voltage_v);
-    return most > 0.0 && shaft_nm <= most;
+    const double most = curve_.torque_nm(omega_rad_s, load.voltage_v), own_drag = motor_drag(car_.motor, omega_rad_s);
+    const auto within_curve = [&](const AxleMotors& motors) {
+      return motors.each(shaft_nm) + (motors.each(drag_nm) - own_drag) <= most;
+    };
+    return most > 0.0 && within_curve(axles_.rear) && (axles_.front.count == 0 || within_curve(axles_.front));
   }
 
   struct Load {
@@ -82,19 +87,27 @@ class Bounds {
   /// For a torque before the drag; the winding is as warm as the air, as it is at the start. Switching loses by the
   /// voltage that the power leaves: a few rounds settle both.
   [[nodiscard]] Load load_of(double torque_nm, double omega_rad_s) const {
-    const double current = motor_current(car_.motor, torque_nm, omega_rad_s);
-    const double motor_w = motor_power(car_.motor, current, omega_rad_s, car_.environment.ambient_c);
-    const double without_stage = inverter_dc_power(car_.inverter, motor_w) + car_.low_voltage.power_w;
+    const double rear = motor_current(car_.motor, axles_.rear.each(torque_nm), omega_rad_s);
+    const double front = motor_current(car_.motor, axles_.front.each(torque_nm), omega_rad_s);
+    const auto dc_w = [&](double current) {
+      return inverter_dc_power(car_.inverter,
+                               motor_power(car_.motor, current, omega_rad_s, car_.environment.ambient_c));
+    };
+    const double without_stage = axles_.front.count * dc_w(front) + axles_.rear.count * dc_w(rear) +
+                                 car_.low_voltage.power_w;
     const int rounds = car_.inverter.loss_w_per_v_a > 0.0 ? 4 : 1;
     Load load{0.0, source_.open_v};
     for (int round = 0; round < rounds; ++round) {
-      load.power_w = without_stage + inverter_stage_loss(car_.inverter, current, load.voltage_v);
+      const double stages = axles_.front.count * inverter_stage_loss(car_.inverter, front, load.voltage_v) +
+                            axles_.rear.count * inverter_stage_loss(car_.inverter, rear, load.voltage_v);
+      load.power_w = without_stage + stages;
       load.voltage_v = source_.voltage(load.power_w);
     }
     return load;
   }
 
   const VehicleParameters& car_;
+  DrivenAxles axles_;
   TorqueCurve curve_;
   Source source_;
   double power_w_, current_a_;
@@ -106,7 +119,7 @@ FullTorque::FullTorque(const VehicleParameters& car) {
   const MotorSection& motor = car.motor;
   const Bounds bounds(car);
   bus_power_max_w_ = bounds.power_max_w();
-  const double by_current = motor.constant_nm_per_a * car.inverter.current_max_a * motor.efficiency;
+  const double by_current = motor.constant_nm_per_a * full_phase_current_a(car) * motor.efficiency;
   const double top = motor.curve_speed_rpm.back() * M_PI / 30.0;
   VOLTLAP_DEMAND(top > 0.0);
 
@@ -115,7 +128,7 @@ FullTorque::FullTorque(const VehicleParameters& car) {
     const double omega = static_cast<double>(i) / points_per_speed_;
     torque_nm_.push_back(bounds.greatest(by_current, omega));
   }
-  beyond_nm_ = 0.0 - motor_drag(motor, top);
+  beyond_nm_ = 0.0 - car.powertrain.motors * motor_drag(motor, top);
   VOLTLAP_DEMAND(all_finite(torque_nm_) && std::isfinite(beyond_nm_));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shaft torque of a full pedal over the motor's speed: what the road's motor gives, with the pack as it is at the
-// start. Smallest of what the current makes less the drag, what the motor's curve allows at the bus voltage, and what
-// the power limit and the pack can feed.
+// The shaft torque of a full pedal over the motor's speed, of all motors together: what the road's motors give, with
+// the pack as it is at the start. Smallest of what the current makes less the drag, what the motor's curve allows at
+// the bus voltage, and what the power limit and the pack can feed. Each motor has its axle's share.
 #pragma once
 #include <vector>
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "car/powertrain/driveline.hpp"
 #include "car/vehicle/aero.hpp"
 #include "car/vehicle/brakes.hpp"
 #include "car/vehicle/chassis.hpp"
@@ -57,31 +58,39 @@ struct AxleLift {
   return std::sqrt(std::max(0.0, 1.0 - used * used));
 }
 
-/// Greatest drive force [N] of the rear tyres with `share` of their grip, beside a resistance: the force itself loads
-/// them, F = s mu (N + (F - resistance) h / L).
+/// Greatest drive force [N] of the driven tyres with `share` of their grip, beside a resistance: the force itself loads
+/// the rear ones, F = s mu (N + (F - resistance) h / L). Where the front axle drives too, with a share f of the force,
+/// the first axle at its edge ends it: f F = s mu (N_f - (F - resistance) h / L), (1 - f) F = s mu (N_r + ...).
 [[nodiscard]] inline double drive_grip(const VehicleParameters& car, double airspeed_mps, double share,
                                        double resistance_n) {
   const double friction = share * peak_friction(car.tyres);
   const double lever = friction * car.vehicle.cg_height_m / car.vehicle.wheelbase_m;
-  if (lever >= 1.0) return 1e9;  // it would lift its front first
-  const double still = friction * axle_loads(car, 0.0, airspeed_mps).rear_n - lever * resistance_n;
-  return std::max(0.0, still / (1.0 - lever));
+  const DrivenAxles axles = driving_axles(car.powertrain);
+  const double front_share = axles.front.share, rear_share = axles.rear.share;
+  const AxleLoads loads = axle_loads(car, 0.0, airspeed_mps);
+  double most = 1e9;  // with a lever this long it would lift its front first
+  if (lever < rear_share) most = (friction * loads.rear_n - lever * resistance_n) / (rear_share - lever);
+  if (front_share > 0.0) {
+    most = std::min(most, (friction * loads.front_n + lever * resistance_n) / (front_share + lever));
+  }
+  return std::max(0.0, most);
 }
 
 /// The brake pedal, 0..1, at which the first axle would lock, with `share` of the tyres' grip: p F_i = s mu N_i(p). The
-/// rear tyres hold back `rear_drag_n` beside their brakes.
+/// tyres hold back `drag` beside their brakes.
 [[nodiscard]] inline double locking_pedal(const VehicleParameters& car, double airspeed_mps, double share,
-                                          double resistance_n, double radius_m, double rear_drag_n = 0.0) {
+                                          double resistance_n, double radius_m, const CoastingDrag& drag = {}) {
   const BrakeTorques full = brake_torques(car.brakes, 1.0);
   const double front = full.front_nm / radius_m, rear = full.rear_nm / radius_m;
   const AxleLoads still = axle_loads(car, 0.0, airspeed_mps);
   const double friction = share * peak_friction(car.tyres);
   const double lever = friction * car.vehicle.cg_height_m / car.vehicle.wheelbase_m;  // load moved forward per force
-  const double slowing = resistance_n + rear_drag_n;
+  const double slowing = resistance_n + drag.sum_n();
   const double front_slope = front - lever * (front + rear), rear_slope = rear + lever * (front + rear);
   double pedal = 1.0;
-  if (front_slope > 0.0) pedal = std::min(pedal, (friction * still.front_n + lever * slowing) / front_slope);
-  if (rear > 0.0) pedal = std::min(pedal, (friction * still.rear_n - lever * slowing - rear_drag_n) / rear_slope);
+  const double front_left = friction * still.front_n + lever * slowing - drag.front_n;
+  if (front_slope > 0.0) pedal = std::min(pedal, front_left / front_slope);
+  if (rear > 0.0) pedal = std::min(pedal, (friction * still.rear_n - lever * slowing - drag.rear_n) / rear_slope);
   return std::max(0.0, pedal);
 }
 

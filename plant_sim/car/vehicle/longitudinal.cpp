@@ -11,17 +11,17 @@
 
 namespace voltlap::plant {
 
-VehicleEnergy LongitudinalVehicle::advance(double drive_torque_nm, double brake_pedal, double step_s) {
+VehicleEnergy LongitudinalVehicle::advance(const AxleTorques& drive, double brake_pedal, double step_s) {
   const double airspeed = speed_ + road_.head_wind_mps;
   const AxleLoads loads = axle_loads(car_, acceleration_, airspeed);
   const BrakeTorques brakes = brake_torques(car_.brakes, brake_pedal);
-  const double front_inertia = car_.vehicle.front_axle_inertia_kg_m2;
+  const double front_inertia = front_axle_inertia(car_);
   const double rear_inertia = driveline_inertia(car_);
   const double front_n = loads.front_n * road_.longitudinal_share, rear_n = loads.rear_n * road_.longitudinal_share;
   const AxleStep front =
-      axle_step(car_.tyres, {speed_, front_n, 0.0, brakes.front_nm, front_inertia}, front_omega_, step_s);
+      axle_step(car_.tyres, {speed_, front_n, drive.front_nm, brakes.front_nm, front_inertia}, front_omega_, step_s);
   const AxleStep rear =
-      axle_step(car_.tyres, {speed_, rear_n, drive_torque_nm, brakes.rear_nm, rear_inertia}, rear_omega_, step_s);
+      axle_step(car_.tyres, {speed_, rear_n, drive.rear_nm, brakes.rear_nm, rear_inertia}, rear_omega_, step_s);
 
   const double drag = drag_force(car_, airspeed);
   const double rolling = rolling_force(car_, speed_);
@@ -34,7 +34,7 @@ VehicleEnergy LongitudinalVehicle::advance(double drive_torque_nm, double brake_
   const double way = mean_speed * step_s;
 
   VehicleEnergy e;
-  e.driveline_in_j = drive_torque_nm * rear.omega_mean_rad_s * step_s;
+  e.driveline_in_j = (drive.front_nm * front.omega_mean_rad_s + drive.rear_nm * rear.omega_mean_rad_s) * step_s;
   e.kinetic_j = 0.5 * mass * (next_speed * next_speed - speed_ * speed_) +
                 0.5 * front_inertia * (front.omega_rad_s * front.omega_rad_s - front_omega_ * front_omega_) +
                 0.5 * rear_inertia * (rear.omega_rad_s * rear.omega_rad_s - rear_omega_ * rear_omega_);
@@ -51,6 +51,7 @@ VehicleEnergy LongitudinalVehicle::advance(double drive_torque_nm, double brake_
   distance_ += way;
   front_omega_ = front.omega_rad_s;
   rear_omega_ = rear.omega_rad_s;
+  front_omega_mean_ = front.omega_mean_rad_s;
   rear_omega_mean_ = rear.omega_mean_rad_s;
   return e;
 }
@@ -64,7 +65,7 @@ void LongitudinalVehicle::set_road(const Road& road) {
 void LongitudinalVehicle::set_speed(double speed_mps) {
   VOLTLAP_DEMAND(std::isfinite(speed_mps));
   speed_ = speed_mps;
-  front_omega_ = rear_omega_ = rear_omega_mean_ = speed_mps / car_.tyres.radius_m;
+  front_omega_ = rear_omega_ = front_omega_mean_ = rear_omega_mean_ = speed_mps / car_.tyres.radius_m;
 }
 
 }  // namespace voltlap::plant

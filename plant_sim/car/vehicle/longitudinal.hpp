@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The car along its path: two axles on slipping tyres push a mass against drag and rolling resistance.
+// The car along its path: two axles on slipping tyres, one of them driven or both, push a mass against drag and rolling
+// resistance.
 #pragma once
 #include "car/vehicle/brakes.hpp"
 #include "car/vehicle/chassis.hpp"
@@ -18,18 +19,27 @@ struct Road {
 
 /// Work done in one step, joules, each from its own force and the mean speed of the step.
 struct VehicleEnergy {
-  double driveline_in_j = 0.0;   ///< torque at the rear wheels times their speed
+  double driveline_in_j = 0.0;   ///< torque at the wheels times their speed
   double kinetic_j = 0.0;        ///< change of translation and rotation
   double climb_j = 0.0, aero_j = 0.0, rolling_j = 0.0, cornering_j = 0.0, slip_j = 0.0;
   double front_brake_j = 0.0, rear_brake_j = 0.0;
+};
+
+/// At the wheels, both of an axle together [Nm], positive drives forward.
+struct AxleTorques {
+  double front_nm = 0.0, rear_nm = 0.0;
 };
 
 class LongitudinalVehicle {
  public:
   explicit LongitudinalVehicle(const VehicleParameters& car) : car_(car) {}
 
-  /// One step under the drive torque at the rear wheels and the brake pedal (0..1).
-  VehicleEnergy advance(double drive_torque_nm, double brake_pedal, double step_s);
+  /// One step under the drive torques and the brake pedal (0..1).
+  VehicleEnergy advance(const AxleTorques& drive, double brake_pedal, double step_s);
+  /// Driven at the rear wheels alone.
+  VehicleEnergy advance(double drive_torque_nm, double brake_pedal, double step_s) {
+    return advance(AxleTorques{0.0, drive_torque_nm}, brake_pedal, step_s);
+  }
 
   /// Holds until the next call.
   void set_road(const Road& road);
@@ -39,6 +49,8 @@ class LongitudinalVehicle {
   [[nodiscard]] double acceleration_mps2() const { return acceleration_; }
   [[nodiscard]] double front_omega() const { return front_omega_; }
   [[nodiscard]] double rear_omega() const { return rear_omega_; }
+  /// Over the last step.
+  [[nodiscard]] double front_omega_mean() const { return front_omega_mean_; }
   [[nodiscard]] double rear_omega_mean() const { return rear_omega_mean_; }
   /// Sets the car rolling without slip.
   void set_speed(double speed_mps);
@@ -47,7 +59,7 @@ class LongitudinalVehicle {
   const VehicleParameters& car_;
   Road road_;
   double speed_ = 0.0, distance_ = 0.0, acceleration_ = 0.0;
-  double front_omega_ = 0.0, rear_omega_ = 0.0, rear_omega_mean_ = 0.0;
+  double front_omega_ = 0.0, rear_omega_ = 0.0, front_omega_mean_ = 0.0, rear_omega_mean_ = 0.0;
 };
 
 }  // namespace voltlap::plant

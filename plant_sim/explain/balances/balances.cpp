@@ -260,6 +260,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
     out.channels.push_back({"soc", Balance::kCharge, "1", *log.find("soc")});
   }
   out.facts.initial_temperature_c = model.car.battery.initial_temperature_c;
+  out.facts.temperature_known = options.temperature_stated || !thermistors.empty();
   if (!thermistors.empty()) {
     const VectorXd mean = mean_of(log, thermistors);
     out.channels.push_back({"temperature", Balance::kHeat, "K", mean});

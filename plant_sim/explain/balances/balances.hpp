@@ -58,6 +58,7 @@ struct ComparisonOptions {
   bool judge_soc = false;   ///< the log's SOC is a channel of its own
   std::optional<CurrentHold> hold =
       {};  ///< of the current, as its logger is known to have it; else found in the log
+  bool temperature_stated = true;  ///< the model says how warm the battery begins
 };
 
 /// Picks channels and facts (start SOC from the first rest, hold of the current) for this model. The battery of the

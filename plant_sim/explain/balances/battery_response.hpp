@@ -19,6 +19,7 @@ struct LogFacts {
   double rest_current_a = 0.0;              ///< of the pack, as read
   double rest_ohm = 0.0;                    ///< of one cell: what that current takes from the voltage
   double initial_temperature_c = 25.0;
+  bool temperature_known = true;  ///< by thermistors, or stated
   Eigen::VectorXd temperature_c;  ///< measured mean, last value held; empty: not measured
   Eigen::VectorXd thermistor_c;   ///< what thermistors read, where temperature_c is what the cell is believed to be
   Eigen::VectorXd

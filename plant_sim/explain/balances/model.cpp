@@ -46,8 +46,17 @@ Model load_model(const DataFolder& data, const std::string& name, const std::vec
     set_cell_model(settings, out.world.car);
     return out;
   }
+  out.temperature_stated = std::any_of(settings.begin(), settings.end(), [](const std::string& text) {
+    return parse_setting(text).key == "battery.initial_temperature_c";
+  });
   if (out.kind == ModelKind::kVehicle) {
     out.world.car = load_vehicle(data, out.path, settings).parameters;
+    if (out.world.car.powertrain.motors != 1) {
+      throw InputError("--model " + name, fmt::format("a car with {} motors", out.world.car.powertrain.motors),
+                       "a car with one motor on the rear axle, a pack or a cell: logs are explained by one motor's "
+                       "speed and current",
+                       "Give the car's cell file or a pack file to explain its battery");
+    }
     out.world.pack_resistance_ohm = out.world.car.battery.contact_resistance_ohm;
     return out;
   }

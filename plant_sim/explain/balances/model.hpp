@@ -15,6 +15,7 @@ struct Model {
   ModelKind kind = ModelKind::kCell;
   std::string path;
   World world;
+  bool temperature_stated = true;  ///< how warm the battery of this log begins, by who asks; else as any file has it
 };
 
 /// `settings` are key=value of the vehicle's keys; for a cell file battery.cells_in_series and

@@ -269,7 +269,9 @@ void put_rounds(const Held& log, const std::vector<Held>& references, const std:
       const std::string channel = shown_in(round.family, suspect);
       if (much.contains(channel) && !taken.contains(channel)) open.push_back(suspect);
     }
-    if (open.empty()) return;
+    // How full the battery was at first under load is told by the voltage, with what was found: what remains is told
+    // from there.
+    if (open.empty() && round.held->seen.comparison.facts.starts_at_rest) return;
   }
 }
 

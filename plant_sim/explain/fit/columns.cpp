@@ -20,6 +20,7 @@ constexpr double kNothing = 1e-9;    // of a parameter: what has no size of its 
 constexpr double kRest_v = 1e-3;     // how well a first rest tells the open-circuit voltage
 constexpr double kUnderLoad = 0.05;  // SOC, where no rest tells it
 constexpr double kWarmth_k = 0.5;    // cells beside their thermistors at the start
+constexpr double kSeason_k = 8.0;    // a battery that nobody measured, beside what the model's file says
 constexpr double kCounted = 0.01;    // SOC: how well whoever counts it knew where it began
 constexpr double kAir_k = 1.0;       // beside the model, where the log does not say it
 
@@ -131,9 +132,9 @@ std::vector<Start> starts_of(const Observed& log) {
   const double known = rests ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
   std::vector<Start> out{
       {0.002, known, [](plant::World& w, const Start&, double by) { w.initial_soc_change += by; }}};
-  if (plant::has_temperature(log.comparison)) {
-    out.push_back({0.2, kWarmth_k, [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; }});
-  }
+  const auto warm = [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; };
+  if (plant::has_temperature(log.comparison)) out.push_back({0.2, kWarmth_k, warm});
+  if (!facts.temperature_known) out.push_back({1.0, kSeason_k, warm});
   if (log.comparison.find("soc") != nullptr) {
     out.push_back({0.002, kCounted, [](plant::World& w, const Start&, double by) { w.reported_soc_low += by; }});
   }
@@ -185,9 +186,11 @@ std::vector<const ReadChannel*> pointers_to(const std::vector<ReadChannel>& chan
   return out;
 }
 
-/// The start is no finding where the log does not say what it was; air that it says is not contradicted.
+/// The start is no finding where the log does not say what it was; air that it says is not contradicted. What follows
+/// the temperature is told by a log that says it.
 bool may_be_named(const plant::Cause& cause, const Observed& log) {
   const std::string_view name = cause.name;
+  if (name == "resistance_temperature" && !log.comparison.facts.temperature_known) return false;
   if (name == "ambient") return says_no_air(log);
   return name != "initial_soc" || log.comparison.find("soc") != nullptr;
 }

@@ -314,15 +314,22 @@ void settle_temperature(const plant::World& model, const plant::Recording& read,
 /// By how much predictions would be others if every second row of what drives battery and car had not been recorded:
 /// about what they are off for the rows that were not.
 void put_between_rows(Observed& log) {
-  plant::Comparison thinned = log.comparison;
   const auto thin = [](VectorXd& values) {
     for (Index row = 1; row + 1 < values.size(); row += 2) values(row) = 0.5 * (values(row - 1) + values(row + 1));
   };
+  std::map<std::string, VectorXd>& signals = log.comparison.log.signals;
+  std::map<std::string, VectorXd> driven_by;  // as it was recorded
   for (const char* role : {"current", "motor_torque", "accelerator", "brake"}) {
-    if (const auto found = thinned.log.signals.find(role); found != thinned.log.signals.end()) thin(found->second);
+    const auto found = signals.find(role);
+    if (found == signals.end()) continue;
+    driven_by[role] = found->second;
+    thin(found->second);
   }
-  thin(thinned.facts.current_a);
-  const plant::Prediction changed = plant::predict(log.model, thinned);
+  VectorXd current_a = log.comparison.facts.current_a;
+  thin(log.comparison.facts.current_a);
+  const plant::Prediction changed = plant::predict(log.model, log.comparison);
+  for (auto& [role, values] : driven_by) signals[role] = std::move(values);
+  log.comparison.facts.current_a = std::move(current_a);
   for (std::size_t c = 0; c < log.channels.size(); ++c) {
     ReadChannel& channel = log.channels[c];
     VectorXd by_row = changed.channels[c] - log.base.channels[c];

@@ -220,6 +220,12 @@ plant::Explanation said(const Saying& s, const plant::Gated& gated, const Observ
   out.with_references = s.with_references;
   out.masked = gated.log.masked;
   out.notes = gated.log.repairs;
+  if (!rest.comparison.facts.temperature_known) {
+    out.notes.push_back(fmt::format(
+        "no thermistor: how warm the battery began the voltage alone tells, {:.0f} degC give or take 8 K; --set "
+        "battery.initial_temperature_c=C says it, and smaller errors of the resistances are found",
+        s.model.world.car.battery.initial_temperature_c));
+  }
   std::vector<std::string> sentences, units;
   for (const ReadChannel& channel : rest.channels) units.push_back(channel.unit);
   for (const AnswerOf* answer : s.global) put_causes(s, *answer, sentences, out);

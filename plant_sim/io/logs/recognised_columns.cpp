@@ -221,11 +221,31 @@ RoleSource source_of(const MeasuredTable& table, const Candidate& candidate) {
           std::string(candidate.unit.name)};
 }
 
+/// Columns whose names differ in a number alone, three and more: cells, of which none is the battery's voltage.
+bool is_of_family(const MeasuredTable& table, std::size_t column) {
+  constexpr std::ptrdiff_t kMany = 3;
+  const auto pattern = [&](const std::string& label) {
+    std::string out;
+    bool number = false;
+    for (const char c : column_name(label).name) {
+      const bool digit = c >= '0' && c <= '9';
+      if (!digit || !number) out += digit ? '#' : c;
+      number = digit;
+    }
+    return out;
+  };
+  const std::string own = pattern(table.columns[column]);
+  return own.find('#') != std::string::npos &&
+         std::count_if(table.columns.begin(), table.columns.end(),
+                       [&](const std::string& other) { return pattern(other) == own; }) >= kMany;
+}
+
 /// The voltage of the cell, or of the pack; both in one table would leave open which is meant.
 void add_voltage(const MeasuredTable& table, RoleMap& map) {
   std::optional<Candidate> cell = best_named(table, kRoleNames[2]), pack = best_named(table, kRoleNames[3]);
   if (!cell && !pack) {
-    const auto all = worded(table, {"voltage", "spannung", "volt", "电压"}, Quantity::kVoltage);
+    auto all = worded(table, {"voltage", "spannung", "volt", "电压"}, Quantity::kVoltage);
+    std::erase_if(all, [&](const Candidate& c) { return is_of_family(table, c.column); });
     const auto found = only(table, "voltage", all);
     if (!found) return;
     const std::string name = column_name(table.columns[found->column]).name;

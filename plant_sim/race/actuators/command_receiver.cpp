@@ -2,6 +2,7 @@
 #include "race/actuators/command_receiver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -19,15 +20,19 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
     can::BalancingCommand balancing;
     can::ChargerCommand charger;
     can::Pm100Command torque;
+    codec::AmkSetpoints setpoints;
+    std::size_t wheel = 0;
     if (decode(frame, contactors_)) {
       car.contactors.air_plus.command(contactors_.air_plus_close);
       car.contactors.air_minus.command(contactors_.air_minus_close);
       car.contactors.precharge.command(contactors_.precharge_close);
     } else if (decode(frame, torque)) {
       take_pm100(torque, car);
+    } else if (codec::decode_amk(frame, wheel, setpoints)) {
+      if (car.has_amk()) take_amk(setpoints, car.drives[wheel]);
     } else if (decode(frame, inverter)) {
       const bool enable = inverter.enable && inverter.phase_current_ok;
-      if (!car.has_pm100()) car.inverter.command(inverter.phase_current_ma * 1e-3, enable);
+      if (!car.has_pm100() && !car.has_amk()) car.inverter.command(inverter.phase_current_ma * 1e-3, enable);
     } else if (decode(frame, balancing)) {
       take_balancing(balancing, car);
     } else if (decode(frame, charger)) {
@@ -38,6 +43,7 @@ void CommandReceiver::receive(Instant now, FrameView frames, Car& car) {
     }
   }
   if (car.has_pm100()) drive_by_pm100(car);
+  if (car.has_amk()) drive_by_amk(car);
   monitor_.expire(now);
   forget_unless_fresh(now, limits_);
   forget_unless_fresh(now, bms_);
@@ -60,6 +66,27 @@ void CommandReceiver::take_pm100(const can::Pm100Command& m, Car& car) {
 // was asked until the PM100 stops, by its own time-out too.
 void CommandReceiver::drive_by_pm100(Car& car) {
   car.inverter.command(car.pm100.torque_nm() / car.parameters().motor.constant_nm_per_a, car.pm100.enabled());
+}
+
+void CommandReceiver::take_amk(const codec::AmkSetpoints& m, MotorDrive& drive) {
+  const double nominal_nm_per_ppm = 1e-6 * drive.amk.nominal_torque_nm();
+  Amk::Setpoints s;
+  s.inverter_on = m.inverter_on;
+  s.dc_on = m.dc_on;
+  s.enable = m.enable;
+  s.error_reset = m.error_reset;
+  s.speed_rpm = m.target_velocity_rpm;
+  s.torque_positive_nm = m.torque_limit_positive_ppm * nominal_nm_per_ppm;
+  s.torque_negative_nm = m.torque_limit_negative_ppm * nominal_nm_per_ppm;
+  drive.amk.receive(s);
+}
+
+// As with a PM100: the current controller goes on with what its logic allows.
+void CommandReceiver::drive_by_amk(Car& car) {
+  for (MotorDrive& drive : car.drives) {
+    const double torque_nm = drive.amk.torque_nm(car.motor_omega_rad_s(drive) * 30.0 / M_PI);
+    drive.inverter.command(torque_nm / car.parameters().motor.constant_nm_per_a, drive.amk.inverter_on());
+  }
 }
 
 void CommandReceiver::take_balancing(const can::BalancingCommand& m, Car& car) {

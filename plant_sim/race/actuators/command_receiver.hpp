@@ -10,6 +10,7 @@
 #include "can_dbc/pm100.hpp"
 #include "can_dbc/tables.hpp"
 #include "car/car.hpp"
+#include "codec/amk_frames.hpp"
 #include "codec/rx_monitor.hpp"
 
 namespace voltlap::plant {
@@ -37,6 +38,8 @@ class CommandReceiver {
 
   static void take_pm100(const can::Pm100Command& m, Car& car);
   static void drive_by_pm100(Car& car);
+  static void take_amk(const codec::AmkSetpoints& m, MotorDrive& drive);
+  static void drive_by_amk(Car& car);
 
   /// The shunts as they were last told; silence ends them, group by group.
   void take_balancing(const can::BalancingCommand& m, Car& car);

@@ -23,13 +23,15 @@ RoadSense feel_road(const VehicleParameters& car, const Road& road, double speed
   const double resistance = drag_force(car, airspeed) + rolling_force(car, speed_mps) +
                             cornering_drag(car, road.lateral_mps2) + climbing_force(car, road.grade);
   const double share = kBelowTheEdge * road.longitudinal_share;
-  const double radius = car.tyres.radius_m, coasting = coasting_drag(car, speed_mps, radius);
-  const double full = wheel_torque(car.powertrain, motor_torque(car.motor, car.inverter.current_max_a, 1.0), true) /
+  const double radius = car.tyres.radius_m;
+  const CoastingDrag coasting = coasting_drag(car, speed_mps, radius);
+  const double full = wheel_torque(car.powertrain, motor_torque(car.motor, full_phase_current_a(car), 1.0), true) /
                       radius;
-  const double drag_nm = motor_drag(car.motor, speed_mps / radius * car.powertrain.final_drive);
+  const double drag_nm =
+      car.powertrain.motors * motor_drag(car.motor, speed_mps / radius * car.powertrain.final_drive);
   const double drag = wheel_torque(car.powertrain, drag_nm, true) / radius;  // that a driving current makes up for
   RoadSense sense{true, 1.0, locking_pedal(car, airspeed, share, resistance, radius, coasting),
-                  -(resistance + coasting) / total_mass(car)};
+                  -(resistance + coasting.sum_n()) / total_mass(car)};
   if (full > 0.0) sense.accelerator_most = std::min(1.0, (drive_grip(car, airspeed, share, resistance) + drag) / full);
   VOLTLAP_DEMAND(within(sense.accelerator_most, 0.0, 1.0) && within(sense.brake_most, 0.0, 1.0));
   return sense;

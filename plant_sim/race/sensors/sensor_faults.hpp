@@ -24,6 +24,8 @@ struct SensorFaults {
   std::optional<double> dc_link_v;   ///< what the sensor of the DC link reads for good
   double apps1_offset_v = 0.0;
   bool charger_silent = false;
+  bool interlock_open = false;       ///< a plug of the tractive system is loose; it opens the shutdown circuit, too
+  bool isolation_fault = false;      ///< the isolation monitor reports one; it opens the shutdown circuit, too
 
   /// The channel to plant a fault in.
   [[nodiscard]] static Channel& at(std::vector<Channel>& channels, std::size_t index) {

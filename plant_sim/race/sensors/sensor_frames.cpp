@@ -9,6 +9,7 @@
 #include "core/demand.hpp"
 #include "core/parameter_table.hpp"
 #include "race/sensors/frame_units.hpp"
+#include "race/sensors/amk_frames.hpp"
 #include "race/sensors/pm100_frames.hpp"
 
 namespace voltlap::plant {
@@ -60,6 +61,8 @@ SensorFrames::SensorFrames(const VehicleParameters& car, std::uint64_t seed, con
       cells_(channels(car.sensors.all_cells, car.sensors.cells, indexed_count("sensors.cells", car))),
       thermistors_(channels(car.sensors.all_thermistors, car.sensors.thermistors,
                             indexed_count("sensors.thermistors", car))) {
+  wheel_motor_speed_.fill(motor_speed_);
+  wheel_current_.fill(phase_current_);
   const auto moves = [](const Instrument& instrument) { return instrument.moves(); };
   slow_moves_ = std::any_of(cells_.begin(), cells_.end(), moves) || motor_temperature_.moves() ||
                 std::any_of(thermistors_.begin(), thermistors_.end(), moves) || inverter_temperature_.moves();
@@ -71,15 +74,14 @@ void SensorFrames::send(Instant now, const Car& car, const Pedals& pedals, const
   send_pack(car, tx);
   send_pedals(pedals, tx);
   send_wheels(car, tx);
-  if (car.has_pm100()) {
-    send_pm100_readings(now, car, tx);
-  } else {
-    send_inverter(car, tx);
-  }
+  const bool of_ours = !car.has_pm100() && !car.has_amk();
+  if (car.has_pm100()) send_pm100_readings(now, car, tx);
+  if (car.has_amk()) send_amk_readings(now, car, tx);
+  if (of_ours) send_inverter(car, tx);
   send_io(car, switches, tx);
   send_cells(now, car, tx);
   send_temperatures(now, car, tx);
-  if (!car.has_pm100()) send_motor_temperatures(now, car, tx);
+  if (of_ours) send_motor_temperatures(now, car, tx);
   if (car.charger.plugged) send_charger(now, car, tx);
 }
 
@@ -161,12 +163,30 @@ void SensorFrames::send_pm100_readings(Instant now, const Car& car, TxQueue& tx)
   send_pm100(now, car, r, sealer_, tx);
 }
 
+// The same errors for all four: what is wrong with one alone is a fault of its frames. A winding that is read late is
+// the hottest for all.
+void SensorFrames::send_amk_readings(Instant now, const Car& car, TxQueue& tx) {
+  AmkReadings r;
+  for (std::size_t wheel = 0; wheel < codec::kWheels; ++wheel) {
+    const MotorDrive& drive = car.drives[wheel];
+    r.speed_rpm[wheel] = wheel_motor_speed_[wheel].read(car.motor_omega_rad_s(drive) * kRpmPerRadPerS);
+    r.current_a[wheel] = wheel_current_[wheel].read(drive.current_a);
+    r.motor_c[wheel] = shown(motor_temperature_, drive.thermal.copper_c());
+  }
+  r.inverter_c = shown(inverter_temperature_, parameters_.environment.ambient_c);
+  r.dc_link_v = faults.dc_link_v.value_or(dc_link_voltage_.read(car.dc_link_voltage()));
+  send_amk(now, car, r, sealer_, tx);
+}
+
 void SensorFrames::send_io(const Car& car, const Switches& switches, TxQueue& tx) {
   can::VehicleIo m;
   m.air_plus_aux = car.contactors.air_plus.closed();
   m.air_minus_aux = car.contactors.air_minus.closed();
   m.precharge_aux = car.contactors.precharge.closed();
-  m.shutdown_closed = switches.shutdown_closed;
+  // Both devices sit in the shutdown circuit themselves.
+  m.shutdown_closed = switches.shutdown_closed && !faults.interlock_open && !faults.isolation_fault;
+  m.interlock_open = faults.interlock_open;
+  m.isolation_fault = faults.isolation_fault;
   m.ts_on_button = switches.ts_on;
   m.rtd_button = switches.ready_to_drive;
   m.reset_button = switches.reset;

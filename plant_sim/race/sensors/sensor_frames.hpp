@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plant's side of the bus: readings become sealed sensor frames.
 #pragma once
+#include <array>
+
 #include "base/can_frame.hpp"
 #include "base/time.hpp"
 #include "can_dbc/car.hpp"
 #include "can_dbc/tables.hpp"
 #include "car/car.hpp"
+#include "codec/amk_frames.hpp"
 #include "codec/seal.hpp"
 #include "race/driver/pi_driver.hpp"
 #include "race/sensors/instrument.hpp"
@@ -38,6 +41,7 @@ class SensorFrames {
   void send_wheels(const Car& car, TxQueue& tx);
   void send_inverter(const Car& car, TxQueue& tx);
   void send_pm100_readings(Instant now, const Car& car, TxQueue& tx);
+  void send_amk_readings(Instant now, const Car& car, TxQueue& tx);
   void send_io(const Car& car, const Switches& switches, TxQueue& tx);
   void send_cells(Instant now, const Car& car, TxQueue& tx);
   void send_temperatures(Instant now, const Car& car, TxQueue& tx);
@@ -48,6 +52,7 @@ class SensorFrames {
   PedalSensors pedal_sensors_;
   Sensors sensors_;
   Instrument pack_current_, pack_voltage_, dc_link_voltage_, phase_current_, motor_speed_;
+  std::array<Instrument, codec::kWheels> wheel_motor_speed_, wheel_current_;  // of four motors
   Instrument motor_temperature_, inverter_temperature_;
   Instrument wheel_front_left_, wheel_front_right_, wheel_rear_left_, wheel_rear_right_;
   Instrument apps1_, apps2_, brake_front_, brake_rear_;

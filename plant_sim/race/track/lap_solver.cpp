@@ -35,7 +35,7 @@ class Particle {
       : car_(car),
         motor_(car),
         mass_(total_mass(car)),
-        effective_mass_(mass_ + driveline_inertia(car) / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
+        effective_mass_(mass_ + driven_inertia(car) / (car.tyres.lap_radius_m * car.tyres.lap_radius_m)),
         wheel_per_motor_(car.powertrain.final_drive / car.tyres.lap_radius_m),
         rolling_(car.tyres.rolling_resistance * mass_ * car.environment.gravity_mps2) {
     const BrakeTorques full = brake_torques(car.brakes, 1.0);
@@ -53,9 +53,9 @@ class Particle {
   /// Greatest deceleration, as a positive number: full pedal, or the pedal at which the first axle would lock.
   [[nodiscard]] double max_deceleration(double v, const RoadPiece& road) const {
     const double resistance = this->resistance(v, road), radius = car_.tyres.lap_radius_m;
-    const double drag = coasting_drag(car_, v, radius);
+    const CoastingDrag drag = coasting_drag(car_, v, radius);
     const double pedal = locking_pedal(car_, v + road.head_wind_mps, share(v, road), resistance, radius, drag);
-    return (pedal * brake_force_ + (drag + resistance)) / effective_mass_;
+    return (pedal * brake_force_ + (drag.sum_n() + resistance)) / effective_mass_;
   }
 
  private:

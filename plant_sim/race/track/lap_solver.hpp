@@ -3,7 +3,7 @@
 // friction, accelerates on the motor's curve and brakes at full pedal.
 //
 //   corner: v^2 / r <= a_y,max, and no wheel lifted                        Eq. 3.10-3.15
-//   forward: m* a = min(tau(w) G eta / r, s mu N_rear) - resistance        Eq. 3.2-3.9
+//   forward: m* a = min(tau(w) G eta / r, s mu N_driven) - resistance      Eq. 3.2-3.9
 //   backward: m* a = -(brakes, none of them locking + resistance);  m* = m + I / r^2
 // resistance: drag, rolling, climbing, cornering. s: what cornering leaves of the friction ellipse
 // (car/vehicle/grip.hpp; the study uses a square). tau: the road's motor (car/powertrain/full_torque.hpp).

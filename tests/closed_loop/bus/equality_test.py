@@ -57,7 +57,7 @@ def test_log_equals_that_of_one_process_line_for_line(laps):
 
 def test_log_decodes_without_one_error(laps):
     database = cantools.database.Database()
-    for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc"):
+    for name in ("car.dbc", "orion.dbc", "charger.dbc", "pm100.dbc", "amk.dbc"):
         database.add_dbc_file(str(ROOT / "can_dbc" / name))
     decoded = 0
     for line in laps["bus"]["log"].read_text().splitlines():

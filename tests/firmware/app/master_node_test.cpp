@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/master_node.hpp"
 
+#include <utility>
+
 #include "firmware/app/bench.hpp"
 
 #include "CppUTest/TestHarness.h"
@@ -67,6 +69,45 @@ TEST(MasterNode, ItRestsOnlyWhileNothingIsWantedAndTheBmsHoldsNothingClosed) {
   loop.io.shutdown_closed = false;
   loop.run(3'000);
   CHECK(loop.master.rests());
+}
+
+// DIA-003: by what the BMS says of its contactors, while the master itself wants nothing.
+TEST(MasterNode, ItRestsBesideABmsThatHoldsNothingClosedOrIsNotHeard) {
+  using can::BmsState;
+  for (const auto& [said, rests] : {std::pair{BmsState::kIdle, true}, {BmsState::kPrecharge, false},
+                                    {BmsState::kTsActive, false}, {BmsState::kOpen, true}, {BmsState::kFault, true}}) {
+    app::MasterNode listening{master::Config{}};
+    codec::Sealer sealer;
+    Instant now{};
+    for (int k = 0; k < 5; ++k) {
+      can::BmsStatus status;
+      status.state = said;
+      Frame frame;
+      encode(status, frame);
+      sealer.seal(frame);
+      now = now + Duration::from_ms(10);
+      listening.tick(now, FrameView{&frame, 1}, tx);
+      tx.clear();
+    }
+    CHECK_EQUAL(rests, listening.rests());
+    CHECK_EQUAL(said == BmsState::kFault, listening.output().drive_state == can::DriveState::kFault);
+    for (int k = 0; k < 20; ++k) {
+      now = now + Duration::from_ms(10);
+      listening.tick(now, FrameView{}, tx);
+      tx.clear();
+    }
+    CHECK(listening.rests());
+  }
+}
+
+// DIA-003
+TEST(MasterNode, ItDoesNotRestOnceItAsksForTheTractiveSystem) {
+  app::test::Loop loop;
+  loop.run(500);
+  loop.io.ts_on_button = true;
+  CHECK(loop.until([&] { return loop.in(can::DriveState::kTsRequested); }, 100) >= 0);
+  CHECK(loop.bms_status.state == can::BmsState::kIdle);
+  CHECK_FALSE(loop.master.rests());
 }
 
 TEST(MasterNode, FramesThatAreNotItsOwnChangeNothing) {

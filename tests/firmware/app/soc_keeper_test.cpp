@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/soc_keeper.hpp"
 
+#include <vector>
+
 #include "bms/bench.hpp"
 #include "bms/estimate/filter_bench.hpp"
 
@@ -33,6 +35,7 @@ TEST_GROUP(SocKeeper) {
         bms::SocSlot bytes;
         if (!keeper.due(node, slot, bytes)) continue;
         kept[slot] = bytes;
+        written_to.push_back(slot);
         ++written;
       }
     }
@@ -42,6 +45,7 @@ TEST_GROUP(SocKeeper) {
     bms::SocSlot (&kept)[bms::kSocSlots];
     SocKeeper keeper;
     TxQueue tx;
+    std::vector<std::size_t> written_to;  ///< the slots, in turn
   };
 };
 
@@ -74,6 +78,66 @@ TEST(SocKeeper, AWritingEveryHalfPoint) {
   LONGS_EQUAL(1, written);
   node.run(cell, 90.0, 40.0, written);  // ten points
   CHECK(written >= 19 && written <= 21);
+}
+
+// BMS-083
+TEST(SocKeeper, ChargingIsWrittenAsDischargingIs) {
+  cell.soc = 0.5;
+  Powered node(memory, config);
+  node.run(cell, 0.0, 1.0, written);
+  node.run(cell, -90.0, 40.0, written);
+  CHECK(written >= 19 && written <= 21);
+}
+
+// BMS-083
+TEST(SocKeeper, AnEmptyPackIsWrittenToo) {
+  cell.soc = 0.001;
+  Powered node(memory, config);
+  node.run(cell, 0.0, 2.0, written);
+  CHECK(node.soc() < 0.005);
+  LONGS_EQUAL(1, written);
+}
+
+// BMS-083: a writing that is cut off leaves the one before it, so they go to the two slots in turns.
+TEST(SocKeeper, TheSlotsAreWrittenInTurnsAndTheNewestIsKnownByItsNumber) {
+  std::size_t newest_slot = 0;
+  std::uint16_t writings = 0;
+  for (int powered = 0; powered < 3; ++powered) {
+    Powered node(memory, config);
+    node.run(cell, powered == 0 ? 0.0 : 60.0, 1.0, written);
+    node.run(cell, 90.0, powered == 0 ? 5.0 : 7.0, written);
+    CHECK(node.written_to.size() >= 3);
+    if (powered > 0) LONGS_EQUAL(1 - newest_slot, node.written_to[0]);
+    for (std::size_t i = 1; i < node.written_to.size(); ++i) {
+      LONGS_EQUAL(1 - node.written_to[i - 1], node.written_to[i]);
+    }
+    newest_slot = node.written_to.back();
+    writings = static_cast<std::uint16_t>(writings + node.written_to.size());
+    bms::SocRecord newest;
+    std::size_t oldest_slot = 0;
+    bms::read_slots(memory, newest, oldest_slot);
+    LONGS_EQUAL(1 - newest_slot, oldest_slot);
+    LONGS_EQUAL(writings, newest.writing);
+  }
+}
+
+// BMS-048, BMS-083: the distance goes on over a loss of the supply.
+TEST(SocKeeper, TheWayThatWasDrivenIsKeptToo) {
+  config.energy_to_go_m = 10'000;
+  config.um_per_motor_turn = 400'000;
+  std::uint16_t kept = 0;
+  for (int powered = 0; powered < 3; ++powered) {
+    Powered node(memory, config);
+    node.run(cell, 0.0, powered == 0 ? 1.0 : 0.1, written);
+    LONGS_EQUAL(kept, node.node.state().energy_to_go.pieces);
+    node.bench.inverter.motor_speed_rpm = 6'000;  // 40 m/s: a piece every 2.5 s, a writing every 2 s
+    node.run(cell, 90.0, 20.0, written);
+    bms::SocRecord newest;
+    std::size_t oldest_slot = 0;
+    bms::read_slots(memory, newest, oldest_slot);
+    CHECK(newest.pieces >= kept + 6 && newest.pieces <= kept + 8);
+    kept = newest.pieces;
+  }
 }
 
 // BMS-083

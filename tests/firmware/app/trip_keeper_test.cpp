@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/trip_keeper.hpp"
 
+#include <vector>
+
 #include "bms/bench.hpp"
 
 using namespace voltlap;
@@ -23,13 +25,16 @@ TEST_GROUP(TripKeeper) {
         node.tick(now, bench.sent(), tx);
         std::size_t slot = 0;
         bms::TripSlot bytes;
-        if (keeper.due(node, slot, bytes)) kept[slot] = bytes;
+        if (!keeper.due(node, slot, bytes)) continue;
+        kept[slot] = bytes;
+        written_to.push_back(slot);
       }
     }
     bms::TripSlot (&kept)[bms::kTripSlots];
     BmsNode node;
     TripKeeper keeper;
     TxQueue tx;
+    std::vector<std::size_t> written_to;  ///< the slots, in turn
   };
 };
 
@@ -61,6 +66,29 @@ TEST(TripKeeper, ATripOutlivesThePowerCycleAndIsLeftByTheReset) {
   Powered reset(memory, third);
   reset.run(third, 1000);
   LONGS_EQUAL(0, reset.node.output().faults);
+}
+
+// BMS-025: a writing that is cut off leaves the one before it, so they go to the two slots in turns; only what has
+// changed is written.
+TEST(TripKeeper, EachChangeIsWrittenOnceIntoTheOlderSlot) {
+  for (const std::size_t newest : {std::size_t{0}, std::size_t{1}}) {
+    memory[newest] = bms::to_slot({0, 8});
+    memory[1 - newest] = bms::to_slot({0, 7});
+    Bench bench;
+    Powered node(memory, bench);
+    node.run(bench, 500);
+    CHECK(node.written_to.empty());
+    bench.cell_100uv[7] = 23'000;
+    node.run(bench, 600);
+    CHECK((node.written_to == std::vector<std::size_t>{1 - newest}));
+    bench.cell_100uv[7] = 44'000;  // one more
+    node.run(bench, 600);
+    CHECK((node.written_to == std::vector<std::size_t>{1 - newest, newest}));
+    const bms::TripHistory history = bms::read_slots(memory);
+    LONGS_EQUAL(10, history.newest.writing);
+    CHECK(history.newest.latched == node.node.state().faults.latched);
+    LONGS_EQUAL(1 - newest, history.oldest_slot);
+  }
 }
 
 // BMS-025

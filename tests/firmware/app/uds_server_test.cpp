@@ -8,6 +8,7 @@
 
 #include "base/boot_request.hpp"
 #include "base/diagnostic_address.hpp"
+#include "can_dbc/car.hpp"
 
 #include "CppUTest/TestHarness.h"
 
@@ -105,21 +106,38 @@ TEST(UdsServer, TheSoftwareVersionAndTheNameOfTheImageAreTold) {
   CHECK_EQUAL(std::string("bms_node_stm32f4"), text(image, 3));
   const Bytes both = ask({0x22, 0xF1, 0x89, 0xF1, 0x86, 0x12, 0x34});
   CHECK((both == Bytes{0x62, 0xF1, 0x89, '0', '.', '1', '.', '0', 0xF1, 0x86, 0x01}));
+  CHECK((ask({0x22, 0xF1, 0x86}) == Bytes{0x62, 0xF1, 0x86, 0x01}));  // and nothing of the request before
   Bytes many = {0x22};
   for (int i = 0; i < 8; ++i) many.insert(many.end(), {0xF1, 0x89});  // 17 bytes: a request in several frames
   LONGS_EQUAL(1 + 8 * 7, ask(many).size());
 }
 
+// DIA-001
+TEST(UdsServer, AnAnswerThatJustFitsIsGivenAndOneByteMoreIsRefused) {
+  const auto answer_to = [this](int sessions, int versions) {
+    Bytes request = {0x22};
+    for (int i = 0; i < 8; ++i) request.insert(request.end(), {0xF1, 0x95});  // 18 bytes each
+    for (int i = 0; i < versions; ++i) request.insert(request.end(), {0xF1, 0x89});  // 7
+    for (int i = 0; i < sessions; ++i) request.insert(request.end(), {0xF1, 0x86});  // 3
+    return ask(request);
+  };
+  const Bytes whole = answer_to(5, 0);
+  LONGS_EQUAL(IsoTp::kResponseMost, whole.size());
+  CHECK((Bytes(whole.end() - 3, whole.end()) == Bytes{0xF1, 0x86, 0x01}));
+  CHECK((answer_to(3, 1) == Bytes{0x7F, 0x22, 0x14}));
+  LONGS_EQUAL(IsoTp::kResponseMost, answer_to(5, 0).size());
+}
+
 // DIA-002
 TEST(UdsServer, FaultsAreToldWithWhatIsSetNowAndWhatIsLatched) {
   CHECK((ask({0x19, 0x02, 0xFF}) == Bytes{0x59, 0x02, 0x09}));
-  view.faults_now = 1U << 3 | 1U << 19;
-  view.faults_latched = 1U << 3 | 1U << 7;
+  view.faults_now = 1U << 4 | 1U << 20;  // a code is one below its bit
+  view.faults_latched = 1U << 4 | 1U << 8;
   CHECK((ask({0x19, 0x01, 0x09}) == Bytes{0x59, 0x01, 0x09, 0x01, 0x00, 0x03}));
   CHECK((ask({0x19, 0x01, 0x01}) == Bytes{0x59, 0x01, 0x09, 0x01, 0x00, 0x02}));
   CHECK((ask({0x19, 0x02, 0x09}) ==
          Bytes{0x59, 0x02, 0x09, 0x1A, 3, 0, 0x09, 0x1A, 7, 0, 0x08, 0x1A, 19, 0, 0x09}));
-  LONGS_EQUAL(3 + 4 * 20, ask({0x19, 0x0A}).size());
+  LONGS_EQUAL(3 + 4 * 21, ask({0x19, 0x0A}).size());
 }
 
 // DIA-006
@@ -156,6 +174,20 @@ TEST(UdsServer, EveryBitOfANodesFaultsHasItsCode) {
   }
 }
 
+// DIA-002: testers and record books of before the bit of isolation keep their codes.
+TEST(UdsServer, ACodeIsTheSameWhateverBitItsFaultHas) {
+  const auto code_of = [&](can::BmsFault fault) {
+    view.faults_now = std::uint32_t{1} << static_cast<unsigned>(fault);
+    const Bytes answer = ask({0x19, 0x02, 0x01});
+    LONGS_EQUAL(3 + 4, answer.size());
+    return static_cast<int>(answer[4]);
+  };
+  LONGS_EQUAL(0, code_of(can::BmsFault::kCellVoltageLow));
+  LONGS_EQUAL(8, code_of(can::BmsFault::kPrechargeTimeout));
+  LONGS_EQUAL(19, code_of(can::BmsFault::kTemperatureImplausible));
+  LONGS_EQUAL(20, code_of(can::BmsFault::kIsolationFault));
+}
+
 // DIA-003
 TEST(UdsServer, ResetAndBootLoaderComeAfterTheAnswerAndNeverWithClosedContactors) {
   view.may_restart = false;
@@ -177,12 +209,52 @@ TEST(UdsServer, ResetAndBootLoaderComeAfterTheAnswerAndNeverWithClosedContactors
   CHECK(server.restart() == UdsRestart::kBootLoader);
 }
 
+// DIA-003
+TEST(UdsServer, ResetIsAReset) {
+  CHECK((ask({0x11, 0x01}) == Bytes{0x51, 0x01}));
+  tick();
+  CHECK(server.restart() == UdsRestart::kReset);
+}
+
+// DIA-003
+TEST(UdsServer, TheDefaultSessionIsEnteredAnyTimeAndRestartsNothing) {
+  for (const bool may_restart : {false, true}) {
+    view.may_restart = may_restart;
+    CHECK((ask({0x10, 0x01}) == Bytes{0x50, 0x01, 0x00, 0x32, 0x01, 0xF4}));
+    tick();
+    CHECK(server.restart() == UdsRestart::kNone);
+  }
+}
+
+// A wrong length is told before anything else of the request counts.
+TEST(UdsServer, ARequestThatIsTooShortOrTooLongIsRefused) {
+  for (const Bytes& right : {Bytes{0x10, 0x02}, Bytes{0x11, 0x01}, Bytes{0x3E, 0x00}, Bytes{0x19, 0x0A},
+                             Bytes{0x19, 0x02, 0x09}, Bytes{0x19, 0x01, 0x09}, Bytes{0x22, 0xF1, 0x89}}) {
+    const Bytes refusal = {0x7F, right[0], 0x13};
+    Bytes longer = right;
+    longer.push_back(0x00);
+    CHECK((ask(longer) == refusal));
+    CHECK((ask(right)[0] == right[0] + 0x40));
+    view.may_restart = false;  // takes back what was asked for
+    tick();
+    view.may_restart = true;
+    for (Bytes shorter = right; shorter.size() > 1;) {
+      shorter.pop_back();
+      if (shorter == Bytes{0x19, 0x0A}) continue;
+      CHECK((ask(shorter) == refusal));
+    }
+    tick();
+    CHECK(server.restart() == UdsRestart::kNone);
+  }
+}
+
 TEST(UdsServer, WhatItCannotAnswerIsRefusedWithItsCode) {
   CHECK((ask({0x27, 0x01}) == Bytes{0x7F, 0x27, 0x11}));
   CHECK((ask({0x22, 0x12, 0x34}) == Bytes{0x7F, 0x22, 0x31}));
   CHECK((ask({0x22, 0xF1}) == Bytes{0x7F, 0x22, 0x13}));
   CHECK((ask({0x22}) == Bytes{0x7F, 0x22, 0x13}));
   CHECK((ask({0x19, 0x55}) == Bytes{0x7F, 0x19, 0x12}));
+  CHECK((ask({0x19}) == Bytes{0x7F, 0x19, 0x13}));  // the function of before does not count
   CHECK((ask({0x19, 0x02}) == Bytes{0x7F, 0x19, 0x13}));
   CHECK((ask({0x10, 0x07}) == Bytes{0x7F, 0x10, 0x12}));
   CHECK((ask({0x3E, 0x01}) == Bytes{0x7F, 0x3E, 0x12}));
@@ -195,6 +267,13 @@ TEST(UdsServer, ThePositiveAnswerIsLeftOutWhenItIsAskedTo) {
   CHECK((ask({0x3E, 0x00}) == Bytes{0x7E, 0x00}));
   CHECK(tick({frame_of({0x02, 0x3E, 0x80})}).empty());
   CHECK((ask({0x11, 0x82}) == Bytes{0x7F, 0x11, 0x12}));
+  CHECK(tick({frame_of({0x03, 0x19, 0x81, 0x09})}).empty());
+  CHECK(tick({frame_of({0x02, 0x10, 0x81})}).empty());
+  CHECK(server.restart() == UdsRestart::kNone);
+  CHECK(tick({frame_of({0x02, 0x11, 0x81})}).empty());
+  CHECK(server.restart() == UdsRestart::kReset);  // the answer that it has left out need not go first
+  CHECK(tick({frame_of({0x02, 0x10, 0x82})}).empty());
+  CHECK(server.restart() == UdsRestart::kBootLoader);
 }
 
 TEST(UdsServer, FlowControlOfTheTesterIsKept) {
@@ -202,13 +281,13 @@ TEST(UdsServer, FlowControlOfTheTesterIsKept) {
   ask({0x19, 0x0A}, &fast);
   flow = {0x30, 0, 50};
   const std::uint32_t before = now_ms;
-  LONGS_EQUAL(83, ask({0x19, 0x0A}, &slow).size());
+  LONGS_EQUAL(87, ask({0x19, 0x0A}, &slow).size());
   CHECK(now_ms - before >= 11 * 50);
   CHECK(fast <= 13);
   flow = {0x32, 0, 0};  // overflow: given up
-  CHECK(ask({0x19, 0x0A}).size() < 83);
+  CHECK(ask({0x19, 0x0A}).size() < 87);
   flow = {0x30, 0, 0};
-  LONGS_EQUAL(83, ask({0x19, 0x0A}).size());
+  LONGS_EQUAL(87, ask({0x19, 0x0A}).size());
 }
 
 TEST(UdsServer, ATesterThatFallsSilentIsGivenUpAfterASecond) {

@@ -17,3 +17,21 @@ TEST(TxQueue, KeepsItsOrderAndRefusesWhatDoesNotFit) {
   queue.clear();
   LONGS_EQUAL(0, queue.size());
 }
+
+TEST_GROUP(Frame) {};
+
+TEST(Frame, IsEqualWhereIdentifierLengthAndEveryByteAre) {
+  const Frame frame{0x1C0, 8, {1, 2, 3, 4, 5, 6, 7, 8}};
+  Frame other = frame;
+  CHECK(frame == other);
+  for (std::uint8_t& byte : other.data) {
+    ++byte;
+    CHECK(frame != other);
+    --byte;
+  }
+  other.id = 0x1C1;
+  CHECK(frame != other);
+  other = frame;
+  other.dlc = 7;
+  CHECK(frame != other);
+}

@@ -43,6 +43,17 @@ TEST(MemoryMarch, GoodMemoryPassesAndKeepsItsContent) {
   }
 }
 
+// BMS-090
+TEST(MemoryMarch, WordsAtAnAddressAreMarchedAndKept) {
+  volatile std::uint32_t memory[40] = {};
+  for (std::uint32_t i = 0; i < 40; ++i) memory[i] = 0x9E37'79B9U * i;
+  MemoryWords words(memory + 4);
+  CHECK(march_keeping(words, 32));
+  for (std::uint32_t i = 0; i < 40; ++i) LONGS_EQUAL(0x9E37'79B9U * i, memory[i]);
+  words.write(3, 77U);
+  LONGS_EQUAL(77, memory[7]);
+}
+
 TEST(MemoryMarch, EveryBitThatStaysAtOneLevelIsFound) {
   for (std::size_t bad = 0; bad < kWords; bad += 3) {
     for (int bit = 0; bit < 32; ++bit) {

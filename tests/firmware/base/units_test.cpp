@@ -29,3 +29,11 @@ TEST(Units, WideIntermediatesSaturate) {
   LONGS_EQUAL(top, Current::saturated(std::int64_t{top} + 1).raw());
   LONGS_EQUAL(bottom, Current::saturated(std::int64_t{bottom} - 1).raw());
 }
+
+TEST(Units, MagnitudeIsWithoutSignAndSaturates) {
+  LONGS_EQUAL(0, magnitude(Current{}).raw());
+  LONGS_EQUAL(1, magnitude(Current::from_raw(-1)).raw());
+  LONGS_EQUAL(top, magnitude(Current::from_raw(top)).raw());
+  LONGS_EQUAL(top, magnitude(Current::from_raw(bottom)).raw());
+  CHECK(magnitude(std::int64_t{bottom}) == std::int64_t{top} + 1);
+}

@@ -53,10 +53,34 @@ TEST(BmsConfig, TablesThatDoNotRiseAreRefused) {
   refuse(ConfigError::kOcvPoints);
   config.ocv.count = 1;
   refuse(ConfigError::kOcvPoints);
+  config.ocv.voltage[0] = CellVoltage{};
+  refuse(ConfigError::kOcvVoltage);
+  for (const SocMethod method : {SocMethod::kCoulomb, SocMethod::kEkf}) {  // whose circuit has as many points
+    for (const std::uint8_t count : {std::uint8_t{0}, std::uint8_t{1}, std::uint8_t{33}, std::uint8_t{255}}) {
+      config.soc_method = method;
+      config.resistance.count = count;
+      refuse(ConfigError::kResistancePoints);
+    }
+  }
   config.resistance.soc[1] = Soc{};
   refuse(ConfigError::kResistanceSoc);
   config.resistance.resistance[0] = Resistance{};
   refuse(ConfigError::kResistance);
+}
+
+// BMS-070
+TEST(BmsConfig, TablesThatReachBeyondEmptyOrFullAreRefused) {
+  config.ocv.soc[0] = Soc::from_raw(-1);
+  refuse(ConfigError::kOcvSoc);
+  config.ocv.soc[1] = Soc::from_raw(1'000'001);
+  refuse(ConfigError::kOcvSoc);
+  config.resistance.soc[0] = Soc::from_raw(-1);
+  refuse(ConfigError::kResistanceSoc);
+  config.resistance.soc[1] = Soc::from_raw(1'000'001);
+  refuse(ConfigError::kResistanceSoc);
+  config.ocv.soc[0] = config.resistance.soc[0] = Soc::from_raw(1);  // and need not reach them
+  config.ocv.soc[1] = config.resistance.soc[1] = Soc::from_raw(999'999);
+  CHECK(accepted());
 }
 
 TEST(BmsConfig, ValuesThatTheRulesForbidAreRefused) {
@@ -126,6 +150,8 @@ const Bound kBounds[] = {
     bound<&C::contactor_time>(E::kContactorTimeMax, 2'001, 2'000),
     bound<&C::contactor_drop_time>(E::kContactorDropTime, -1, 0),
     bound<&C::contactor_drop_time>(E::kContactorDropTimeMax, 201, 200),
+    bound<&C::isolation_time>(E::kIsolationTime, 0, 1),
+    bound<&C::isolation_time>(E::kIsolationTimeMax, 5'001, 5'000),
     bound<&C::discharge_time>(E::kDischargeTime, 0, 1),
     bound<&C::discharge_time>(E::kDischargeTimeRule, 5'001, 5'000),
     bound<&C::precharge_time_min>(E::kPrechargeTimeMin, -1, 0),
@@ -173,6 +199,9 @@ const Bound kBounds[] = {
     bound<&C::charger_current_max>(E::kChargerCurrent, -1, 0),
     bound<&C::charger_current_max>(E::kChargerCurrentTrip, 300'001, 300'000),
     bound<&C::charger_current_max>(E::kChargeCurrentEndMax, 499, 500),
+    bound<&C::energy_to_go_reserve>(E::kEnergyReserve, -1, 0),
+    bound<&C::energy_to_go_reserve>(E::kEnergyReserveFull, 1'000'000, 999'999),
+    bound<&C::um_per_motor_turn>(E::kMotorTurnMax, 10'000'001, 10'000'000),
     bound<&C::capacity_mah>(E::kCapacity, 2'000'001, 2'000'000),
     bound<&C::heat_capacity_j_per_k>(E::kHeatCapacity, -1, 0),
     bound<&C::heat_capacity_j_per_k>(E::kHeatCapacity, 1'000'001, 1'000'000),
@@ -187,6 +216,28 @@ TEST(BmsConfig, EveryBoundRefusesWhatIsBeyondItAndAcceptsWhatIsAtIt) {
     refuse(bound.error);
     bound.put(config, bound.at);
     refuse(ConfigError::kNone);
+  }
+}
+
+// BMS-070
+TEST(BmsConfig, ADistanceNeedsAStateOfChargeAndTheWayOfATurn) {
+  struct Told {
+    std::int32_t metres, turn_um;
+    SocMethod soc;
+    ConfigError error;
+  };
+  for (const Told& told : {Told{1'000, 1, SocMethod::kCoulomb, E::kNone},
+                           {999, 1, SocMethod::kCoulomb, E::kEnergyToGo},
+                           {-1, 1, SocMethod::kCoulomb, E::kEnergyToGo},
+                           {1'000'000, 1, SocMethod::kCoulomb, E::kNone},
+                           {1'000'001, 1, SocMethod::kCoulomb, E::kEnergyToGoMax},
+                           {22'000, 0, SocMethod::kCoulomb, E::kMotorTurn},
+                           {22'000, 1, SocMethod::kNone, E::kEnergyToGoSoc},
+                           {0, 0, SocMethod::kNone, E::kNone}}) {
+    config.energy_to_go_m = told.metres;
+    config.um_per_motor_turn = told.turn_um;
+    config.soc_method = told.soc;
+    refuse(told.error);
   }
 }
 
@@ -212,6 +263,8 @@ TEST(BmsConfig, TheFiltersCircuitIsCheckedWhereThereIsAFilter) {
   refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.current_min = amps(-1); });
   refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.current_min = amps(301); });
   refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.per_ampere.time1 = -3'604; });  // at 300 A 1 - 0.901
+  refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.per_ampere.branch2 = 7'204; });  // at 300 A 1 + 1.801
+  refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.per_ampere.branch2 = -100'001; });
   refused(E::kBranchSlopesTemperature, [](Config& c) { c.branches.temperature_max = Temperature::from_raw(-1); });
   refused(E::kBranchSlopesTemperature, [](Config& c) { c.branches.per_kelvin.series = 100'001; });
 }
@@ -223,5 +276,6 @@ TEST(BmsConfig, TheFiltersCircuitIsAcceptedAtItsBounds) {
   config.branches.time1[0] = Duration::from_ms(500);
   config.branches.time2[0] = Duration::from_ms(100'000'000);
   config.branches.per_ampere.time1 = -3'600;
+  config.branches.per_ampere.branch2 = 7'200;
   CHECK(accepted());
 }

@@ -46,6 +46,28 @@ TEST(FaultTimer, AFaultWithoutATimeIsSetAndGoneInItsStep) {
   CHECK_FALSE(timer.set);
 }
 
+TEST(FaultTimer, ATimeThatRunsBackCountsNothing) {
+  steps(Seen::kActive, 11);
+  for (const Seen condition : {Seen::kActive, Seen::kUnknown, Seen::kClear}) {
+    count(condition, Duration::from_ms(-1'000), time, timer);
+    LONGS_EQUAL(100'000, timer.level_us);
+  }
+}
+
+// What is idle is left alone, so a clear condition must change nothing in it.
+TEST(FaultTimer, AnIdleTimerIsNotSetAndStaysAsItIs) {
+  for (const std::int32_t ms : {0, 10, 500}) {
+    timer = FaultTimer{};
+    for (unsigned draw = 1; draw < 3'000; ++draw) {
+      count(static_cast<Seen>(draw * 2'654'435'761U >> 30U), tick, Duration::from_ms(ms), timer);
+      if (!idle(timer)) continue;
+      CHECK_FALSE(timer.set);
+      count(Seen::kClear, tick, Duration::from_ms(ms), timer);
+      CHECK(idle(timer) && !timer.set);
+    }
+  }
+}
+
 TEST(FaultTimer, TheLongestTimeDoesNotOverflow) {
   for (int i = 0; i < 70'000; ++i) count(Seen::kActive, tick, kFaultTimeMax, timer);
   LONGS_EQUAL(600'000'000, timer.level_us);

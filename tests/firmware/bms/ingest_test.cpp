@@ -171,3 +171,56 @@ TEST(Ingest, HundredAndFortyFourCellsComeInWithinTheirTimeout) {
   big.run(3000);
   LONGS_EQUAL(0, big.out.faults);
 }
+
+// The first reading pairs the cells before it with itself; one at the clock's zero is not the first.
+TEST(Ingest, APackVoltageThatWasGoodAtTheClocksZeroIsNoFirstOne) {
+  Bench late;
+  late.now_ms = 0U - 4'000U;
+  late.run(4'000);
+  LONGS_EQUAL(0, late.now_ms);
+  late.tick();  // with the cells of group 0
+  late.sum_follows_cells = false;
+  late.pack.pack_voltage_100uv = 24 * 39'000 + 1'000;
+  late.tick();  // with those of group 1
+  LONGS_EQUAL(24 * 39'000, late.state.measured.cell_pack[0].raw());
+  LONGS_EQUAL(24 * 39'000 + 1'000, late.state.measured.cell_pack[3].raw());
+}
+
+// BMS-001: of four motors what stands for all, as old as the oldest of it, and the DC link of the car's own sensor.
+TEST(Ingest, FourAmkInvertersAreTheSumOfTheirCurrentsAndTheFastestOfTheirMotors) {
+  State state{};
+  Config config = bench.config;
+  config.inverter_protocol = InverterProtocol::kAmk;
+  codec::Sealer sealer;
+  Input input;
+  input.now = Instant::from_ms(1'000);
+  const auto step_with = [&](std::size_t silent) {
+    input.now = input.now + Duration::from_ms(10);
+    Frame frames[codec::kWheels + 1];
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < codec::kWheels; ++k) {
+      codec::AmkActual1 m;
+      m.actual_velocity_rpm = 4'000 + 100 * static_cast<std::int32_t>(k);
+      m.actual_velocity_ok = true;
+      m.torque_current = 1'000;
+      if (k != silent) codec::encode_amk(m, k, frames[count++]);
+    }
+    can::DcLinkSensor link;
+    link.dc_link_voltage_100uv = 900'000;
+    link.dc_link_voltage_ok = true;
+    encode(link, frames[count]);
+    sealer.seal(frames[count++]);
+    input.frames = FrameView{frames, count};
+    ingest(config, input, state);
+  };
+  for (int k = 0; k < 3; ++k) step_with(codec::kWheels);
+  LONGS_EQUAL(4 * 6'542, state.measured.phase_current.value.raw());
+  LONGS_EQUAL(4'300, state.measured.motor_speed.value.raw());
+  LONGS_EQUAL(900'000, state.measured.dc_link_voltage.value.raw());
+  CHECK(state.measured.phase_current.good() && state.measured.dc_link_voltage.good());
+  for (int k = 0; k < 9; ++k) step_with(1);
+  CHECK(state.measured.phase_current.good());
+  step_with(1);
+  CHECK_FALSE(state.measured.phase_current.good());
+  CHECK(state.measured.dc_link_voltage.good());
+}

@@ -58,6 +58,16 @@ TEST(Plausibility, SampleThatNeverCameHasWaitedSinceTheStart) {
   LONGS_EQUAL(100, pack.oldest_temperature.ms());
 }
 
+// The clock stands at zero once in 49 days.
+TEST(Plausibility, ASampleThatIsGoodAtTheClocksZeroHasCome) {
+  const Instant before = Instant::from_ms(0xFFFF'FF00U);
+  for (auto& sample : measured.cell) sample.time = Instant{};
+  for (auto& sample : measured.temperature) sample.time = Instant{};
+  summarise(config, measured, before, pack);
+  LONGS_EQUAL(0, pack.oldest_cell.ms());
+  LONGS_EQUAL(0, pack.oldest_temperature.ms());
+}
+
 TEST(Plausibility, NothingGoodLeavesNoWeakestCell) {
   measured = Measured{};
   summary();

@@ -133,3 +133,131 @@ TEST(Transmit, OnAChargerEveryShuntHasItsBitAndWhatStopsIsToldAtOnce) {
   CHECK(sent<can::ChargerCommand>().control == can::ChargerControl::kOff);
   LONGS_EQUAL(0, sent<can::ChargerCommand>().voltage_max_100uv);
 }
+
+TEST(Transmit, OutputComesBackFromTheFrames) {
+  out.now = Instant::from_ms(60);
+  out.contactors.air_minus = out.contactors.precharge = true;
+  out.waits_for = can::WaitsFor::kSoc;
+  out.suspect = 17;
+  out.suspect_why = can::SuspectWhy::kRate;
+  out.current_offset = Current::from_raw(-500);
+  out.current_offset_known = true;
+  out.limits.discharge = {amps(300), can::LimitReason::kCellVoltage, 5};
+  out.limits.charge = {amps(40), can::LimitReason::kTemperature, 6};
+  out.state = can::BmsState::kPrecharge;
+  out.faults = 1U << 19U | 1U << 2U;
+  out.weakest_cell = 11;
+  out.soc = Soc::from_raw(655'000);
+  out.soc_valid = true;
+  out.temperature_max = Temperature::from_raw(480);
+  out.temperature_min = Temperature::from_raw(-70);
+  transmit(out, sealer, tx);
+  const auto contactors = sent<can::ContactorCommand>();
+  CHECK(!contactors.air_plus_close && contactors.air_minus_close && contactors.precharge_close);
+  CHECK(contactors.waits_for == can::WaitsFor::kSoc && contactors.suspect_why == can::SuspectWhy::kRate);
+  LONGS_EQUAL(17, contactors.suspect);
+  CHECK(contactors.current_offset_ok);
+  LONGS_EQUAL(-500, contactors.current_offset_ma);
+  const auto limits = sent<can::BmsLimits>();
+  LONGS_EQUAL(300'000, limits.discharge_limit_ma);
+  LONGS_EQUAL(40'000, limits.charge_limit_ma);
+  CHECK(limits.discharge_reason == can::LimitReason::kCellVoltage);
+  CHECK(limits.charge_reason == can::LimitReason::kTemperature);
+  LONGS_EQUAL(5, limits.limiting_cell);
+  const auto status = sent<can::BmsStatus>();
+  CHECK(status.state == can::BmsState::kPrecharge && status.soc_ok);
+  LONGS_EQUAL(1U << 19U | 1U << 2U, status.faults);
+  LONGS_EQUAL(11, status.weakest_cell);
+  LONGS_EQUAL(655'000, sent<can::PackBroadcast>().pack_soc_ppm);
+  const auto slow = sent<can::LimitBroadcast>();
+  LONGS_EQUAL(300'000, slow.pack_dcl_ma);
+  LONGS_EQUAL(40'000, slow.pack_ccl_ma);
+  LONGS_EQUAL(480, slow.high_temperature_dc);
+  LONGS_EQUAL(-70, slow.low_temperature_dc);
+}
+
+// The bits of RelayState, as the comment of can_dbc/orion.dbc has them.
+TEST(Transmit, EachBitOfTheOrionsRelayStateMeansOneThing) {
+  const auto bits = [this] {
+    tx.clear();
+    transmit(out, sealer, tx);
+    return static_cast<unsigned>(sent<can::PackBroadcast>().relay_state);
+  };
+  constexpr unsigned kAlwaysOn = 1U << 5U;
+  LONGS_EQUAL(kAlwaysOn, bits());
+  out.limits.discharge.value = Current::from_raw(1);
+  LONGS_EQUAL(kAlwaysOn | 1U << 0U, bits());
+  out.limits.discharge.value = Current{};
+  out.limits.charge.value = Current::from_raw(1);
+  LONGS_EQUAL(kAlwaysOn | 1U << 1U, bits());
+  out.limits.charge.value = Current{};
+  for (unsigned fault = 0; fault < 21; ++fault) {
+    out.faults = 1U << fault;
+    LONGS_EQUAL(kAlwaysOn | 1U << 3U, bits());
+  }
+  out.faults = 0;
+  for (const can::BmsState state : {can::BmsState::kIdle, can::BmsState::kPrecharge, can::BmsState::kTsActive,
+                                    can::BmsState::kOpen, can::BmsState::kFault, can::BmsState::kCharging}) {
+    out.state = state;
+    const unsigned ready = state == can::BmsState::kTsActive ? 1U << 6U : 0U;
+    const unsigned charging = state == can::BmsState::kCharging ? 1U << 7U : 0U;
+    LONGS_EQUAL(kAlwaysOn | ready | charging, bits());
+  }
+}
+
+TEST(Transmit, CellThatIsNotMeasuredIsSentAsZeroVolt) {
+  out.cell.cell = 9;
+  out.cell.voltage = CellVoltage::from_raw(37'123);
+  out.cell.open_voltage = CellVoltage::from_raw(38'001);
+  out.cell.resistance = Resistance::from_raw(15'430);
+  for (const bool good : {true, false}) {
+    tx.clear();
+    out.cell.good = good;
+    out.cell.balancing = good;
+    transmit(out, sealer, tx);
+    const auto cell = sent<can::CellBroadcast>();
+    LONGS_EQUAL(9, cell.cell_id);
+    CHECK_EQUAL(good, cell.cell_balancing);
+    LONGS_EQUAL(15'430, cell.cell_resistance_uohm);
+    LONGS_EQUAL(good ? 37'123 : 0, cell.cell_voltage_100uv);
+    LONGS_EQUAL(good ? 38'001 : 0, cell.cell_open_voltage_100uv);
+  }
+}
+
+TEST(Transmit, ASpreadThatNobodyHasMeasuredIsNone) {
+  out.charge.on = true;
+  out.charge.spread = CellVoltage::from_raw(123);
+  out.now = Instant::from_ms(70);
+  transmit(out, sealer, tx);
+  CHECK_FALSE(sent<can::ChargeStatus>().spread_ok);
+}
+
+TEST(Transmit, ChargeComesBackFromItsFrames) {
+  out.charge.on = true;
+  out.charge.phase = can::ChargePhase::kBleeding;
+  out.charge.reason = can::ChargeReason::kFault;
+  out.charge.asked = amps(12.3);
+  out.charge.voltage_max = PackVoltage::from_raw(1'008'000);
+  out.charge.spread = CellVoltage::from_raw(123);
+  out.charge.spread_known = true;
+  out.charge.cells_bled = 7;
+  out.now = Instant::from_ms(70);
+  transmit(out, sealer, tx);
+  const auto status = sent<can::ChargeStatus>();
+  CHECK(status.phase == can::ChargePhase::kBleeding && status.reason == can::ChargeReason::kFault);
+  LONGS_EQUAL(7, status.cells_bled);
+  LONGS_EQUAL(123, status.spread_100uv);
+  LONGS_EQUAL(12'300, status.current_asked_ma);
+  for (const Frame& f : tx) CHECK(f.id != can::ChargerCommand::kId);  // every 500 ms, at 80
+  tx.clear();
+  out.now = Instant::from_ms(80);
+  transmit(out, sealer, tx);
+  const auto command = sent<can::ChargerCommand>();
+  LONGS_EQUAL(1'008'000, command.voltage_max_100uv);
+  LONGS_EQUAL(12'300, command.current_max_ma);
+  out.charge.asked = Current{};
+  tx.clear();
+  transmit(out, sealer, tx);
+  CHECK(sent<can::ChargerCommand>().control == can::ChargerControl::kOff);
+  LONGS_EQUAL(0, sent<can::ChargerCommand>().voltage_max_100uv);
+}

@@ -155,3 +155,35 @@ TEST(VoltageCheck, CoarseLateAndNoisyChannelsThatStandAreSound) {
     }
   }
 }
+
+TEST(VoltageCheck, CellsThatSumToNothingTeachNoGain) {
+  Config config = pack_config();
+  State s;
+  s.measured.current.quality = s.measured.pack_voltage.quality = Quality::kGood;
+  s.pack.cells_good = true;
+  s.pack.sum_by_pack = PackVoltage::from_raw(900'000);
+  check_pack_voltage(config, Instant{}, Duration::from_ms(10), s);
+  CHECK_FALSE(s.voltage_check.gain_known);
+  s.pack.cell_sum = PackVoltage::from_raw(900'000);
+  check_pack_voltage(config, Instant{}, Duration::from_ms(10), s);
+  LONGS_EQUAL(1'000'000, s.voltage_check.gain.raw());
+}
+
+// BMS-062: nobody knows what a cell is worth on a channel that was never seen at rest.
+TEST(VoltageCheck, WithoutAGainNoCellIsMissing) {
+  Config config = pack_config();
+  State s;
+  s.measured.current.quality = s.measured.pack_voltage.quality = Quality::kGood;
+  s.pack.cells_good = s.contactors.closed_once = true;
+  s.pack.cell_sum = PackVoltage::from_raw(936'000);
+  s.pack.sum_by_pack = PackVoltage::from_raw(800'000);
+  for (const bool known : {false, true}) {
+    s.voltage_check.gain_known = known;
+    s.voltage_check.gain = known ? Ratio::from_raw(1'000'000) : Ratio{};
+    for (std::uint32_t ms = 0; ms < 1'000; ms += 10) {
+      check_pack_voltage(config, Instant::from_ms(ms), Duration::from_ms(10), s);
+    }
+    CHECK(s.voltage_check.steady);
+    CHECK_EQUAL(known, s.voltage_check.cell_missing);
+  }
+}

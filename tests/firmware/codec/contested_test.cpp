@@ -265,3 +265,32 @@ TEST(Contested, OneMessageIsContestedAndTheOthersAreNot) {
   CHECK(monitor.fresh(can::VehicleIo::kId, Instant::from_ms(10 * tick)));
   CHECK_FALSE(monitor.fresh(can::Pedals::kId, Instant::from_ms(10 * tick)));
 }
+
+// MST-061: a round of before is not credited.
+TEST(Contested, WhoIsContestedAgainNeedsAWholeRoundAgain) {
+  start();
+  for (int times = 0; times < 2; ++times) {
+    const std::uint32_t offset = times == 0 ? 7 : 90;
+    CHECK(ms_to_contested([&](std::uint32_t) { foreign(pedals(tick + offset, 45'000)); }) >= 0);
+    int frames = 0;  // of the one that has taken its place
+    RxVerdict found = RxVerdict::kForeign;
+    while (found != RxVerdict::kAccepted && frames < 1'000) {
+      ++tick;
+      ++frames;
+      found = receive(pedals(tick + offset, 5'000 + static_cast<std::int32_t>(tick % 1000) * 20));
+      CHECK_EQUAL(frames < 256, monitor.contested());
+    }
+    LONGS_EQUAL(256, frames);
+  }
+}
+
+TEST(Contested, ForeignFramesAreNamedAndCountedWhileItIsContested) {
+  start();
+  CHECK(ms_to_contested([&](std::uint32_t) { foreign(pedals(tick + 7, 45'000)); }) >= 0);
+  const unsigned before = monitor.counts(can::Pedals::kId).foreign;
+  for (unsigned n = 1; n <= 5; ++n) {
+    ++tick;
+    CHECK(receive(pedals(tick + 50 * n, 45'000)) == RxVerdict::kForeign);
+    LONGS_EQUAL(before + n, monitor.counts(can::Pedals::kId).foreign);
+  }
+}

@@ -118,13 +118,14 @@ TEST(RxMonitor, LateFrameAndTheOneOnTimeBehindItAreBelievedThoughOneBetweenThemI
 }
 
 TEST(RxMonitor, LatenessIsForgottenAfterSomeSecondsAndSoIsWhatItExcuses) {
-  for (const bool later : {false, true}) {
+  for (const unsigned frames : {19U, 100U, 150U, 579U}) {
     monitor = {};
     settle();
     unsigned n = 21;
     std::uint32_t ms = 230;  // from now on 20 ms late
-    for (; n < (later ? 600U : 40U); ++n, ms += 10) CHECK(at(ms, n) == RxVerdict::kAccepted);
-    CHECK(at(ms, n + 2, true) == (later ? RxVerdict::kForeign : RxVerdict::kAccepted));
+    for (; n < 21 + frames; ++n, ms += 10) CHECK(at(ms, n) == RxVerdict::kAccepted);
+    // 4 us/ms: of 20 ms are 15 left after 1.25 s, which with half a cycle excuse two cycles
+    CHECK(at(ms, n + 2, true) == (frames > 125 ? RxVerdict::kForeign : RxVerdict::kAccepted));
   }
 }
 
@@ -162,7 +163,40 @@ TEST(RxMonitor, ForeignFramesOfLongAgoAreForgottenWhenTheClockComesRound) {
   for (std::uint32_t ms = 230; ms < 3'000; ms += 10) monitor.expire(Instant::from_ms(ms));
   CHECK(at(230, 0) == RxVerdict::kResynchronising);  // 49 days later
   CHECK(at(240, 50) == RxVerdict::kForeign);
+  CHECK(at(250, 51) == RxVerdict::kAccepted);
+  CHECK(at(260, 120) == RxVerdict::kForeign);  // the second of them, and no third
   CHECK_FALSE(monitor.contested());
+}
+
+// Its begin is a time that the first foreign frame has not set yet: half a round of the clock away it is not "recent".
+TEST(RxMonitor, AForeignFrameIsTheFirstWhateverTheClockSays) {
+  for (const std::uint32_t start : {0U, 0x7FFF'FF00U, 0x8000'0000U, 0xFFFF'FF00U}) {
+    monitor = {};
+    for (unsigned n = 0; n <= 20; ++n) (void)at(start + 10 * n, n);
+    for (unsigned n = 1; n <= 3; ++n) {
+      CHECK_FALSE(monitor.contested());
+      CHECK(at(start + 200 + 10 * n, 100 + n) == RxVerdict::kForeign);
+    }
+    CHECK(monitor.contested());
+  }
+}
+
+TEST(RxMonitor, ForeignFramesAreForgottenThoughTheSenderIsForgottenFirst) {
+  settle();
+  for (std::uint32_t ms = 210; ms <= 4'000; ms += 10) {
+    // None of it is next in the count, each within the timeout of the one before, and no three in eight cycles.
+    if (ms % 90 == 30 && ms < 1'480) CHECK(at(ms, 220, true) == RxVerdict::kForeign);
+    monitor.expire(Instant::from_ms(ms));
+  }
+  CHECK(at(1'470, 0) == RxVerdict::kResynchronising);  // 49 days later
+  CHECK(at(1'480, 50) == RxVerdict::kForeign);
+  CHECK(at(1'490, 90) == RxVerdict::kForeign);
+  CHECK_FALSE(monitor.contested());
+}
+
+TEST(RxMonitor, AMessageThatTheNodeDoesNotReadIsNeverFresh) {
+  synchronise();
+  CHECK_FALSE(monitor.fresh(can::Pedals::kId, Instant::from_ms(10)));
 }
 
 TEST(RxMonitor, LatenessExcusesNoMoreThanEightCycles) {
@@ -297,4 +331,51 @@ TEST(RxMonitor, WrapOfTheClockChangesNothing) {
   CHECK(fresh(before + 20));  // beyond the wrap
   CHECK(at(before + 20, 3) == RxVerdict::kAccepted);
   CHECK_FALSE(fresh(before + 20 + can::VehicleIo::kTimeoutMs));
+}
+
+TEST(RxMonitor, BehindAContradictionHalfACycleOfDelayIsAllowedAndNoMore) {
+  for (const std::uint32_t ms : {215U, 216U}) {
+    monitor = {};
+    settle();
+    CHECK(at(200, 20, true) == RxVerdict::kForeign);
+    CHECK(at(ms, 21) == (ms == 215 ? RxVerdict::kAccepted : RxVerdict::kForeign));
+  }
+}
+
+// Only a count that is used twice makes a late frame doubtful, and not for longer than eight cycles.
+TEST(RxMonitor, ForeignFramesThatContradictNobodyLeaveLateOnesAlone) {
+  settle();
+  CHECK(at(205, 90, true) == RxVerdict::kForeign);
+  CHECK(at(206, 120, true) == RxVerdict::kForeign);
+  CHECK(at(220, 21) == RxVerdict::kAccepted);
+  monitor = {};
+  settle();
+  CHECK(at(200, 20, true) == RxVerdict::kForeign);
+  for (unsigned n = 1; n <= 8; ++n) CHECK(at(200 + 10 * n, 20 + n) == RxVerdict::kAccepted);
+  CHECK(at(280, 120, true) == RxVerdict::kForeign);
+  CHECK(at(300, 29) == RxVerdict::kAccepted);
+}
+
+TEST(RxMonitor, LatenessOfBeforeASilenceExcusesNothingBehindIt) {
+  settle();
+  CHECK(at(280, 21) == RxVerdict::kAccepted);  // 70 ms late
+  std::uint32_t ms = 280 + can::VehicleIo::kTimeoutMs;
+  unsigned n = 150;
+  CHECK(at(ms, n) == RxVerdict::kResynchronising);  // another sender, or the same one anew
+  for (int k = 0; k < 20; ++k) CHECK(at(ms += 10, ++n) == RxVerdict::kAccepted);
+  CHECK(at(ms + 10, n + 3, true) == RxVerdict::kForeign);
+}
+
+TEST(RxMonitor, FrameThatIsRepeatedAfterALongSilenceIsABeginningAndNoCopy) {
+  settle();
+  for (std::uint32_t ms = 200; ms <= 1'500; ms += 10) monitor.expire(Instant::from_ms(ms));
+  CHECK(at(1'510, 20) == RxVerdict::kResynchronising);
+  CHECK(at(1'520, 21) == RxVerdict::kAccepted);
+  LONGS_EQUAL(0, counts().copies);
+}
+
+TEST(RxMonitor, FrameOfATimeBeforeTheLastForeignOneBeginsAnew) {
+  settle();
+  CHECK(at(205, 90, true) == RxVerdict::kForeign);
+  CHECK(at(203, 120) == RxVerdict::kResynchronising);
 }

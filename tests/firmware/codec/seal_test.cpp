@@ -94,6 +94,38 @@ TEST(Seal, ForeignFrameStaysAsItIsAndIsNotTrusted) {
   CHECK_FALSE(codec::sealed_ok(frame));
 }
 
+TEST(Seal, AForeignFrameHasNoCounterAndNoSealerGivesItOne) {
+  Frame frame{0x7DF, 8, {1, 2, 3, 4, 5, 6, 7, 8}};
+  const Frame before = frame;
+  codec::Sealer sealer;
+  for (int i = 0; i < 3; ++i) sealer.seal(frame);
+  MEMCMP_EQUAL(before.data, frame.data, 8);
+  LONGS_EQUAL(0, codec::counter_of(frame));
+}
+
+TEST(Seal, AMessageWithoutACounterCountsZeroWhateverItsBytesAre) {
+  Frame frame{can::CellBroadcast::kId, 8, {9, 9, 9, 9, 9, 9, 9, 9}};
+  codec::seal(frame, 3);
+  LONGS_EQUAL(0, codec::counter_of(frame));
+}
+
+TEST(Seal, AFrameOfAnotherLengthIsNotTrustedThoughItsSealIsRight) {
+  Frame frame = pack_frame();
+  codec::seal(frame, 9);
+  frame.dlc = 7;
+  CHECK_FALSE(codec::sealed_ok(frame));
+}
+
+TEST(Seal, AMessageWithoutProtectionIsNeverTrustedAndKeepsItsBytes) {
+  const can::MessageRow row{0x123, 8, 10, 10, 50, 0, can::Protection::kNone, 6, 7};
+  Frame frame{0x123, 8, {1, 2, 3, 4, 5, 6, 7, 8}};
+  const Frame before = frame;
+  codec::seal(row, frame, 5);
+  MEMCMP_EQUAL(before.data, frame.data, 8);
+  CHECK_FALSE(codec::sealed_ok(row, frame));
+  LONGS_EQUAL(0, codec::counter_of(row, frame));
+}
+
 TEST(Seal, SealerCountsEveryMessageByItselfAndWraps) {
   codec::Sealer sealer;
   for (unsigned i = 0; i < 600; ++i) {
@@ -126,8 +158,57 @@ TEST(Seal, AChargersFrameHasNoSealAndIsBelievedByItsAgeAlone) {
   codec::RxRow state;
   const auto at_ms = [](std::uint32_t ms) { return Instant::from_ms(ms); };
   CHECK(codec::judge(row, row.cycle_ms, state, whole, at_ms(0)) == codec::RxVerdict::kResynchronising);
+  CHECK_FALSE(codec::fresh(row, state, at_ms(0)));
   CHECK(codec::judge(row, row.cycle_ms, state, whole, at_ms(1'000)) == codec::RxVerdict::kAccepted);
   CHECK(codec::fresh(row, state, at_ms(3'999)));
   CHECK_FALSE(codec::fresh(row, state, at_ms(4'000)));
   CHECK(codec::judge(row, row.cycle_ms, state, whole, at_ms(5'000)) == codec::RxVerdict::kResynchronising);
+}
+
+// SAE J1850: x^8 + x^4 + x^3 + x^2 + 1 from 0xFF, inverted; over the identifier, high byte first, and the payload.
+TEST(Seal, CrcIsThatOfTheStandardOverIdentifierAndPayload) {
+  Frame frame = pack_frame();
+  codec::seal(frame, 9);
+  const std::uint8_t bytes[] = {static_cast<std::uint8_t>(frame.id >> 8), static_cast<std::uint8_t>(frame.id),
+                                frame.data[0], frame.data[1], frame.data[2], frame.data[3], frame.data[4],
+                                frame.data[5], frame.data[6]};
+  unsigned crc = 0xFF;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 0x80U) != 0 ? (crc << 1 ^ 0x1DU) & 0xFFU : crc << 1;
+  }
+  BYTES_EQUAL(crc ^ 0xFFU, frame.data[7]);
+}
+
+TEST(Seal, WrongLengthIsNotTrusted) {
+  Frame frame = pack_frame();
+  codec::seal(frame, 9);
+  for (const std::uint8_t dlc : {std::uint8_t{0}, std::uint8_t{7}}) {
+    Frame shorter = frame;
+    shorter.dlc = dlc;
+    CHECK_FALSE(codec::sealed_ok(shorter));
+  }
+}
+
+TEST(Seal, MessageWithoutProtectionIsLeftAsItIsAndNotTrusted) {
+  can::MessageRow row = can::kMessages[codec::find_row(can::kMessages, codec::kMessageCount, can::PackSensor::kId)];
+  row.protection = can::Protection::kNone;
+  Frame frame = pack_frame();
+  const Frame before = frame;
+  codec::seal(row, frame, 9);
+  CHECK(frame == before);
+  CHECK_FALSE(codec::sealed_ok(row, frame));
+  codec::seal(frame, 9);  // as if it had one
+  CHECK_FALSE(codec::sealed_ok(row, frame));
+}
+
+TEST(Seal, OnlyACountedMessageHasACounter) {
+  const Frame orion{can::CellBroadcast::kId, 8, {3, 3, 3, 3, 3, 3, 3, 3}};
+  LONGS_EQUAL(0, codec::counter_of(orion));
+  const Frame foreign{0x7DF, 8, {3, 3, 3, 3, 3, 3, 3, 3}};
+  LONGS_EQUAL(0, codec::counter_of(foreign));
+  codec::Sealer sealer;
+  Frame sealed = foreign;
+  sealer.seal(sealed);
+  CHECK(sealed == foreign);
 }

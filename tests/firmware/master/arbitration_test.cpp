@@ -58,7 +58,10 @@ TEST(Arbitration, PhaseCurrentFollowsTheBalanceOfPower) {
   LONGS_EQUAL(550'000, phase(1'000'000, 6'500'000, 1'000'000, 1));    // saturated
   LONGS_EQUAL(0, phase(0, 1'000'000, 1'000'000, 0));
   LONGS_EQUAL(0, phase(-1, 1'000'000, 1'000'000, 500'000));
-  LONGS_EQUAL(0, phase(100'000, 0, 1'000'000, 500'000));
+  for (const std::int32_t induced : {0, 500'000}) {  // no voltage, no power, at standstill neither
+    LONGS_EQUAL(0, phase(100'000, 0, 1'000'000, induced));
+    LONGS_EQUAL(0, phase(100'000, -1, 1'000'000, induced));
+  }
 }
 
 // MST-031
@@ -210,11 +213,54 @@ TEST(Arbitration, TrimIsBoundedAndNeedsAMeasurement) {
   in.pack_current.value = Current::from_raw(1'000'000);
   settle(550'000);
   LONGS_EQUAL(500'000, state.trim.raw());
-  LONGS_EQUAL(5'000, state.current.raw());
+  LONGS_EQUAL(2'125, state.current.raw());  // half of 85 % of 5 A: 90 kW are beyond the rule, too (MST-037)
   in.pack_current.quality = Quality::kStale;
   run(550'000);
   CHECK(state.trim.raw() < 500'000);
   CHECK(state.faults.has(MasterFault::kPackSensorLost));
+}
+
+// MST-033
+TEST(Arbitration, WhatIsNotKnownIsNoExcess) {
+  limit(10'000, 0);
+  settle(550'000);
+  in.pack_current.value = Current::from_raw(9'000);
+  in.pack_voltage.value = PackVoltage::from_raw(500'000'000);  // 450 kW, if it were so
+  in.pack_voltage.quality = Quality::kStale;
+  run(550'000);
+  LONGS_EQUAL(0, state.trim.raw());
+  in.discharge_limit.quality = Quality::kStale;
+  run(550'000);
+  in.pack_current.value = Current::from_raw(20'000);  // beyond the last limit that was known
+  run(550'000);
+  LONGS_EQUAL(0, state.trim.raw());
+}
+
+// MST-033
+TEST(Arbitration, TrimGivesBackTenPercentASecond) {
+  limit(0, 0);
+  in.pack_current.value = Current::from_raw(5'000);  // auxiliaries, beside a limit of nothing
+  run(0);
+  state.trim = Ratio::from_raw(150'000);
+  for (int i = 0; i < 100; ++i) run(0);
+  LONGS_EQUAL(50'000, state.trim.raw());
+  for (int i = 0; i < 100; ++i) run(0);
+  LONGS_EQUAL(0, state.trim.raw());
+}
+
+// MST-033
+TEST(Arbitration, TrimTakesAFifthOfTheLargerExcessAStep) {
+  limit(200'000, 0);
+  run(0);
+  in.pack_current.value = Current::from_raw(200'000);  // as allowed
+  run(0);
+  LONGS_EQUAL(0, state.trim.raw());
+  in.pack_current.value = Current::from_raw(300'000);
+  run(0);
+  LONGS_EQUAL(100'000, state.trim.raw());
+  in.pack_voltage.value = PackVoltage::from_raw(7'900'000);  // 237 kW: twice 79 kW too much
+  run(0);
+  LONGS_EQUAL(500'000, state.trim.raw());
 }
 
 // MST-034
@@ -271,4 +317,64 @@ TEST(Arbitration, BeyondTheHighestMotorSpeedNothingDrivesAndBrakingStays) {
   check_reason(TorqueReason::kMotorSpeed);
   LONGS_EQUAL(-100'000, settle(-100'000));
   check_reason(TorqueReason::kNone);
+}
+
+// MST-036: the driver is told what holds the torque, and until it is back what held it.
+TEST(Arbitration, TheLastReasonStaysUntilTheCeilingIsBack) {
+  limit(100'000, 0);
+  run(550'000);
+  check_reason(TorqueReason::kDischargeLimit);  // of a ceiling that rises for the first time, too
+  settle(550'000);
+  limit(400'000, 0);
+  in.motor_temperature.value = Temperature::from_raw(1'500);  // half of 550 A
+  for (std::int32_t ma = 120'000; ma < 275'000; ma += 20'000) {
+    LONGS_EQUAL(ma, run(550'000));
+    check_reason(TorqueReason::kDischargeLimit);
+  }
+  LONGS_EQUAL(275'000, run(550'000));
+  check_reason(TorqueReason::kTemperature);
+}
+
+// MST-036
+TEST(Arbitration, WhatAllowsEverythingIsNoReason) {
+  limit(1'000'000, 0);
+  in.motor_speed.value = MotorSpeed::from_raw(1'000);
+  LONGS_EQUAL(20'000, run(550'000));  // it rises from nothing
+  check_reason(TorqueReason::kNone);
+}
+
+// MST-036
+TEST(Arbitration, ChargingIsShutBelowOneAmpereAndOpensAboveFive) {
+  for (const std::int32_t closed : {1'000, 5'000}) {
+    limit(0, closed);
+    LONGS_EQUAL(0, settle(-100'000));
+  }
+  limit(0, 5'001);
+  LONGS_EQUAL(-5'001, settle(-100'000));
+  limit(0, 1'000);
+  LONGS_EQUAL(-1'000, run(-100'000));
+  limit(0, 999);
+  LONGS_EQUAL(0, run(-100'000));
+}
+
+// MST-035
+TEST(Arbitration, NoRegenerationAtAMotorThatStandsOrWhoseSpeedIsNotKnown) {
+  CHECK(settle(-100'000) < 0);
+  in.motor_speed.value = MotorSpeed{};
+  LONGS_EQUAL(0, run(-100'000));
+  in.motor_speed.value = MotorSpeed::from_raw(1);
+  CHECK(settle(-100'000) < 0);
+  in.motor_speed.quality = Quality::kStale;  // what it was does not count
+  LONGS_EQUAL(0, run(-100'000));
+  check_reason(TorqueReason::kGate);
+}
+
+// MST-030: 100 A have taken 5 V, so 200 A more take another 10 V.
+TEST(Arbitration, LimitIsReckonedAtTheVoltageThatItLeaves) {
+  limit(300'000, 0);
+  settle(550'000);
+  const std::int32_t before = in.pack_voltage.value.raw();
+  in.pack_current.value = Current::from_raw(100'000);
+  in.pack_voltage.value = PackVoltage::from_raw(before - 50'000);
+  LONGS_EQUAL(300'000LL * (before - 150'000) / before, run(550'000));
 }

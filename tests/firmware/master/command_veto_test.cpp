@@ -120,6 +120,8 @@ TEST(CommandVeto, APm100IsSentNoTorqueBeyondItsLimitNorALimitBeyondTheInverter) 
   CHECK(allows());
   command.limit = command.phase_current - Current::from_raw(1);
   CHECK_FALSE(allows());
+  command.limit = config.phase_current_max;
+  CHECK(allows());
   command.limit = config.phase_current_max + Current::from_raw(1);
   CHECK_FALSE(allows());
   command.phase_current = Current::from_raw(-100'000);
@@ -127,4 +129,29 @@ TEST(CommandVeto, APm100IsSentNoTorqueBeyondItsLimitNorALimitBeyondTheInverter) 
   CHECK_FALSE(allows());
   command.limit = Current::from_raw(100'000);
   CHECK(allows());
+}
+
+// MST-051, MST-069: braking as driving, at the last step that a motor may have and one beyond.
+TEST(CommandVeto, FourCurrentsAreHeldToTheirMotorsAndTheirDirection) {
+  config.inverter_protocol = InverterProtocol::kAmk;
+  config.motor_current_max = Current::from_raw(40'000);
+  in.inverter_state.value = InverterState::kEnabled;
+  const auto allows_four = [&](std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
+    command.wheel = {{Current::from_raw(a), Current::from_raw(b), Current::from_raw(c), Current::from_raw(d)}};
+    command.phase_current = command.wheel.sum();
+    return allows();
+  };
+  for (const std::int32_t sign : {1, -1}) {
+    CHECK(allows_four(sign * 40'000, 0, sign * 40'000, sign * 40'000));
+    CHECK_FALSE(allows_four(sign * 40'000, 0, sign * 40'001, sign * 40'000));
+    CHECK_FALSE(allows_four(sign * 40'000, sign * -1, sign * 40'000, sign * 40'000));
+    command.phase_current = command.phase_current + Current::from_raw(1);
+    CHECK_FALSE(allows());
+  }
+  CHECK(allows_four(0, 0, 0, 0));
+  CHECK_FALSE(allows_four(1, -1, 0, 0));
+  CHECK_FALSE(allows_four(-1, 1, 0, 0));
+  in.inverter_state.value = InverterState::kDisabled;
+  CHECK(allows_four(0, 0, 0, 0));
+  CHECK_FALSE(allows_four(1, 1, 1, 1));
 }

@@ -70,3 +70,24 @@ TEST(MasterConfig, ContradictionsAreRefused) {
   CHECK(check_with([](Config& c) { c.motor_derate_end = c.motor_derate_start; }) == ConfigError::kMotorDerating);
   CHECK(check_with([](Config& c) { c.battery_limit_on = Current{}; }) == ConfigError::kBatteryLimitOn);
 }
+
+TEST(MasterConfig, MotorsAtTheWheelsHaveLimitsOfTheirOwn) {
+  CHECK(check_with([](Config& c) { c.motor_speed_max = MotorSpeed::from_raw(12'001); }) ==
+        ConfigError::kMotorSpeedRange);
+  CHECK(check_with([](Config& c) {
+          c.inverter_protocol = InverterProtocol::kAmk;
+          c.motor_speed_max = MotorSpeed::from_raw(20'000);
+        }) == ConfigError::kNone);
+  CHECK(check_with([](Config& c) {
+          c.inverter_protocol = InverterProtocol::kAmk;
+          c.motor_speed_max = MotorSpeed::from_raw(20'001);
+        }) == ConfigError::kMotorSpeedRangeAmk);
+  CHECK(check_with([](Config& c) { c.motor_current_max = Current{}; }) == ConfigError::kMotorCurrent);
+  CHECK(check_with([](Config& c) { c.front_drive_share = Ratio::from_raw(-1); }) == ConfigError::kFrontDriveShare);
+  CHECK(check_with([](Config& c) { c.front_drive_share = Ratio::from_raw(1'000'001); }) ==
+        ConfigError::kFrontDriveShareMax);
+  CHECK(check_with([](Config& c) { c.front_brake_share = Ratio::from_raw(-1); }) == ConfigError::kFrontBrakeShare);
+  CHECK(check_with([](Config& c) { c.front_brake_share = Ratio::from_raw(1'000'001); }) ==
+        ConfigError::kFrontBrakeShareMax);
+  CHECK(check_with([](Config& c) { c.nominal_torque_mnm = 0; }) == ConfigError::kNominalTorque);
+}

@@ -71,6 +71,7 @@ TEST(Derating, TorqueEndsAtTheHighestMotorSpeedInBothDirections) {
     return speed_ceiling(config, in).raw();
   };
   for (const std::int32_t sign : {1, -1}) {
+    LONGS_EQUAL(550'000, at(sign * 3'000));
     LONGS_EQUAL(550'000, at(sign * 5'880));
     CHECK(at(sign * 5'881) < 550'000);
     LONGS_EQUAL(275'000, at(sign * 5'940));
@@ -80,4 +81,21 @@ TEST(Derating, TorqueEndsAtTheHighestMotorSpeedInBothDirections) {
   }
   in.motor_speed.quality = Quality::kStale;
   LONGS_EQUAL(550'000, speed_ceiling(config, in).raw());
+}
+
+// MST-034: a configuration that is refused, too, allows nothing at its end.
+TEST(Derating, RangeWithoutWidthEndsAtItsEnd) {
+  const Temperature end = Temperature::from_raw(900);
+  const auto share = [end](std::int32_t dc) {
+    return temperature_share(bench::good(Temperature::from_raw(dc)), end, end, Ratio{}).raw();
+  };
+  LONGS_EQUAL(1'000'000, share(899));
+  LONGS_EQUAL(0, share(900));
+}
+
+// MST-038
+TEST(Derating, WithoutAHighestSpeedNothingDrives) {
+  config.motor_speed_max = MotorSpeed{};
+  in.motor_speed.value = MotorSpeed{};
+  LONGS_EQUAL(0, speed_ceiling(config, in).raw());
 }

@@ -132,6 +132,23 @@ TEST(DriveState, SoundPlaysForItsTimeOnce) {
   LONGS_EQUAL(2'000, sound_ms);
   car.run(100);
   CHECK_FALSE(car.out.rtd_sound);
+  car.in.now = car.in.now + Duration::from_ms(2'147'483'647);  // 25 days: half of what the clock counts
+  car.run();
+  check_mode(DriveState::kReadyToDrive);
+  CHECK_FALSE(car.out.rtd_sound);
+}
+
+// MST-013
+TEST(DriveState, NoOtherStateSounds) {
+  car.run();
+  CHECK_FALSE(car.out.rtd_sound);
+  car.run();
+  car.in.switches.value.ts_on_button = true;
+  car.run();
+  CHECK_FALSE(car.out.rtd_sound);
+  car.in.bms_state.value = BmsState::kTsActive;
+  car.run();
+  CHECK_FALSE(car.out.rtd_sound);
 }
 
 // MST-011
@@ -157,6 +174,54 @@ TEST(DriveState, EveryLostPartnerEndsReadyToDriveInTheSameStep) {
     c.run();
     CHECK(c.out.drive_state == DriveState::kLvOn);
     LONGS_EQUAL(0, c.out.phase_current.raw());
+  }
+}
+
+// MST-011
+TEST(DriveState, EveryLostPartnerTakesBackTheRequestAndEndsActiveInTheSameStep) {
+  for (const bool active : {false, true}) {
+    for (const int what : {0, 1, 2, 3}) {
+      if (!active && what == 3) continue;  // a BMS that is not active yet is what it waits for
+      bench::Car c;
+      c.run(2);
+      c.in.switches.value.ts_on_button = true;
+      c.run();
+      if (active) c.in.bms_state.value = BmsState::kTsActive;
+      c.run();
+      CHECK(c.out.drive_state == (active ? DriveState::kTsActive : DriveState::kTsRequested));
+      if (what == 0) c.in.switches.value.shutdown_closed = false;
+      if (what == 1) c.in.switches.quality = Quality::kStale;
+      if (what == 2) c.in.bms_state.quality = Quality::kStale;
+      if (what == 3) c.in.bms_state.value = BmsState::kOpen;
+      c.run();
+      CHECK(c.out.drive_state == DriveState::kLvOn);
+      CHECK_FALSE(c.out.ts_request);
+    }
+  }
+}
+
+// MST-012
+TEST(DriveState, ReadyToDriveIsRefusedWithAPedalBoxThatCannotBeBelieved) {
+  car.drive_to_ts_active();
+  car.in.brake_front.quality = Quality::kInvalid;
+  car.brake(20'000);
+  car.run(20);
+  CHECK(car.out.faults.has(MasterFault::kBrakeSensor));
+  car.in.switches.value.rtd_button = true;
+  car.run();
+  check_mode(DriveState::kTsActive);
+}
+
+// MST-010: what is no longer heard is lost, and what it said last is no news.
+TEST(DriveState, WhoIsLostIsToldAsLostNotAsFailed) {
+  for (const bool bms : {true, false}) {
+    bench::Car c;
+    if (bms) c.in.bms_state = Sample<BmsState>{BmsState::kFault, Instant{}, Quality::kStale};
+    if (!bms) c.in.inverter_state = Sample<InverterState>{InverterState::kFault, Instant{}, Quality::kStale};
+    c.run(2);
+    CHECK(c.out.drive_state == DriveState::kLvOn);
+    CHECK(c.out.faults.has(bms ? MasterFault::kBmsLost : MasterFault::kInverterLost));
+    CHECK_FALSE(c.out.faults.has(bms ? MasterFault::kBmsFault : MasterFault::kInverterFault));
   }
 }
 
@@ -201,6 +266,14 @@ TEST(DriveState, WrongConfigurationCannotBeReset) {
   car.in.switches.value.reset_button = true;
   car.run(5);
   check_mode(DriveState::kFault);
+}
+
+TEST(DriveState, ResetIsPassedOnInLowVoltage) {
+  car.run(2);
+  car.in.switches.value.reset_button = true;
+  car.run();
+  check_mode(DriveState::kLvOn);
+  CHECK(car.out.reset_request);
 }
 
 TEST(DriveState, ResetIsNotPassedOnWhileTheTractiveSystemIsWanted) {

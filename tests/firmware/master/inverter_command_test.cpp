@@ -41,5 +41,36 @@ TEST(InverterCommand, EnabledOnlyForAnInverterThatIsAble) {
     const bool able = state == InverterState::kDisabled || state == InverterState::kEnabled;
     CHECK_EQUAL(able, inverter_command(Current{}, DriveState::kReadyToDrive, bench::good(state)).enable);
   }
-  CHECK_FALSE(inverter_command(Current{}, DriveState::kReadyToDrive, Sample<InverterState>{}).enable);
+  for (const Quality quality : {Quality::kNone, Quality::kInvalid, Quality::kStale}) {
+    const Sample<InverterState> was{InverterState::kEnabled, Instant{}, quality};
+    CHECK_FALSE(inverter_command(Current{}, DriveState::kReadyToDrive, was).enable);
+  }
+}
+
+// MST-068, MST-069: torque only of four that all obey, and the command is what the four have together.
+TEST(InverterCommand, FourHaveTheirPartsOnceAllObey) {
+  Config config;
+  config.inverter_protocol = InverterProtocol::kAmk;
+  config.motor_current_max = Current::from_raw(40'000);
+  config.front_drive_share = Ratio::from_raw(300'000);
+  InverterCommand all;
+  all.enable = true;
+  all.phase_current = Current::from_raw(150'100);
+  all.limit = Current::from_raw(200'000);
+  const InverterCommand four = wheel_command(config, all, bench::good(InverterState::kEnabled));
+  CHECK(four.enable && four.limit == all.limit);
+  LONGS_EQUAL(22'515, four.wheel.of[0].raw());
+  LONGS_EQUAL(40'000, four.wheel.of[3].raw());  // of 52.535 A
+  LONGS_EQUAL(125'030, four.phase_current.raw());
+
+  const auto check_none = [&](const InverterCommand& command, const Sample<InverterState>& worst) {
+    const InverterCommand out = wheel_command(config, command, worst);
+    CHECK_EQUAL(command.enable, out.enable);
+    LONGS_EQUAL(0, out.phase_current.raw());
+    for (const Current current : out.wheel.of) LONGS_EQUAL(0, current.raw());
+  };
+  check_none(all, bench::good(InverterState::kDisabled));
+  check_none(all, Sample<InverterState>{InverterState::kEnabled, Instant{}, Quality::kStale});
+  all.enable = false;
+  check_none(all, bench::good(InverterState::kEnabled));
 }

@@ -90,3 +90,17 @@ TEST(InverterWatch, ItEndsWithTheCurrent) {
   step(0, 0);
   CHECK_FALSE(state.disobeys);
 }
+
+// MST-041
+TEST(InverterWatch, WhatWasAskedForIsForgottenAt5500AmperePerSecond) {
+  step(550, 0);
+  LONGS_EQUAL(550'000, state.asked.raw());
+  step(0, 0);
+  LONGS_EQUAL(495'000, state.asked.raw());
+  step(-520, 0);
+  LONGS_EQUAL(520'000, state.asked.raw());
+  note_asked(Current{}, Duration{}, state);
+  LONGS_EQUAL(520'000, state.asked.raw());
+  for (int i = 0; i < 10; ++i) step(0, 0);
+  LONGS_EQUAL(0, state.asked.raw());
+}

@@ -101,7 +101,10 @@ TEST(PackSag, ResistanceIsMeasuredFromSteps) {
     return pack_resistance(config, sag).raw();
   };
   LONGS_EQUAL(80'000, step(0, 900'000));
-  LONGS_EQUAL(80'000, step(19'999, 891'000));   // not enough to tell
+  const PackSag standing = sag;
+  LONGS_EQUAL(50'000, step(20'000, 890'000));   // 1 V by 20 A are enough to tell
+  sag = standing;
+  LONGS_EQUAL(80'000, step(19'999, 891'000));   // 19.999 A are not
   LONGS_EQUAL(45'000, step(119'999, 846'000));  // 4.5 V by 100 A
   LONGS_EQUAL(45'000, step(0, 900'000));
   for (int t = 0; t < 600; ++t) (void)step(0, 900'000);
@@ -125,9 +128,38 @@ TEST(PackSag, AStepWithoutReadingBeginsAnew) {
   step(0, 900'000, false);
   step(300'000, 600'000, true);
   LONGS_EQUAL(0, static_cast<long>(sag.squares));
-  in.pack_voltage.quality = Quality::kInvalid;
-  step(0, 900'000, true);
-  CHECK_FALSE(sag.followed);
+  for (const bool voltage : {true, false}) {
+    step(0, 900'000, true);
+    CHECK(sag.followed);
+    (voltage ? in.pack_voltage.quality : in.pack_current.quality) = Quality::kInvalid;
+    step(0, 900'000, true);
+    CHECK_FALSE(sag.followed);
+    (voltage ? in.pack_voltage.quality : in.pack_current.quality) = Quality::kGood;
+  }
+  for (const bool voltage : {true, false}) {  // both of the same step, or no pair
+    step(0, 900'000, true);
+    in.now = in.now + Duration::from_ms(10);
+    (voltage ? in.pack_voltage.time : in.pack_current.time) = in.now;
+    watch_pack_sag(in, sag);
+    CHECK_FALSE(sag.followed);
+  }
+}
+
+// MST-030: 64 steps are the time constant: 37 % are left.
+TEST(PackSag, WhatWasSeenIsForgotten) {
+  Config config{};
+  Input in = bench::healthy(config);
+  PackSag sag;
+  watch_pack_sag(in, sag);
+  in.pack_current.value = Current::from_raw(100'000);
+  in.pack_voltage.value = PackVoltage::from_raw(850'000);
+  watch_pack_sag(in, sag);
+  const std::int64_t squares = sag.squares, products = sag.products;
+  CHECK(squares == 10'000'000'000 && products == 5'000'000'000);
+  for (int t = 0; t < 64; ++t) watch_pack_sag(in, sag);
+  for (const std::int64_t left_percent : {100 * sag.squares / squares, 100 * sag.products / products}) {
+    CHECK(left_percent >= 36 && left_percent <= 38);
+  }
 }
 
 // MST-030

@@ -45,6 +45,12 @@ TEST(Pedals, TravelOfAnAllZeroChannelIsZero) {
   CHECK_EQUAL(0, apps_travel(AppsChannel{}, Potential::from_raw(30'000)).raw());
 }
 
+TEST(Pedals, TravelOfTheShortestChannelGoesAllTheWay) {
+  const AppsChannel channel{Potential::from_raw(100), Potential::from_raw(101), Potential{}, Potential{}};
+  CHECK_EQUAL(0, apps_travel(channel, Potential::from_raw(100)).raw());
+  CHECK_EQUAL(1'000'000, apps_travel(channel, Potential::from_raw(101)).raw());
+}
+
 TEST(Pedals, PositionIsTheLowerOfTheTwoSensors) {
   in.apps1.value = bench::volts(config.apps1, 500);
   in.apps2.value = bench::volts(config.apps2, 450);
@@ -73,6 +79,45 @@ TEST(Pedals, LostPedalsStopTheRequestInTheSameStepAndComeBackReleased) {
   bench::set_pedal(config, 49, in);
   run();
   CHECK_EQUAL(49'000, state.position.raw());
+}
+
+// MST-001
+TEST(Pedals, OneLostSensorIsALostPedal) {
+  for (Sample<Potential> Input::*sensor : {&Input::apps1, &Input::apps2}) {
+    for (const Quality quality : {Quality::kNone, Quality::kStale}) {
+      state = PedalState{};
+      bench::set_pedal(config, 800, in);
+      run();
+      CHECK_EQUAL(800'000, state.position.raw());
+      (in.*sensor).quality = quality;
+      run();
+      CHECK(state.latched.has(MasterFault::kPedalsLost));
+      CHECK_EQUAL(0, state.position.raw());
+      (in.*sensor).quality = Quality::kGood;
+    }
+  }
+}
+
+// MST-002, MST-003: what cannot be believed does not disagree either.
+TEST(Pedals, SensorOutsideItsRangeIsNamedAsThatAlone) {
+  in.apps1.value = config.apps1.range_max + Potential::from_raw(1);
+  run(50);
+  Faults expected;
+  expected.set(MasterFault::kAppsRange);
+  LONGS_EQUAL(expected.bits, state.latched.bits);
+  CHECK_FALSE(state.released);
+}
+
+// MST-003: a pedal of two opinions has not been seen released.
+TEST(Pedals, SensorsThatDisagreeBelowTheReleaseLevelAreNotReleased) {
+  config.apps_disagreement_max = Ratio::from_raw(20'000);
+  bench::set_pedal(config, 0, in);
+  in.apps1.value = bench::volts(config.apps1, 20);
+  run();
+  CHECK(state.released);
+  in.apps1.value = bench::volts(config.apps1, 40);
+  run();
+  CHECK_FALSE(state.released);
 }
 
 // MST-002
@@ -215,15 +260,20 @@ TEST(Pedals, OneCircuitThatIsPressedHardWithoutTheOtherIsAFailedSensor) {
 }
 
 TEST(Pedals, BrakeIsPressedOneStepAboveItsLevelInEitherCircuit) {
-  in.brake_rear.value = config.brake_pressed_level;
-  run();
-  CHECK_FALSE(state.brake_pressed);
-  in.brake_rear.value = config.brake_pressed_level + Pressure::from_raw(1);
-  run();
-  CHECK(state.brake_pressed);
-  in.brake_rear.quality = Quality::kInvalid;
-  run();
-  CHECK_FALSE(state.brake_pressed);
+  for (Sample<Pressure> Input::*circuit : {&Input::brake_front, &Input::brake_rear}) {
+    Sample<Pressure>& brake = in.*circuit;
+    brake.value = config.brake_pressed_level;
+    run();
+    CHECK_FALSE(state.brake_pressed);
+    brake.value = config.brake_pressed_level + Pressure::from_raw(1);
+    run();
+    CHECK(state.brake_pressed);
+    LONGS_EQUAL(brake.value.raw(), state.brake_pressure.raw());
+    brake.quality = Quality::kInvalid;
+    run();
+    CHECK_FALSE(state.brake_pressed);
+    brake = bench::good(Pressure{});
+  }
 }
 
 // MST-005

@@ -56,6 +56,8 @@ TEST(Request, MapIsAParabolaThatRisesFromEndToEnd) {
 
 TEST(Request, DeadZoneIsTakenOffAndTheRestSpansTheWholeRange) {
   const Ratio zone = Ratio::from_raw(50'000);
+  LONGS_EQUAL(0, beyond_dead_zone(Ratio{}, zone).raw());
+  LONGS_EQUAL(0, beyond_dead_zone(Ratio::from_raw(49'999), zone).raw());
   LONGS_EQUAL(0, beyond_dead_zone(Ratio::from_raw(50'000), zone).raw());
   LONGS_EQUAL(1, beyond_dead_zone(Ratio::from_raw(50'001), zone).raw());
   LONGS_EQUAL(500'000, beyond_dead_zone(Ratio::from_raw(525'000), zone).raw());
@@ -91,17 +93,29 @@ TEST(Request, ComesBackOnlyFromAReleasedPedal) {
 
 // MST-020
 TEST(Request, EveryInterruptionDisarms) {
+  config.regen_current_max = Current::from_raw(300'000);
+  pedals.brake_pressure = Pressure::from_raw(40'000);
   for (const int what : {0, 1, 2, 3}) {
-    state.armed = true;
+    pedals.released = true;
+    run();
+    pedals.released = false;
+    LONGS_EQUAL(330'000, settle(600'000));
     if (what == 0) mode = DriveState::kTsActive;
     if (what == 1) pedals.latched.set(MasterFault::kAppsRange);
     if (what == 2) in.inverter_state.value = InverterState::kCommandTimeout;
     if (what == 3) in.inverter_state.value = InverterState::kOff;
     LONGS_EQUAL(0, run(600'000));
     CHECK_FALSE(state.armed);
+    LONGS_EQUAL(0, state.pedal.raw());  // as it is told on the bus
+    in.now = in.now + Duration::from_ms(100);
+    pedals.released = pedals.brake_pressed = true;  // for as long as it lasts a released pedal arms nothing
+    LONGS_EQUAL(0, settle(0));
+    CHECK_FALSE(state.armed);
+    pedals.released = pedals.brake_pressed = false;
     mode = DriveState::kReadyToDrive;
     pedals.latched = Faults{};
     in.inverter_state.value = InverterState::kEnabled;
+    LONGS_EQUAL(0, settle(600'000));
   }
 }
 
@@ -128,6 +142,19 @@ TEST(Request, InverterThatMissesCommandsForLessThan100MsIsNoInterruption) {
       LONGS_EQUAL(also == 0 && steps < 5 ? 330'000 : 0, settle(600'000));
     }
   }
+}
+
+// MST-020: what it did meanwhile is no lost frame.
+TEST(Request, InverterThatWentOffAfterItMissedCommandsIsAnInterruption) {
+  settle(600'000);
+  for (const InverterState is : {InverterState::kCommandTimeout, InverterState::kOff}) {
+    in.now = in.now + Duration::from_ms(10);
+    in.inverter_state.value = is;
+    LONGS_EQUAL(0, run(600'000));
+  }
+  in.now = in.now + Duration::from_ms(10);
+  in.inverter_state.value = InverterState::kEnabled;
+  LONGS_EQUAL(0, settle(600'000));
 }
 
 // MST-021
@@ -157,4 +184,20 @@ TEST(Request, ConfiguredRegenerationFollowsTheBrakeAndIsRateLimited) {
   pedals.released = false;
   LONGS_EQUAL(0, run(0));
   LONGS_EQUAL(55'000, run(100'000));  // the accelerator goes before the brake
+}
+
+// MST-022
+TEST(Request, BrakeBeyondItsLevelsAsksForNoMoreAndBelowThemForNothing) {
+  config.regen_current_max = Current::from_raw(300'000);
+  pedals.released = true;
+  pedals.brake_pressed = true;
+  for (const std::int32_t mbar : {40'000, 40'001, 160'000}) {
+    pedals.brake_pressure = Pressure::from_raw(mbar);
+    LONGS_EQUAL(-300'000, settle(0));
+  }
+  pedals.brake_pressed = false;
+  for (const std::int32_t mbar : {0, 1'000, 3'000}) {
+    pedals.brake_pressure = Pressure::from_raw(mbar);
+    LONGS_EQUAL(0, settle(0));
+  }
 }

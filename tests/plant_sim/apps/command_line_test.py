@@ -40,7 +40,7 @@ def test_help_ends_well_and_names_the_flags(command):
 
 
 def test_lists_hold_what_the_project_ships():
-    assert voltlap("list", "vehicles").stdout.split() == ["vtm16e", "vtm17e"]
+    assert voltlap("list", "vehicles").stdout.split() == ["amk_4wd", "vtm16e", "vtm17e"]
     assert {"michigan_2014", "michigan_2015"} <= set(voltlap("list", "tracks").stdout.split())
     keys = voltlap("list", "keys").stdout
     assert re.search(r"^vehicle\.mass_kg +kg +20 \.\. 3000 +243 ", keys, re.MULTILINE)

@@ -21,7 +21,7 @@ SECTIONS = "type,section_length_m,corner_radius_m\n"
 DRIVE = "time_s,speed_mps\n"
 CAR = 'base = "vtm16e"\n'
 TRACKS = "a track (michigan_2014, michigan_2015) or the path of a .csv file"
-VEHICLES = "a vehicle (vtm16e, vtm17e) or the path of a .toml file"
+VEHICLES = "a vehicle (amk_4wd, vtm16e, vtm17e) or the path of a .toml file"
 MASS = "a number in kg from 20 to 3000"
 ROWS = "a header line with column names and at least one row below it"
 TOML = "key = value under [section] headings, each key once"
@@ -179,7 +179,8 @@ ERRORS = {
     "more power than the rules allow": Error("--set master.power_max_kw=81", "--set master.power_max_kw",
         "master.power_max_kw = 81 kW, which is not at most 80 kW", "EV.3.3", "Correct the value"),
     "inverter beyond the bus": Error("--set inverter.current_max_a=600", "--set inverter.current_max_a",
-        "600 A (from inverter.current_max_a), which is not at most 550 A", "the range of InverterCommand",
+        "600 A (from inverter.current_max_a), which is not at most 550 A",
+        "what the master controller can ask of all motors",
         "Correct the value"),
     "cells that differ, one simulated": Error("--cells representative --set battery.cells.1.capacity_scale=0.9",
         "--cells representative", "settings of single cells", "all equal", "Use --cells all"),

@@ -27,7 +27,7 @@ TEST(ChargeText, EveryEndHasItsOwnWords) {
   }
   UNSIGNED_LONGS_EQUAL(std::size(can::kChargeReasonNames), words.size());
   r.reason = can::ChargeReason::kFault;
-  r.faults = 2;
+  r.faults = 1U << static_cast<unsigned>(can::BmsFault::kCellVoltageHigh);
   STRCMP_EQUAL("broken off: the BMS has a fault: CellVoltageHigh", ending_words(r).c_str());
   r.phase = can::ChargePhase::kWaiting;
   r.reason = can::ChargeReason::kTemperature;

@@ -128,3 +128,20 @@ TEST(ParameterCheck, UnknownPowertrainIsRefused) {
   STRCMP_CONTAINS("\"electric\" or \"none\"",
                   complaint_after([](VehicleParameters& p) { p.powertrain.kind = "steam"; }).c_str());
 }
+
+TEST(ParameterCheck, FourMotorsAndTheProtocolOfFourInvertersGoTogether) {
+  STRCMP_CONTAINS("\"phase_current\", \"pm100\" or \"amk\"", complaint_after([](VehicleParameters& p) {
+    p.inverter.protocol = "can";
+  }).c_str());
+  STRCMP_CONTAINS("one motor", complaint_after([](VehicleParameters& p) { p.inverter.protocol = "amk"; }).c_str());
+  STRCMP_EQUAL("no error", complaint_after([](VehicleParameters& p) { p.powertrain.motors = 4; }).c_str());
+  for (const char* protocol : {"phase_current", "pm100"}) {
+    const std::string told = complaint_after([&](VehicleParameters& p) { p.inverter.protocol = protocol; });
+    STRCMP_CONTAINS("powertrain.motors", told.c_str());
+    STRCMP_CONTAINS(protocol, told.c_str());
+  }
+  STRCMP_CONTAINS("3 motors", complaint_after([](VehicleParameters& p) {
+    p.inverter.protocol = "amk";
+    p.powertrain.motors = 3;
+  }).c_str());
+}

@@ -129,6 +129,7 @@ def refused(*arguments, folder, code=2):
 
 @pytest.mark.parametrize("flags, words", [
     (["--model", "ghost"], ["--model", "ghost", "neither a known name nor a file"]),
+    (["--model", "amk_4wd"], ["--model amk_4wd", "a car with 4 motors", "one motor on the rear axle"]),
     (["--model", "vtm16e", "--map", "ghost"], ["ghost"]),
     (["--model", "vtm16e", "--json", "no_folder/x.json"], ["no_folder/x.json", "existing folder"]),
     (["--model", "vtm16e", "--json", "x", "--report", "x"], ["--json, --report", "one file for both"]),

@@ -125,10 +125,12 @@ def test_coarse_thermistors_show_that_heat_is_missing(tmp_path):
             continue
         found.append(size)
         names = {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])}
-        names |= {n for rival in answer.get("alternatives", []) for n in rival}
-        assert names & {"entropic_heat", "ambient", "cooling", "heat_capacity", "cooling_at_stop"}, (size, said)
-        gain = answer["gain"]["temperature"]
-        assert gain["heldout_rms_after"] < gain["heldout_rms_before"], (size, said)
+        rivals = {n for rival in answer.get("alternatives", []) for n in rival}
+        of_heat = {"entropic_heat", "ambient", "cooling", "heat_capacity", "cooling_at_stop"}
+        assert (names | rivals) & of_heat, (size, said)
+        gain = answer["gain"]["temperature"]  # of the first of the alternatives
+        if names & of_heat:
+            assert gain["heldout_rms_after"] < gain["heldout_rms_before"], (size, said)
     assert len(found) >= 2, found
 
 

@@ -16,6 +16,7 @@ using Kind = can::PlantFaultKind;
 TEST_GROUP(Intervention) {
   Car car{vtm16e(), false, 0.001};
   SensorFrames frames{car.parameters(), 1};
+  Switches held{.shutdown_closed = true};  ///< what the frames tell of
 
   /// Contactors follow their command, tables renew.
   void let_pass(double seconds) {
@@ -36,7 +37,7 @@ TEST_GROUP(Intervention) {
     Message m;
     for (std::uint32_t ms = 0; ms < 10'000; ms += can::kTickMs) {
       TxQueue tx;
-      frames.send(Instant::from_ms(ms), car, {}, {}, tx);
+      frames.send(Instant::from_ms(ms), car, {}, held, tx);
       for (const Frame& f : tx) {
         if (!can::decode(f, m)) continue;
         if constexpr (requires { m.group; }) {
@@ -178,6 +179,18 @@ TEST(Intervention, OffsetsMoveTheReadingAndNotTheTruth) {
   LONGS_EQUAL(apps.apps1_100uv + 4000, sent<can::Pedals>().apps1_100uv);
   LONGS_EQUAL(apps.apps2_100uv, sent<can::Pedals>().apps2_100uv);
   DOUBLES_EQUAL(truth, car.pack().cell_voltage(2), 0.0);
+}
+
+TEST(Intervention, InterlockAndIsolationMonitorSitInTheShutdownCircuit) {
+  const auto told = [&] { return sent<can::VehicleIo>(); };
+  CHECK(told().shutdown_closed && !told().interlock_open && !told().isolation_fault);
+  plant(Kind::kInterlockOpen);
+  CHECK(!told().shutdown_closed && told().interlock_open && !told().isolation_fault);
+  plant(Kind::kClearAll);
+  plant(Kind::kIsolationFault);
+  CHECK(!told().shutdown_closed && !told().interlock_open && told().isolation_fault);
+  plant(Kind::kClearAll);
+  CHECK(told().shutdown_closed && !told().isolation_fault);
 }
 
 TEST(Intervention, FrozenReadingsStandWhileTheTruthGoesOn) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "race/limit_reason.hpp"
 
+#include <iterator>
+#include <set>
+
 #include "ecu_words.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -25,6 +28,19 @@ TEST_GROUP(LimitReason) {
 TEST(LimitReason, TheBmssOwnReasonStandsForItsDischargeLimit) {
   STRCMP_EQUAL("cell_voltage", bound_by(can::TorqueReason::kDischargeLimit, can::LimitReason::kCellVoltage).c_str());
   STRCMP_EQUAL("soc_low", bound_by(can::TorqueReason::kDischargeLimit, can::LimitReason::kSocLow).c_str());
+}
+
+TEST(LimitReason, EveryReasonOfTheBmsHasItsOwnNameAndNoneOfTheMastersIsOneOfThem) {
+  std::set<std::string> names;
+  for (std::size_t k = 0; k < std::size(can::kLimitReasonNames); ++k) {
+    names.insert(bound_by(can::TorqueReason::kDischargeLimit, static_cast<can::LimitReason>(k)));
+  }
+  STRCMP_EQUAL("energy_to_go", bound_by(can::TorqueReason::kDischargeLimit, can::LimitReason::kEnergyToGo).c_str());
+  for (const can::TorqueReason torque : {can::TorqueReason::kChargeLimit, can::TorqueReason::kPower,
+                                         can::TorqueReason::kTemperature, can::TorqueReason::kMotorSpeed}) {
+    names.insert(bound_by(torque));
+  }
+  LONGS_EQUAL(kLimitReasons, names.size());
 }
 
 TEST(LimitReason, TheMastersReasonsFollowTheBmss) {

@@ -105,6 +105,48 @@ TEST(Balancing, PausesToMeasure) {
   CHECK(took >= 20'000 && took < 25'000);
 }
 
+// BMS-057
+TEST(Balancing, ACellAtTheFloorOfTheLastChargeIsNotDischarged) {
+  CellLook look;
+  look.known = true;
+  for (auto& cell : look.cell) cell = CellVoltage::from_raw(40'000);
+  look.lowest = CellVoltage::from_raw(40'000);
+  look.floor = CellVoltage::from_raw(41'000);
+  for (const std::int32_t lsb : {-1, 0, 1}) {
+    look.cell[5] = CellVoltage::from_raw(41'000 + lsb);
+    CHECK_EQUAL(lsb > 0, some_to_bleed(bench.config, look));
+  }
+}
+
+TEST(Balancing, WithoutAWholeLookNothingIsBled) {
+  CHECK(some_to_bleed(bench.config, bench.state.look));
+  bench.state.look.known = false;
+  CHECK_FALSE(some_to_bleed(bench.config, bench.state.look));
+  request_balancing(bench.config, bench.state);
+  CHECK_EQUAL(0, bench.state.cells_bled);
+}
+
+// BMS-050
+TEST(Balancing, LooksAtFaultsAndMeasurementsItselfWhateverTheChargeSays) {
+  const State bleeds = bench.state;
+  const auto stops = [&](const auto& change) {
+    bench.state = bleeds;
+    change(bench.state);
+    request_balancing(bench.config, bench.state);
+    CHECK_EQUAL(0, bench.state.cells_bled);
+    CHECK(bench.state.charge.at_once);
+  };
+  stops([](State& s) { s.faults.open = true; });
+  stops([](State& s) { s.pack.cells_good = false; });
+  stops([](State& s) { s.pack.temperatures_good = false; });
+  stops([](State& s) { s.measured.current.quality = Quality::kStale; });
+  stops([](State& s) { s.measured.io.quality = Quality::kStale; });
+  stops([](State& s) { s.contactors.state = can::BmsState::kOpen; });
+  bench.state = bleeds;
+  request_balancing(bench.config, bench.state);
+  CHECK_EQUAL(1, bench.state.cells_bled);
+}
+
 // BMS-050
 TEST(Balancing, LooksAtTheShutdownCircuitItselfWhateverTheChargeSays) {
   bench.state.measured.io.value.shutdown_closed = false;
@@ -116,4 +158,63 @@ TEST(Balancing, LooksAtTheShutdownCircuitItselfWhateverTheChargeSays) {
   bench.state.measured.io.value.charge_switch = false;
   request_balancing(bench.config, bench.state);
   CHECK_EQUAL(0, bench.state.cells_bled);
+}
+
+TEST_GROUP(BalancingStep) {
+  Config config = charge_config();
+  State state{};
+
+  void setup() override {
+    state = State{};
+    VehicleIo io;
+    io.charge_switch = io.shutdown_closed = true;
+    state.measured.io = {io, Instant{}, Quality::kGood};
+    state.measured.current.quality = Quality::kGood;
+    state.contactors.state = can::BmsState::kCharging;
+    state.charge.phase = ChargePhase::kBleeding;
+    state.pack.cells_good = state.pack.temperatures_good = true;
+    state.pack.temperature_max = Temperature::from_raw(250);
+    state.look.known = true;
+    state.look.lowest = CellVoltage::from_raw(41'000);
+    for (auto& cell : state.look.cell) cell = CellVoltage::from_raw(41'000);
+  }
+  std::uint8_t bled() {
+    request_balancing(config, state);
+    return state.cells_bled;
+  }
+};
+
+TEST(BalancingStep, EveryCellOfThePackAndNoOther) {
+  for (std::size_t i = 0; i <= config.cells_in_series; ++i) {
+    setup();
+    state.look.cell[i] = CellVoltage::from_raw(41'500);
+    CHECK_EQUAL(i < config.cells_in_series, some_to_bleed(config, state.look));
+    LONGS_EQUAL(i < config.cells_in_series ? 1 : 0, bled());
+    CHECK_EQUAL(i < config.cells_in_series, state.balancing[i]);
+  }
+}
+
+// BMS-050
+TEST(BalancingStep, ACurrentAtItsBoundRestsInEitherDirectionAndOneBeyondDoesNot) {
+  state.look.cell[0] = CellVoltage::from_raw(41'500);
+  for (const std::int32_t sign : {1, -1}) {
+    state.measured.current.value = Current::from_raw(sign * config.balancing_current_max.raw());
+    LONGS_EQUAL(1, bled());
+    state.measured.current.value = Current::from_raw(sign * (config.balancing_current_max.raw() + 1));
+    LONGS_EQUAL(0, bled());
+  }
+}
+
+// BMS-050: what was stopped is sent at once, what goes on or was never begun is not.
+TEST(BalancingStep, OnlyAStopIsSentAtOnce) {
+  state.charge.phase = ChargePhase::kNone;
+  LONGS_EQUAL(0, bled());
+  CHECK_FALSE(state.charge.at_once);
+  state.charge.phase = ChargePhase::kBleeding;
+  state.look.cell[0] = CellVoltage::from_raw(41'500);
+  LONGS_EQUAL(1, bled());
+  CHECK_FALSE(state.charge.at_once);
+  state.measured.io.value.shutdown_closed = false;
+  LONGS_EQUAL(0, bled());
+  CHECK(state.charge.at_once);
 }

@@ -56,6 +56,59 @@ TEST(CellLook, WhatABledCellReadsTeachesTheFilterAndTheChecksNothing) {
   CHECK_EQUAL(0, charger.bench.out.faults);
 }
 
+namespace {
+
+/// All cells of a pack of 24 come in, good.
+State arrived(std::int32_t v_100uv) {
+  State state;
+  state.measured.arrived = 0xFF;
+  for (std::size_t i = 0; i < 24; ++i) {
+    state.measured.cell[i] = {CellVoltage::from_raw(v_100uv), Instant{}, Quality::kGood};
+  }
+  return state;
+}
+
+}  // namespace
+
+// BMS-055
+TEST(CellLook, ALookTakesNoReadingThatIsLostOrUnderABleedAndWaitsForTheCell) {
+  for (const bool lost : {false, true}) {
+    const Config config = charge_config();
+    State state = arrived(41'000);
+    const auto look = [&](int times, std::int32_t v_100uv, bool wrong) {
+      bool done = false;
+      for (int k = 0; k < times && !done; ++k) {
+        state.measured.cell[5].value = CellVoltage::from_raw(v_100uv);
+        state.measured.cell[5].quality = wrong && lost ? Quality::kInvalid : Quality::kGood;
+        state.measured.bled[5] = wrong && !lost;
+        done = take_look(config, state);
+      }
+      return done;
+    };
+    CHECK_FALSE(look(16, 41'200, false));
+    CHECK_FALSE(look(100, 10'000, true));
+    CHECK_FALSE(look(15, 41'200, false));
+    CHECK(look(1, 41'200, false));
+    LONGS_EQUAL(41'200, state.look.cell[5].raw());
+    LONGS_EQUAL(41'000, state.look.lowest.raw());
+    LONGS_EQUAL(41'000, state.look.cell[4].raw());  // of 32 of its 132 readings
+  }
+}
+
+// BMS-055
+TEST(CellLook, TheHighestCellIsNotOneThatIsReadUnderABleed) {
+  const Config config = charge_config();
+  State state = arrived(41'000);
+  follow_highest(config, true, state);
+  state.measured.cell[5].value = CellVoltage::from_raw(42'000);
+  state.measured.bled[5] = true;
+  for (int k = 0; k < 100; ++k) follow_highest(config, false, state);
+  LONGS_EQUAL(41'000, state.look.highest_now.raw());
+  state.measured.bled[5] = false;
+  for (int k = 0; k < 100; ++k) follow_highest(config, false, state);
+  DOUBLES_EQUAL(42'000.0, state.look.highest_now.raw(), 1.0);
+}
+
 TEST(CellLook, ALookIsTheMeanOfEveryCellAndTellsTheSpread) {
   ChargeBench charger(charge_config(), 0.97);
   charger.cells[2].soc = 0.98;

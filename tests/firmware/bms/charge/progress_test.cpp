@@ -79,6 +79,43 @@ TEST(ChargeProgress, CellsThatStayTooHotEndItAfterAnHour) {
   CHECK(charger.reason() == ChargeReason::kTemperature);
 }
 
+// BMS-056
+TEST(ChargeProgress, FiveQuartersOfTheCapacityEndItWhateverGrows) {
+  const Config config = charge_config();
+  State state;
+  state.charge.progress.total = std::int64_t{config.capacity_mah} * kHour / 4 * 5;
+  CHECK(judge_progress(config, Instant{}, state) == Gain::kSome);
+  ++state.charge.progress.total;
+  CHECK(judge_progress(config, Instant{}, state) == Gain::kNone);
+  state.charge.progress.reached = true;
+  CHECK(judge_progress(config, Instant{}, state) == Gain::kFull);
+}
+
+// BMS-056
+TEST(ChargeProgress, CellsThatTakeForEverAreChargedNoMoreThanFiveQuarters) {
+  ChargeBench charger(charge_config(), 0.3);
+  for (auto& cell : charger.cells) cell.capacity = 10.0;
+  charger.charge();
+  CHECK(charger.until_phase(ChargePhase::kStopped, 2 * kHour) >= 0);
+  DOUBLES_EQUAL(0.3 + 1.25 / 10.0, charger.cells[0].soc, 0.001);
+  CHECK(charger.reason() == ChargeReason::kNoCurrent);
+}
+
+// BMS-058
+TEST(ChargeProgress, ThreeHoursOfShuntsWithoutComingNearerAreEnough) {
+  const auto spread = [](std::int32_t v) { return CellVoltage::from_raw(v); };
+  for (const std::int32_t nearer : {14, 15}) {  // 1.5 mV begin anew
+    Charge charge;
+    CHECK(come_nearer(spread(200), charge));
+    charge.bled_ms = 3 * kHour - 1;
+    CHECK(come_nearer(spread(200 - nearer), charge));
+    charge.bled_ms = 3 * kHour;
+    CHECK_EQUAL(nearer == 15, come_nearer(spread(200 - nearer), charge));
+    charge.bled_ms = 6 * kHour - 1;
+    CHECK_FALSE(come_nearer(spread(200 - nearer), charge));
+  }
+}
+
 // BMS-058
 TEST(ChargeProgress, ACellThatLosesWhatAShuntTakesIsNamedAndThePackIsLeftFull) {
   ChargeBench charger(charge_config(), 0.98);

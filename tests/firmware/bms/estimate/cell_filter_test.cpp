@@ -198,3 +198,43 @@ TEST(CellFilter, AStateStaysWithinItsBoundsWhateverIsRead) {
     }
   }
 }
+
+// BMS-081: however a drive has left the covariances, a reading is never worth more than its own noise allows.
+TEST(CellFilter, CovariancesThatContradictThemselvesAreReadAsTheTwinDoes) {
+  std::mt19937_64 random(4);
+  int contradictions = 0;
+  for (int draw = 0; draw < 20'000; ++draw) {
+    const auto drawn = [&](std::int32_t most) {
+      return std::uniform_int_distribution<std::int32_t>(-most, most)(random);
+    };
+    begin(0.1 + 0.8e-6 * std::abs(drawn(1'000'000)));
+    CellCovariance& p = filter.p;
+    p.ss = p.v11 = p.v22 = 50'000;
+    p.rr = p.ff = 500'000;
+    p.s1 = drawn(1'500'000), p.s2 = drawn(1'500'000), p.sr = drawn(1'500'000), p.v1r = drawn(1'500'000);
+    p.sf = drawn(1'000'000), p.v12 = drawn(1'000'000);
+    FilterTwin twin(model);
+    twin.take(filter);
+    const std::int32_t ma = drawn(200'000);
+    const double slope = filter.s < kUnit / 10 * 7 ? 3.6 / 3.0 : 5.87;
+    contradictions += p.ss * slope * slope - 2.0 * slope * (p.s1 + p.s2) + p.v11 + p.v22 + 2.0 * p.v12 < 0.0 ? 1 : 0;
+    const FilterReading reading{CellVoltage::from_raw(37'000 + drawn(3'000)), ma};
+    update_cell(model, warm, reading, filter);
+    twin.update(warm, reading);
+    DOUBLES_EQUAL(twin.x[0], unit(filter.s), 2e-4);
+    DOUBLES_EQUAL(twin.x[1], unit(filter.v1), 2e-4);
+    DOUBLES_EQUAL(twin.x[3], unit(filter.rho), 2e-4);
+  }
+  CHECK(contradictions > 2'000);
+}
+
+TEST(CellFilter, DoubtGrowsToATenthAndNoFurther) {
+  constexpr double kMost = 0.1 * 4'294'967'296.0;
+  for (int k = 0; k < 60'000; ++k) {
+    predict_cell(model, warm, {1'000, k % 2 == 0 ? kUnit / 10 : -kUnit / 10, 0}, filter);
+    for (const std::int32_t variance : {filter.p.ss, filter.p.v11, filter.p.v22, filter.p.rr, filter.p.ff}) {
+      CHECK(variance > 0 && variance < 1.01 * kMost);
+    }
+  }
+  CHECK(filter.p.ss > 0.99 * kMost && filter.p.rr > 0.99 * kMost);
+}

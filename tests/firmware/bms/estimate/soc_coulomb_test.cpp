@@ -150,3 +150,56 @@ TEST(SocCoulomb, StaysWithinHalfAPointOverAnEndurance) {
   CHECK(worst_points < 0.5);
   CHECK_TEXT(worst_points < 0.01, "an integer sum has no reason to be off by more");
 }
+
+TEST_GROUP(RecountAtRest) {
+  Config config = pack_config();
+  SocEstimate soc{};
+  CellVoltage cells[kMaxCells] = {};
+  void setup() override {
+    soc.valid = true;
+    soc.value = Soc::from_raw(500'000);
+    for (std::size_t i = 0; i < 24; ++i) cells[i] = CellVoltage::from_raw(i == 0 ? 36'000 : 39'000);
+  }
+  /// So many ppm a step of 0.1 mV, where the cells are.
+  void flat(std::int32_t ppm_per_step) {
+    config.ocv.count = 3;
+    config.ocv.soc[0] = Soc::from_raw(0);
+    config.ocv.voltage[0] = CellVoltage::from_raw(30'000);
+    config.ocv.soc[1] = Soc::from_raw(100'000);
+    config.ocv.voltage[1] = CellVoltage::from_raw(38'000);
+    config.ocv.soc[2] = Soc::from_raw(100'000 + 2'000 * ppm_per_step);
+    config.ocv.voltage[2] = CellVoltage::from_raw(40'000);
+    for (auto& cell : cells) cell = CellVoltage::from_raw(39'000);
+  }
+};
+
+// BMS-089
+TEST(RecountAtRest, TheCountIsThatOfTheOpenCircuitVoltages) {
+  recount_at_rest(config, cells, soc);
+  LONGS_EQUAL((23 * 750'000 + 500'000) / 24, soc.value.raw());
+  DOUBLES_EQUAL(1e-6 * soc.value.raw() * 10'000 * 7.2e6, static_cast<double>(soc.charge), 1e6);
+}
+
+// BMS-089
+TEST(RecountAtRest, AFilterAndAnEstimateThatIsNoneAreLeftAlone) {
+  for (const SocMethod method : {SocMethod::kNone, SocMethod::kEkf}) {
+    config.soc_method = method;
+    recount_at_rest(config, cells, soc);
+    LONGS_EQUAL(500'000, soc.value.raw());
+  }
+  config.soc_method = SocMethod::kCoulomb;
+  soc.valid = false;
+  recount_at_rest(config, cells, soc);
+  LONGS_EQUAL(500'000, soc.value.raw());
+  CHECK(soc.charge == 0 && !soc.valid);
+}
+
+// BMS-089
+TEST(RecountAtRest, WhereOneAndAHalfMillivoltsAreHalfAPointTheCountStands) {
+  for (const std::int32_t ppm_per_step : {332, 335}) {  // times 15
+    flat(ppm_per_step);
+    soc.value = Soc::from_raw(500'000);
+    recount_at_rest(config, cells, soc);
+    LONGS_EQUAL(ppm_per_step < 334 ? 100'000 + 1'000 * ppm_per_step : 500'000, soc.value.raw());
+  }
+}

@@ -179,3 +179,98 @@ TEST(SocEkf, CapacityAndResistanceAreLearnedSlowlyAndKept) {
   rest(0.2);
   DOUBLES_EQUAL(fade, std::ldexp(soc.filter.cell[5].filter.fade, -kUnitBits), 1e-3);
 }
+
+// BMS-082
+TEST(SocEkf, ACellThatStandsLowerThanItsRecordIsLeftForTheOpenCircuitVoltageToo) {
+  rest(0.1);
+  drive(300.0);
+  restart();
+  for (TrueCell& cell : cells) cell = TrueCell{};
+  for (TrueCell& cell : cells) cell.soc = 0.2;  // driven meanwhile
+  rest(0.1);
+  DOUBLES_EQUAL(0.2, 1e-6 * soc.value.raw(), 0.005);
+}
+
+// BMS-082: after a charge the branches stand the other way, and a cell at rest above its open-circuit voltage.
+TEST(SocEkf, ARestartAfterAChargeKeepsTheRecordWhateverIsLeftOfTheBranches) {
+  for (TrueCell& cell : cells) cell.soc = 0.4;
+  rest(0.1);
+  for (int k = 0; k < 6'000; ++k) step(-100.0);
+  for (const double gone_s : {0.1, 30.0, 600.0}) {
+    const double before = 1e-6 * soc.value.raw();
+    restart();
+    for (TrueCell& cell : cells) cell.advance(0.0, gone_s);
+    rest(0.1);
+    CHECK(soc.valid);
+    DOUBLES_EQUAL(before, 1e-6 * soc.value.raw(), 0.01);
+  }
+}
+
+// BMS-082
+TEST(SocEkf, ARecordWaitsForACurrentToo) {
+  rest(0.1);
+  restart();
+  make_model(config, soc.filter.model);
+  for (const Quality quality : {Quality::kNone, Quality::kInvalid, Quality::kStale, Quality::kGood}) {
+    const Sample<Current> current{Current{}, Instant::from_ms(ms), quality};
+    soc_ekf(config, {samples, true, current, at_sample, Instant::from_ms(ms), Temperature::from_raw(250), true}, soc);
+    CHECK_EQUAL(quality == Quality::kGood, soc.valid);
+  }
+}
+
+// BMS-080: on a part of the curve that says nothing all is doubted, and more than all never.
+TEST(SocEkf, AStartOnAFlatPartOfTheCurveIsDoubtedByAThirdOfTheCharge) {
+  config.ocv.voltage[2] = config.ocv.voltage[1] + CellVoltage::from_raw(2);
+  for (const double start : {0.25, 0.9}) {
+    soc = SocEstimate{};
+    for (auto& sample : samples) sample = {CellVoltage::from_raw(start < 0.5 ? 34'501 : 40'000), {}, Quality::kGood};
+    make_model(config, soc.filter.model);
+    const Sample<Current> rests{Current{}, Instant::from_ms(10), Quality::kGood};
+    soc_ekf(config, {samples, true, rests, at_sample, Instant::from_ms(10), Temperature::from_raw(250), true}, soc);
+    CHECK(soc.valid);
+    const double deviation = std::sqrt(std::ldexp(soc.filter.cell[0].filter.p.ss, -kVarianceBits));
+    DOUBLES_EQUAL(start < 0.5 ? std::sqrt(0.1) : 0.006, deviation, 0.001);
+  }
+}
+
+// BMS-070, BMS-080
+TEST(SocEkf, ACountOfChargeIsItsShareOfAnyCapacity) {
+  for (const std::int32_t mah : {1, 7, 100, 1'193, 1'194, 2'386, 2'387, 10'000, 999'999, 2'000'000}) {
+    soc = SocEstimate{};
+    config.capacity_mah = mah;
+    step(0.0);
+    CHECK(soc.valid);
+    const double per_count = std::ldexp(soc.filter.per_charge, -kUnitBits - soc.filter.charge_bits);
+    DOUBLES_EQUAL(1.0, per_count * mah * 7.2e6, 1.0 / (1 << 26));
+  }
+}
+
+// BMS-080
+TEST(SocEkf, ATimeThatStandsOrJumpsCountsWhatHasFlowedAndNoMore) {
+  step(0.0);
+  for (const std::uint32_t gap_ms : {0U, 0U, 1U, 400U, 1'500U, 60'000U, 0U}) {
+    const double before = mean();
+    ms += gap_ms;
+    const Instant now = Instant::from_ms(ms);
+    for (int turn = 0; turn < 8; ++turn) {  // every cell
+      const Sample<Current> current{Current{}, now, Quality::kGood};
+      soc_ekf(config, {samples, false, current, at_sample, now, Temperature::from_raw(250), true}, soc);
+    }
+    DOUBLES_EQUAL(before, 1e-6 * soc.value.raw(), 2e-3);
+  }
+}
+
+// BMS-080: nobody knows under which current a cell was read when there was none.
+TEST(SocEkf, AReadingWithoutACurrentTeachesNothing) {
+  step(0.0);
+  for (const bool known : {false, true}) {
+    const std::int32_t before = soc.filter.cell[3].filter.s;
+    for (int k = 0; k < 100; ++k) {
+      ms += 10;
+      for (auto& sample : samples) sample = {CellVoltage::from_raw(36'000), Instant::from_ms(ms), Quality::kGood};
+      const Sample<Current> current{Current{}, Instant::from_ms(ms), known ? Quality::kGood : Quality::kStale};
+      soc_ekf(config, {samples, true, current, at_sample, Instant::from_ms(ms), Temperature::from_raw(250), true}, soc);
+    }
+    CHECK_EQUAL(known, soc.filter.cell[3].filter.s < before - kUnit / 1'000);
+  }
+}

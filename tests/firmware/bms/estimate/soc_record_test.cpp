@@ -15,6 +15,7 @@ SocRecord a_record(std::int16_t soc, std::uint16_t writing) {
   SocRecord record;
   record.cells = 24;
   record.writing = writing;
+  record.pieces = 47;
   for (std::size_t i = 0; i < 24; ++i) {
     record.cell[i] = {static_cast<std::int16_t>(soc + static_cast<int>(i)), -7, 250, 9'000, -600};
   }
@@ -47,6 +48,7 @@ TEST(SocRecord, TheNewestGoodSlotCountsAlsoAcrossTheWrapOfItsCount) {
     to_slot(a_record(2'000, static_cast<std::uint16_t>(writing - 1)), slots[1]);
     read();
     LONGS_EQUAL(1'000, newest.cell[0].soc);
+    LONGS_EQUAL(47, newest.pieces);
     LONGS_EQUAL(1, oldest);
     slots[0].bytes[700] ^= 0x40U;
     read();
@@ -114,6 +116,14 @@ TEST(SocRecord, ValuesThatNoFilterHasAreHeldWithinItsBounds) {
   LONGS_EQUAL(-kBranchMost, filter.v2);
   LONGS_EQUAL(kScaleHigh, filter.rho);
   LONGS_EQUAL(kFadeHigh, filter.fade);
+}
+
+// BMS-048
+TEST(SocRecord, TheChargeThatItSaysIsTheMeanOfItsCells) {
+  CHECK(recorded_soc(SocRecord{}) == Soc{});
+  SocRecord record = a_record(8'192, 1);
+  record.cell[0].soc = 8'192 - 2'400;
+  LONGS_EQUAL(494'568, recorded_soc(record).raw());  // 8'192 + (276 - 2'400) / 24 = 8'103 of 2^14
 }
 
 TEST(SocRecord, AnEstimateThatIsNotValidKeepsNothing) {

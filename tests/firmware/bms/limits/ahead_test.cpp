@@ -107,6 +107,30 @@ TEST(AheadLimit, ACellThatResistsMoreIsTakenToHaveWarmedMore) {
 }
 
 // BMS-045
+TEST(AheadLimit, ALimitThatHoldsForEverIsOfTheBranchesAtTheirEnds) {
+  config.limit_horizon = Duration::from_ms(0);
+  CHECK(config_check(config) == ConfigError::kNone);
+  for (TrueCell& cell : cells) cell.soc = 0.5;
+  for (int tick = 0; tick < 60; ++tick) step(0.0);
+  const Limit limit = discharge_ceiling(config, state);
+  LONGS_EQUAL(discharge(3).raw(), limit.value.raw());
+  // OCV 3.68 V; 1 mOhm with its slope by current, 0.4 and 0.6 mOhm.
+  const double a = 1e-3 * limit.value.raw(), above = std::min(a, 300.0) - 50.0;
+  DOUBLES_EQUAL(0.28, a * (1e-3 * (1.0 - 3e-4 * above) + 4e-4 * (1.0 - 1.5e-3 * above) + 6e-4), 0.003);
+}
+
+TEST(AheadLimit, BeforeTheMeanOfTheResistancesIsKnownNoCellHasWarmedMore) {
+  for (int tick = 0; tick < 30; ++tick) step(0.0);
+  state.soc.filter.heat_began = Temperature::from_raw(200);
+  state.soc.filter.heat_of = Temperature::from_raw(260);
+  CHECK(own_warmth(state, 7) != 0);
+  for (const std::int32_t scale : {0, -1}) {
+    state.ahead.scale = scale;
+    LONGS_EQUAL(0, own_warmth(state, 7));
+  }
+}
+
+// BMS-045
 TEST(AheadLimit, WithoutAFilterOrAMeasurementThereIsNone) {
   for (int tick = 0; tick < 12; ++tick) step(0.0);
   state.soc.valid = false;
@@ -187,4 +211,19 @@ TEST(TableLimit, OnAChargerThePackIsFilledByTheChargersCurrent) {
   LONGS_EQUAL(30'000, charge_ceiling(config, state).value.raw());
   state.pack.temperature_min = Temperature::from_raw(100);  // half of it
   LONGS_EQUAL(15'000, charge_ceiling(config, state).value.raw());
+}
+
+// BMS-046: without an estimate temperature and the cells' voltages are all there is.
+TEST(TableLimit, WithoutAStateOfChargeItTakesNoShare) {
+  config.soc_method = SocMethod::kNone;
+  state.soc.value = Soc{};
+  for (const bool valid : {false, true}) {
+    state.soc.valid = valid;
+    CHECK_EQUAL(!valid, discharge_ceiling(config, state).value == config.discharge_current_max);
+  }
+  state.soc.value = Soc::from_raw(1'000'000);
+  for (const bool valid : {false, true}) {
+    state.soc.valid = valid;
+    CHECK_EQUAL(!valid, charge_ceiling(config, state).value == config.charge_current_max);
+  }
 }

@@ -80,9 +80,20 @@ TEST(BeyondBound, WithoutACurrentThatTookItThereAReadingShowsNothing) {
   read(7, 4.5, -5.0);
   CHECK(!state.ahead.shown_charge.holds);
   state.contactors.state = can::BmsState::kTsActive;
-  state.pack.cells_good = false;
+  const State known = state;
+  for (bool* const missing : {&state.pack.cells_good, &state.soc.valid}) {
+    state = known;
+    *missing = false;
+    read(7, 3.2, 100.0);
+    CHECK(!state.ahead.shown_discharge.holds);
+  }
+  state = known;
+  state.measured.current.quality = Quality::kStale;
   read(7, 3.2, 100.0);
   CHECK(!state.ahead.shown_discharge.holds);
+  state = known;
+  read(7, 3.2, 100.0);
+  CHECK(state.ahead.shown_discharge.holds);
 }
 
 // BMS-047
@@ -106,7 +117,7 @@ TEST(BeyondBound, AnUnknownOldCellIsBelowItsBoundNoLongerThanTheLimitTakesToBeOb
     setup();
     cells = std::vector<TrueCell>(24);
     for (TrueCell& cell : cells) cell.soc = drawn(0.5, 0.9);
-    cells[drawn(0, 23)].resistance = drawn(1.5, 4.5);
+    cells[static_cast<std::size_t>(drawn(0, 23))].resistance = drawn(1.5, 4.5);
     std::deque<double> obeyed(3, 0.0);
     int below_ms = 0;
     for (int tick = 0; tick < 500; ++tick) {

@@ -159,5 +159,121 @@ TEST(Horizon, ACellThatWarmsItselfMayGiveMoreUpToWhereTheLawEnds) {
 
 TEST(Horizon, ACellWithoutResistanceIsHeldByTheMaximum) {
   for (CircuitPoint& point : filter.model.circuit) point.r0 = point.r1 = point.r2 = 0;
-  LONGS_EQUAL(kMost, limit(rested(0.5), kLow, 1'000));
+  for (const std::int32_t ms : {1'000, 30'000, 0}) LONGS_EQUAL(kMost, limit(rested(0.9), kLow, ms));
+}
+
+// A resistance beyond an ohm counts as that: it never wraps into none.
+TEST(Horizon, LargeResistancesAllowLittleAndLess) {
+  for (Resistance& r : config.branches.series) r = Resistance::from_raw(500'000);
+  make_model(config, filter.model);
+  std::int32_t last = kMost;
+  for (double rho = 0.2; rho <= 5.0; rho += 0.1) {
+    CellFilter cell = rested(0.6);
+    cell.rho = raw(rho);
+    const double volts = 3.71 - 3.4, ohm = std::min(0.5 * rho, 250.0 / 256.0) * 1.015;  // its law at no current
+    const std::int32_t ma = limit(cell, kLow, 1'000, last);
+    DOUBLES_EQUAL(1e3 * volts / ohm, ma, 0.01 * ma + 6.0);
+    CHECK(ma <= last + 6);
+    last = ma;
+  }
+}
+
+namespace {
+
+/// With and without what the cell's own heat does [V].
+double gained_by_heat(const SocFilter& filter, const CellFilter& cell, const Config& config, std::int32_t ma) {
+  Config cold = config;
+  cold.heat_capacity_j_per_k = 0;
+  const Duration time = Duration::from_ms(30'000);
+  const Horizon without = make_horizon(cold, filter, time, heat_change(filter));
+  const Horizon with = make_horizon(config, filter, time, heat_change(filter));
+  const std::int32_t before = cell_end({filter, cell, without, 0}, ma).voltage;
+  return 0.25 * std::ldexp(cell_end({filter, cell, with, 0}, ma).voltage - before, -kVoltageBits);
+}
+
+}  // namespace
+
+// A resistance that falls with the temperature never takes more because the cell warms, whatever the branches held.
+TEST(Horizon, HeatNeverMakesADischargeWorse) {
+  filter.heat_known = true;
+  filter.heat_of = Temperature::from_raw(250);
+  double most = 0.0;
+  for (int draw = 0; draw < 20'000; ++draw) {
+    CellFilter cell = drawn();
+    cell.v1 = raw(4.0 * uniform(-0.3, 0.3));
+    cell.v2 = raw(4.0 * uniform(-0.3, 0.3));
+    config.heat_capacity_j_per_k = draw % 3 == 0 ? 1 : (draw % 3 == 1 ? 30 : 1'000);
+    const double gained = gained_by_heat(filter, cell, config, static_cast<std::int32_t>(uniform(0.0, kMost)));
+    CHECK(gained >= -1e-6);
+    most = std::max(most, gained);
+  }
+  CHECK(most > 0.05);
+}
+
+// The law ends 25 K above: a cell of hardly any heat capacity is there and no further.
+TEST(Horizon, MoreHeatThanTheLawKnowsChangesNothing) {
+  filter.heat_known = true;
+  filter.heat_of = Temperature::from_raw(250);
+  CellFilter cell = rested(0.6);
+  config.heat_capacity_j_per_k = 10;
+  const double far = gained_by_heat(filter, cell, config, 300'000);
+  for (const std::int32_t capacity : {5, 2, 1}) {
+    config.heat_capacity_j_per_k = capacity;
+    DOUBLES_EQUAL(far, gained_by_heat(filter, cell, config, 300'000), 0.02 * far);
+  }
+}
+
+TEST(Horizon, AnUnknownTemperatureWarmsNothing) {
+  const std::int32_t cold = limit(rested(0.4), kLow, 30'000);
+  config.heat_capacity_j_per_k = 60;
+  LONGS_EQUAL(cold, limit(rested(0.4), kLow, 30'000));
+  filter.heat_known = true;
+  filter.heat_of = Temperature::from_raw(250);
+  CHECK(limit(rested(0.4), kLow, 30'000) > cold);
+}
+
+// BMS-045: on curves with every bend that a model keeps, from wherever the search begins.
+TEST(Horizon, TheCurrentStandsAtItsBoundOnAnyCurve) {
+  for (int draw = 0; draw < 20'000; ++draw) {
+    config.ocv.count = static_cast<std::uint8_t>(2 + draw % 9);
+    double soc = 0.0, volts = uniform(1.0, 3.4);
+    for (std::uint8_t i = 0; i < config.ocv.count; ++i) {
+      config.ocv.soc[i] = Soc::from_raw(static_cast<std::int32_t>(1e6 * soc) + i);
+      config.ocv.voltage[i] = CellVoltage::from_raw(static_cast<std::int32_t>(1e4 * volts) + i);
+      const double part = (1.0 - soc) * std::pow(uniform(0.0, 1.0), 3.0) * 0.99;
+      soc += part;
+      volts += std::min(5.9 * part, (4.2 - volts) * std::pow(uniform(0.0, 1.0), 3.0));
+    }
+    make_model(config, filter.model);
+    CellFilter cell = drawn();
+    cell.rho = raw(uniform(0.2, 5.0));
+    const Horizon horizon = make_horizon(config, filter, kLimitHorizons[draw % 4], heat_change(filter));
+    for (const HorizonBound& bound : {kLow, kHigh}) {
+      const auto from = static_cast<std::int32_t>(uniform(0.0, kMost));
+      const HorizonCell here{filter, cell, horizon, prudent_fade(cell)};
+      const std::int32_t ma = current_until(here, bound, from);
+      CHECK(ma >= 0 && ma <= kMost);
+      const std::int32_t sign = bound.direction == Direction::kDischarge ? 1 : -1;
+      const double ends = 0.25 * std::ldexp(cell_end(here, sign * ma).voltage, -kVoltageBits);
+      if (ma > 0) CHECK(sign * (ends - 1e-4 * bound.voltage.raw()) > -0.002);
+    }
+  }
+}
+
+// BMS-045: a curve that is steeper than its model keeps has a step, 0.5 V here, and the bound may lie within it.
+TEST(Horizon, WhereTheCurveHasAStepTheLimitIsOnItsSafeSide) {
+  config.ocv.count = 4;
+  const std::int32_t soc[] = {0, 490'000, 500'000, 1'000'000}, volts[] = {30'000, 32'000, 38'000, 41'000};
+  for (std::size_t i = 0; i < 4; ++i) {
+    config.ocv.soc[i] = Soc::from_raw(soc[i]);
+    config.ocv.voltage[i] = CellVoltage::from_raw(volts[i]);
+  }
+  make_model(config, filter.model);
+  for (const double above : {0.001, 0.01, 0.05}) {  // down to the step in 30 s: 1.2 A, 12 A and 60 A of 10 Ah
+    for (const std::int32_t from : {0, 1'000, 50'000, kMost}) {
+      const std::int32_t ma = limit(rested(0.5 + above), kLow, 30'000, from);
+      CHECK(ma <= 1.2e6 * above + 1.0);
+      CHECK(ma >= 1.2e6 * above - 110.0);  // 400 A halved twelve times
+    }
+  }
 }

@@ -78,6 +78,9 @@ TEST(Pm100, EveryFaultWordHasItsNameAndTheTimeOutItsOwn) {
   }
   faults.run_low = (1U << 11) | 1U;
   CHECK(pm100_fault(faults) == Pm100Fault::kRun);
+  faults.run_low = 1U << 11;
+  faults.run_high = 1U;
+  CHECK(pm100_fault(faults) == Pm100Fault::kRun);
 }
 
 // MST-063
@@ -91,6 +94,137 @@ TEST(Pm100, StateNeedsTheSlowFramesAndASignOfLife) {
   CHECK((now - receiver.input.inverter_state.time).ms() == 0);
   for (int k = 0; k < 3; ++k) fast();
   CHECK((now - receiver.input.inverter_state.time).ms() > 0);
+}
+
+// MST-063
+TEST(Pm100, EachSlowFrameAndTheSignOfLifeAreNeeded) {
+  const Frame kinds[] = {frame_of(states), frame_of(faults), frame_of(torque)};
+  for (std::size_t missing = 0; missing < 3; ++missing) {
+    receiver = Receiver{{}, {InverterProtocol::kPm100, kConstant, {}, {}}, {}};
+    run(3);
+    CHECK(state_is(InverterState::kDisabled));
+    for (int k = 0; k < 60; ++k) {  // 600 ms without it
+      now = now + Duration::from_ms(10);
+      ingest(now, FrameView{&kinds[missing == 0 ? 1 : 0], 1}, receiver);
+      ingest(now, FrameView{&kinds[missing == 2 ? 1 : 2], 1}, receiver);
+    }
+    CHECK_FALSE(receiver.input.inverter_state.good());
+  }
+}
+
+// MST-060
+TEST(Pm100, ItsFramesLandInTheirSamples) {
+  can::Pm100ModuleTemperatures modules;
+  modules.module_a_dc = 410;
+  modules.module_b_dc = 420;
+  modules.module_c_dc = 430;
+  can::Pm100MotorTemperatures motor;
+  motor.motor_dc = 555;
+  motor.motor_ok = true;
+  can::Pm100MotorPosition position;
+  position.motor_speed_rpm = -321;
+  position.motor_speed_ok = true;
+  can::Pm100Currents currents;
+  currents.dc_current_ma = -12'300;
+  currents.dc_current_ok = true;
+  can::Pm100Voltages voltages;
+  voltages.dc_voltage_100uv = 3'210'000;
+  voltages.dc_voltage_ok = true;
+  const auto twice = [this](const Frame& frame) {
+    for (int i = 0; i < 2; ++i) receive(frame);
+  };
+  const Input& in = receiver.input;
+  for (const Frame& frame : {frame_of(modules), frame_of(motor), frame_of(position), frame_of(currents),
+                             frame_of(voltages)}) {
+    twice(frame);
+  }
+  LONGS_EQUAL(430, in.inverter_temperature.value.raw());
+  LONGS_EQUAL(555, in.motor_temperature.value.raw());
+  LONGS_EQUAL(-321, in.motor_speed.value.raw());
+  LONGS_EQUAL(-12'300, in.inverter_dc_current.value.raw());
+  LONGS_EQUAL(3'210'000, in.dc_link_voltage.value.raw());
+  CHECK(in.inverter_temperature.good() && in.motor_temperature.good() && in.motor_speed.good() &&
+        in.inverter_dc_current.good() && in.dc_link_voltage.good());
+  voltages.dc_voltage_100uv = 0;
+  twice(frame_of(voltages));
+  CHECK(in.dc_link_voltage.good());
+  voltages.dc_voltage_100uv = -10'000;  // no voltage that a DC link can have
+  twice(frame_of(voltages));
+  CHECK_FALSE(in.dc_link_voltage.good());
+  twice(frame_of(can::Pm100Voltages{}));
+  CHECK(in.dc_link_voltage.good());
+  Frame unknown = frame_of(voltages);
+  unknown.data[0] = 0xFF;
+  unknown.data[1] = 0x7F;  // beyond the signal's range
+  twice(unknown);
+  CHECK_FALSE(in.dc_link_voltage.good());
+  for (int k = 0; k < 10; ++k) fast();
+  CHECK_FALSE(in.inverter_dc_current.good());  // 100 ms
+}
+
+// MST-034, MST-039: the hottest module counts, and one that is not known could be hotter.
+TEST(Pm100, HottestOfThreeModulesIsTheInvertersTemperature) {
+  using M = can::Pm100ModuleTemperatures;
+  std::size_t byte = 1;
+  for (std::int32_t M::*module : {&M::module_a_dc, &M::module_b_dc, &M::module_c_dc}) {
+    M m;
+    m.module_a_dc = m.module_b_dc = m.module_c_dc = 300;
+    m.*module = 800;
+    for (int i = 0; i < 2; ++i) receive(frame_of(m));
+    LONGS_EQUAL(800, receiver.input.inverter_temperature.value.raw());
+    CHECK(receiver.input.inverter_temperature.good());
+    Frame unknown = frame_of(m);
+    unknown.data[byte - 1] = 0xFF;
+    unknown.data[byte] = 0x7F;  // beyond the signal's range
+    receive(unknown);
+    CHECK_FALSE(receiver.input.inverter_temperature.good());
+    byte += 2;
+  }
+}
+
+// MST-034, MST-039: an open or shorted sensor of one module is not hidden by the others.
+TEST(Pm100, OneModuleAtTheEndOfItsRangeIsATemperatureThatIsNotKnown) {
+  using M = can::Pm100ModuleTemperatures;
+  for (std::int32_t M::*module : {&M::module_a_dc, &M::module_b_dc, &M::module_c_dc}) {
+    for (const std::int32_t end : {-400, -390, 2'450}) {
+      M m;
+      m.module_a_dc = m.module_b_dc = m.module_c_dc = 300;
+      for (int i = 0; i < 2; ++i) receive(frame_of(m));
+      CHECK(receiver.input.inverter_temperature.good());
+      m.*module = end;
+      for (int i = 0; i < 2; ++i) receive(frame_of(m));
+      CHECK_FALSE(receiver.input.inverter_temperature.good());
+    }
+    M cold;
+    cold.module_a_dc = cold.module_b_dc = cold.module_c_dc = 300;
+    cold.*module = -389;
+    for (int i = 0; i < 2; ++i) receive(frame_of(cold));
+    CHECK(receiver.input.inverter_temperature.good());
+  }
+}
+
+// MST-063: what a car with a PM100 does not have says nothing of it.
+TEST(Pm100, FramesOfAnInverterThatTheCarDoesNotHaveAreNotHeard) {
+  can::InverterStatus status;
+  status.state = InverterState::kEnabled;
+  can::MotorTemperatures hot;
+  hot.motor_dc = 300;
+  hot.motor_ok = true;
+  for (std::uint8_t counter = 0; counter < 4; ++counter) {
+    now = now + Duration::from_ms(10);
+    Frame frames[] = {frame_of(status), frame_of(hot)};
+    for (Frame& frame : frames) codec::seal(frame, counter);
+    ingest(now, FrameView{frames, 2}, receiver);
+  }
+  CHECK_FALSE(receiver.input.inverter_state.good());
+  CHECK_FALSE(receiver.input.motor_temperature.good());
+}
+
+TEST(Pm100, TorqueWithoutAConstantIsNoCurrent) {
+  receiver.inverter.motor_constant_unm_per_a = 0;
+  torque.feedback_mnm = 50'000;
+  run();
+  LONGS_EQUAL(0, receiver.input.phase_current.value.raw());
 }
 
 // MST-060
@@ -129,6 +263,33 @@ TEST(Pm100, ACommandFromTheBusIsForeignForASecond) {
   CHECK(receiver.input.foreign_frames);
   fast();
   CHECK_FALSE(receiver.input.foreign_frames);
+}
+
+// MST-067: power-on is no command.
+TEST(Pm100, NobodyIsForeignInTheFirstSecond) {
+  for (now = Instant{}; now.ms() < 1'000;) {
+    fast();
+    CHECK_FALSE(receiver.input.foreign_frames);
+  }
+}
+
+// MST-067
+TEST(Pm100, CommandThatDiffersFromItsOwnInAnythingIsForeign) {
+  const auto heard = [this](std::size_t byte, bool shorter) {
+    receiver.inverter.pm100 = Pm100Reading{};
+    receiver.inverter.sent = SentCommands{};
+    codec::Sealer sealer;
+    TxQueue tx;
+    transmit_to_inverter(Output{}, receiver.inverter, sealer, tx);
+    Frame frame = tx[0];
+    if (byte < Frame::kMaxBytes) frame.data[byte] = static_cast<std::uint8_t>(frame.data[byte] + 1);
+    if (shorter) frame.dlc = 7;
+    receive(frame);
+    return receiver.input.foreign_frames;
+  };
+  CHECK_FALSE(heard(8, false));
+  CHECK(heard(8, true));
+  for (std::size_t byte = 0; byte < Frame::kMaxBytes; ++byte) CHECK(heard(byte, false));
 }
 
 // MST-067

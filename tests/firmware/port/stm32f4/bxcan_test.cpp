@@ -64,10 +64,10 @@ TEST(BxCan, AShortedBusIsToldAndTheControllerGoesOnBoardWhenItIsMended) {
   LONGS_EQUAL(1, received().size());
 }
 
-TEST(BxCan, TheFiltersOfTheBmsTakeFiveBanks) {
-  config.banks = 5;
+TEST(BxCan, TheFiltersOfTheBmsTakeSixBanks) {
+  config.banks = 6;
   CHECK(init(can::kBmsRx) == CanError::kNone);
-  config.banks = 4;
+  config.banks = 5;
   CHECK(init(can::kBmsRx) == CanError::kFilters);
 }
 

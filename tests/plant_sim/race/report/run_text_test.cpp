@@ -82,6 +82,6 @@ TEST(RunText, ARecordedDriveHasNoLaps) {
 TEST(RunText, LimitsAreNamedWithTheirTime) {
   STRCMP_EQUAL("none", limits_text(result).c_str());
   result.limit_active_s[1] = 3.0;
-  result.limit_active_s[10] = 12.34;
+  result.limit_active_s[12] = 12.34;
   STRCMP_EQUAL("config_maximum 3.0 s, power 12.3 s", limits_text(result).c_str());
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <vector>
 
 #include "fixtures.hpp"
@@ -170,12 +171,44 @@ TEST(SensorFrames, CellGroupsComeEvery30MillisecondsUpTo48CellsAndEvery100Above)
 TEST(SensorFrames, TheFullestTickLeavesRoomForTheOtherNodes) {
   // Of the BMS those that it sends on a road; can_dbc/check.py counts all of them as they are due.
   constexpr std::size_t kOnACharger = can::BalancingCommand::kGroups + 2;
-  constexpr std::size_t kOthers = std::size(can::kBmsTx) - kOnACharger + std::size(can::kMasterTx);
+  constexpr std::size_t kOfBms = std::size(can::kBmsTx) - kOnACharger;
+  constexpr std::size_t kStatus = 1, kCommand = 1, kSetpoints = 4;  // of the master, for one inverter or for four
   for (const int cells : {24, 48, 144}) {
     Bench pack(with_cells(cells));
-    std::size_t fullest = 0;
-    for (std::uint32_t n = 0; n < 300; ++n) fullest = std::max(fullest, pack.tick(n).size());
-    CHECK(fullest + kOthers <= 22);
+    VehicleParameters four = with_cells(cells);
+    four.powertrain.motors = 4;
+    four.inverter.protocol = "amk";
+    Bench hubs(four);
+    std::size_t fullest = 0, fullest_of_four = 0;
+    for (std::uint32_t n = 0; n < 300; ++n) {
+      fullest = std::max(fullest, pack.tick(n).size());
+      fullest_of_four = std::max(fullest_of_four, hubs.tick(n).size());
+    }
+    CHECK(fullest + kOfBms + kStatus + kCommand <= 22);
+    CHECK(fullest_of_four + kOfBms + kStatus + kSetpoints <= 28);
+  }
+}
+
+TEST(SensorFrames, FourInvertersTellEachItsOwnMotor) {
+  Bench hubs(amk_4wd());
+  Car& car = hubs.car;
+  car.vehicle().set_speed(12.0);
+  std::map<std::size_t, codec::AmkActual1> told;
+  std::set<std::uint32_t> ids;
+  for (std::uint32_t n = 0; n < 12; ++n) {
+    for (const Frame& f : hubs.tick(n)) {
+      std::size_t wheel = 0;
+      codec::AmkActual1 m;
+      if (codec::decode_amk(f, wheel, m)) told[wheel] = m;
+      if (codec::is_amk(f.id)) ids.insert(f.id);
+      CHECK(f.id != can::InverterStatus::kId && f.id != can::MotorTemperatures::kId);
+    }
+  }
+  LONGS_EQUAL(9, ids.size());
+  LONGS_EQUAL(4, told.size());
+  for (const auto& [wheel, m] : told) {
+    DOUBLES_EQUAL(car.motor_omega_rad_s(car.drives[wheel]) * 30.0 / M_PI, m.actual_velocity_rpm, 20.0);
+    CHECK(m.system_ready && !m.error && !m.dc_on);
   }
 }
 
