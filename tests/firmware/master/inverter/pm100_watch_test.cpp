@@ -72,6 +72,8 @@ TEST(Pm100Watch, AMotorThatReadsNothingAgreesWithWheelsThatStand) {
     wheels(0);
     in.wheel_speed[turns].value = Speed::from_raw(9'000);
     LONGS_EQUAL(0, steps_until_told());
+    in.wheel_speed[5 - turns].value = Speed::from_raw(1'101);  // both turn, beside a motor that goes on reading nothing
+    LONGS_EQUAL(11, steps_until_told());
     wheels(0);
     step();
   }
