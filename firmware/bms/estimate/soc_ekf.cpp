@@ -15,12 +15,14 @@ constexpr std::int64_t kHalfUnitsPerMah = 2LL * 3'600'000LL;  // as soc_coulomb 
 constexpr std::int32_t kSocDoubt = 107'374;           // 0.005^2
 constexpr std::int32_t kBranchDoubt = 1'717'987;      // (5 mV = 0.02 q)^2
 constexpr std::int32_t kScaleDoubt = 386'547'057;     // 0.3^2
-constexpr std::int32_t kFadeDoubt = 42'949'673;       // 0.1^2
+constexpr std::int32_t kFadeDoubt = 96'636'764;       // 0.15^2: a pack of some seasons
 constexpr std::int64_t kDoubtedVoltage = 335'544;     // 0.02 q in 2^-24
 
-// Doubt at a start from a record: what was drawn since it was kept, and 3 points; its scale within 10 %.
+// Doubt at a start from a record: what was drawn since it was kept, and 3 points; its scale within 10 %,
+// its capacity within 12.5 %.
 constexpr std::int32_t kKeptSocDoubt = 3'865'471;     // 0.03^2
 constexpr std::int32_t kKeptScaleDoubt = 42'949'673;  // 0.1^2
+constexpr std::int32_t kKeptFadeDoubt = 67'108'864;   // 0.125^2
 
 /// (0.02 q / slope)^2 + kSocDoubt [2^-32]; cell_filter bounds it.
 std::int32_t soc_doubt(std::int32_t slope) {
@@ -60,7 +62,8 @@ std::int32_t kept_branch_doubt(std::int32_t v) {
 
 void begin_at_record(CellFilter& cell) {
   cell.interval = 0;
-  begin_filter({kKeptSocDoubt, kept_branch_doubt(cell.v1), kept_branch_doubt(cell.v2), kKeptScaleDoubt, kFadeDoubt},
+  begin_filter({kKeptSocDoubt, kept_branch_doubt(cell.v1), kept_branch_doubt(cell.v2), kKeptScaleDoubt,
+                kKeptFadeDoubt},
                cell);
 }
 

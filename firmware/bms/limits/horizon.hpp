@@ -48,7 +48,7 @@ struct HorizonCell {
   std::int32_t warmer = 0;  ///< than the pack [0.1 K]: where on the temperature's law the cell is
 };
 
-/// How much sooner the cell may be empty than the count says: f and its standard deviation, which is a tenth until a
+/// How much sooner the cell may be empty than the count says: f and its standard deviation, which is a seventh until a
 /// good part of the charge has been drawn [2^-28].
 [[nodiscard]] std::int32_t prudent_fade(const CellFilter& filter);
 

@@ -40,7 +40,7 @@ def test_every_state_is_asked_in_both_directions_for_each_horizon(some_states):
 def test_a_limit_that_looks_ahead_ends_at_the_bound(some_states):
     result = some_states[1]
     assert result["bisection_off_at_most"] < 0.005
-    for horizon in (1.0, 10.0):
+    for horizon in (1.0, 10.0, 30.0):
         ahead = ends(result, "ahead", horizon)
         assert len(ahead) >= 10
         assert -0.020 < min(ahead) and max(ahead) < 0.030, (horizon, min(ahead), max(ahead))

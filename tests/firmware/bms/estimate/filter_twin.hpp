@@ -48,9 +48,9 @@ class FilterTwin {
     f[2][2] = 1.0 - g2, f[2][3] = g2 * bounded(e2, 1.0);
     x = {x[0] - (1.0 + x[4]) * drawn, x[1] + g1 * (x[3] * e1 - x[1]), x[2] + g2 * (x[3] * e2 - x[2]), x[3], x[4]};
     p = times(times(f, p), transposed(f));
-    constexpr Vector kGrowth{1, 700, 700, 430, 4};  // cell_filter.cpp
+    constexpr Vector kGrowth{1, 200, 200, 430, 4};  // cell_filter.cpp
     hold();
-    if (p[0][0] < 0.1) p[0][0] += std::abs(drawn) / 1'024.0;
+    if (p[0][0] < 0.1) p[0][0] += std::abs(drawn) / 8'192.0;
     for (std::size_t i = 0; i < kStates; ++i) {
       if (p[i][i] < 0.1) p[i][i] += std::ldexp(kGrowth[i], -kVarianceBits) * dt / 100.0;
     }
