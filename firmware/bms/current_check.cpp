@@ -59,7 +59,7 @@ void judge_sag(const Config& config, State& s) {
   const std::int64_t cells = config.cells_in_series, table = s.cell_resistance.raw();
   if (table <= 0) return;
   // mA uOhm are nV: 0.1 mV per 1e5 of them.
-  const bool rises = c.answer.xz > 0 && c.answer.xz / cells * (100'000 * 100 / kReversedPercent) > c.answer.xx * table;
+  const bool rises = c.answer.xz / cells * (100'000 * 100 / kReversedPercent) > c.answer.xx * table;
   c.reversed = rises && explains(c.answer, c.answer.xz, kExcitationPerCell * cells);
   const std::int64_t moves = kMovesPerCell * cells;
   const std::int64_t per_ma = table * cells * kFrozenFactor / 1'000;  // uV per mA that the current explains at most
@@ -82,10 +82,8 @@ void judge_power(const Config& config, Duration elapsed, State& s) {
   c.battery = follow(c.battery, std::int64_t{m.pack_voltage.value.raw()} * m.current.value.raw() / 10'000, share);
   const std::int64_t size = induced < 0 ? -induced : induced;
   c.power_judged = c.shaft >= kPowerLeast && size * 10 <= std::int64_t{m.dc_link_voltage.value.raw()} * 6;
-  if (c.power_judged) {
-    const std::int64_t least = c.shaft * kPowerLow / 100, most = c.shaft * kPowerHigh / 100 + kPowerOther;
-    c.power_wrong = c.battery < least || c.battery > most;
-  }
+  const std::int64_t least = c.shaft * kPowerLow / 100, most = c.shaft * kPowerHigh / 100 + kPowerOther;
+  c.power_wrong = c.battery < least || c.battery > most;
 }
 
 }  // namespace

@@ -37,8 +37,7 @@ struct CurrentCheck {
   bool frozen = false;            ///< the voltage moves, the current does not
   // power [mW]
   std::int64_t shaft = 0, battery = 0;
-  bool power_known = false;
-  bool power_wrong = false;
+  bool power_wrong = false;       ///< says nothing unless it is judged
   bool power_judged = false;      ///< there is enough power to judge by
 };
 

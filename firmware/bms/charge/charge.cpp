@@ -44,8 +44,7 @@ void enter(ChargePhase next, Instant now, Charge& c) {
   c.hold_ua = 0;
   c.steered = now;
   c.held = Persistence{};
-  c.no_current = Persistence{};
-  if (next == ChargePhase::kCharging) begin_progress(now, c.progress);
+  begin_progress(now, c.progress);
 }
 
 void end(ChargePhase phase, ChargeReason why, Instant now, Charge& c) {

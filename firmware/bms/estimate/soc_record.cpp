@@ -14,14 +14,13 @@ static_assert(kMaxCells < 256, "a byte for the number of cells");
 
 constexpr std::int64_t coarse(std::int32_t value, int bits) { return shifted(value, kUnitBits - bits); }
 /// So that what a filter may hold needs no saturation.
-template <class T>
-constexpr bool holds(std::int32_t low, std::int32_t high, int bits) {
-  return coarse(low, bits) >= std::numeric_limits<T>::min() && coarse(high, bits) <= std::numeric_limits<T>::max();
-}
-static_assert(holds<std::int16_t>(kSocLow, kSocHigh, kSocBits));
-static_assert(holds<std::int16_t>(-kBranchMost, kBranchMost, kBranchBits));
-static_assert(holds<std::uint16_t>(kScaleLow, kScaleHigh, kScaleBits));
-static_assert(holds<std::int16_t>(kFadeLow, kFadeHigh, kFadeBits));
+template <class T, std::int32_t low, std::int32_t high, int bits>
+constexpr bool kHolds =
+    coarse(low, bits) >= std::numeric_limits<T>::min() && coarse(high, bits) <= std::numeric_limits<T>::max();
+static_assert(kHolds<std::int16_t, kSocLow, kSocHigh, kSocBits>);
+static_assert(kHolds<std::int16_t, -kBranchMost, kBranchMost, kBranchBits>);
+static_assert(kHolds<std::uint16_t, kScaleLow, kScaleHigh, kScaleBits>);
+static_assert(kHolds<std::int16_t, kFadeLow, kFadeHigh, kFadeBits>);
 template <class T>
 T coarse(std::int32_t value, int bits) { return static_cast<T>(coarse(value, bits)); }
 std::int32_t fine(std::int32_t value, int bits) { return saturated32(std::int64_t{value} * (1 << (kUnitBits - bits))); }
@@ -87,7 +86,7 @@ void keep(const Config& config, const SocEstimate& state, SocRecord& record) {
 // BMS-083
 void restore(const Config& config, const SocRecord& record, SocEstimate& state) {
   VOLTLAP_REQUIRE(!state.valid);
-  if (record.cells == 0 || record.cells != config.cells_in_series) return;
+  if (record.cells != config.cells_in_series) return;  // nor one that knows nothing
   for (std::size_t i = 0; i < record.cells; ++i) {
     FilteredCell& cell = state.filter.cell[i];
     const CellRecord& from = record.cell[i];

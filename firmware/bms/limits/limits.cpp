@@ -31,18 +31,14 @@ LimitReason blocked_by(const Config& config, const State& s) {
 
 // BMS-042: linear from the maximum at derating_start to zero at the trip.
 Current derated_by_heat(const Config& config, const State& s, Current full) {
-  const Temperature hottest = s.pack.temperature_max;
-  if (hottest <= config.derating_start) return full;
   const Temperature span = config.temperature_trip - config.derating_start;
-  return share_of_limit(full, (config.temperature_trip - hottest).raw(), span.raw());
+  return share_of_limit(full, (config.temperature_trip - s.pack.temperature_max).raw(), span.raw());
 }
 
 // BMS-059: of a charger at derating_start already, for a cell may be warmer than every thermistor.
 constexpr Temperature kChargeBand = Temperature::from_raw(100);  // 10 K; chosen
 Current derated_on_charger(const Config& config, const State& s, Current full) {
-  const Temperature hottest = s.pack.temperature_max;
-  if (hottest <= config.derating_start - kChargeBand) return full;
-  return share_of_limit(full, max(config.derating_start - hottest, Temperature{}).raw(), kChargeBand.raw());
+  return share_of_limit(full, (config.derating_start - s.pack.temperature_max).raw(), kChargeBand.raw());
 }
 
 }  // namespace

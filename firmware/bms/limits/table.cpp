@@ -29,8 +29,10 @@ constexpr std::int64_t kFallTime_ms = 1'000;    // from all to nothing, while a 
 constexpr std::int64_t kRiseTime_ms = 10'000;   // and back
 constexpr CellVoltage kClear = CellVoltage::from_raw(500);  // 50 mV inside the bound a cap comes back
 
-Ratio by_temperature(const Ratio (&table)[kPoints], const Pack& pack) {
-  return interpolate(kTemperature, table, kPoints, pack.temperature_min);
+/// As many points as both have.
+template <class X, std::size_t points>
+Ratio share_at(const X (&x)[points], const Ratio (&share)[points], X at) {
+  return interpolate(x, share, points, at);
 }
 
 Ratio moved(Ratio cap, CellVoltage inside, Duration elapsed) {
@@ -51,10 +53,10 @@ void follow_caps(const Config& config, Duration elapsed, State& s) {
 // BMS-046
 void lower_discharge_by_table(const Config& config, const State& s, Limit& limit) {
   const Current most = config.discharge_current_max;
-  lower(limit, share_of_limit(most, by_temperature(kDischargeByTemperature, s.pack).raw(), kWhole),
-        LimitReason::kTemperature);
+  const Ratio by_cold = share_at(kTemperature, kDischargeByTemperature, s.pack.temperature_min);
+  lower(limit, share_of_limit(most, by_cold.raw(), kWhole), LimitReason::kTemperature);
   if (s.soc.valid) {
-    lower(limit, share_of_limit(most, interpolate(kSoc, kDischargeBySoc, kPoints, s.soc.value).raw(), kWhole),
+    lower(limit, share_of_limit(most, share_at(kSoc, kDischargeBySoc, s.soc.value).raw(), kWhole),
           LimitReason::kSocLow);
   }
   lower(limit, share_of_limit(most, s.caps.discharge.raw(), kWhole), LimitReason::kCellVoltage, s.pack.weakest_cell);
@@ -63,11 +65,11 @@ void lower_discharge_by_table(const Config& config, const State& s, Limit& limit
 // BMS-046
 void lower_charge_by_table(const Config& config, const State& s, Limit& limit) {
   const Current most = charges(s) ? config.charger_current_max : config.charge_current_max;
-  lower(limit, share_of_limit(most, by_temperature(kChargeByTemperature, s.pack).raw(), kWhole),
-        LimitReason::kTemperature);
+  const Ratio by_cold = share_at(kTemperature, kChargeByTemperature, s.pack.temperature_min);
+  lower(limit, share_of_limit(most, by_cold.raw(), kWhole), LimitReason::kTemperature);
   // A charger fills the pack: its voltage ends that, not a share.
   const bool shared = s.soc.valid && !charges(s);
-  const Ratio by_soc = shared ? interpolate(kSoc, kChargeBySoc, kPoints, s.soc.value) : Ratio::from_raw(kWhole);
+  const Ratio by_soc = shared ? share_at(kSoc, kChargeBySoc, s.soc.value) : Ratio::from_raw(kWhole);
   lower(limit, share_of_limit(most, by_soc.raw(), kWhole), LimitReason::kCellVoltage);
   lower(limit, share_of_limit(most, s.caps.charge.raw(), kWhole), LimitReason::kCellVoltage);
 }

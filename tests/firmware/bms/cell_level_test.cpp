@@ -104,6 +104,97 @@ TEST(CellLevel, IsOffWhereItsTwinInDoublePrecisionSaysSo) {
   CHECK(off > 20'000 && within > 20'000);
 }
 
+namespace {
+
+/// The least distance [0.1 mV] from its neighbours at which a cell is off its level; -1 within 5 V.
+std::int32_t least_off(Level x, bool above) {
+  std::int32_t within = 0, off = 50'000;
+  const auto is_off = [&](std::int32_t apart) {
+    x.apart = 1e-4 * (above ? apart : -apart);
+    return off_level(x);
+  };
+  if (!is_off(off)) return -1;
+  while (off - within > 1) {
+    const std::int32_t middle = (within + off) / 2;
+    (is_off(middle) ? off : within) = middle;
+  }
+  return off;
+}
+
+/// The same from beyond(), which is straight.
+double twin_of_least_off(Level x, bool above) {
+  x.apart = above ? 5.0 : -5.0;
+  return beyond(x) < 0.0 ? -1.0 : 1e4 * (5.0 - beyond(x));
+}
+
+}  // namespace
+
+// BMS-061
+TEST(CellLevel, IsOffFromWhereItsTwinSaysSo) {
+  for (int draw = 0; draw < 400; ++draw) {
+    Level x{};
+    x.soc = drawn(0.0, 1.0);
+    x.start = happens(0.5) ? x.soc : drawn(0.0, 1.0);
+    x.own_start = std::clamp(x.start + drawn(-0.2, 0.2), 0.0, 1.0);
+    x.sag = 1e-4 * std::floor(drawn(0.0, 1'000.0));
+    x.rise = happens(0.7) ? 1e-4 * std::floor(drawn(0.0, 1'000.0)) : 0.0;
+    x.cells = happens(0.2) ? 2 : 24;
+    x.explained = happens(0.8);
+    // Even ones, for the rule has them in integers.
+    const double percent = 2.0 * std::floor(happens(0.5) ? drawn(-20.0, 100.0) : drawn(0.0, 900.0));
+    x.own_answer = 1e5 * (100.0 + percent);
+    x.all_answer = x.own_answer + 1e7 * (x.cells - 1);
+    for (const bool above : {false, true}) {
+      const double twin = twin_of_least_off(x, above);
+      const double low = x.soc + std::clamp(x.own_start - x.start, -0.1, 0.0) - 0.03 - 0.25 * std::abs(x.soc - x.start);
+      if (!above && std::abs(low) < 1e-5) continue;  // the table's end to the millionth
+      DOUBLES_EQUAL(twin, least_off(x, above), 3.0);
+    }
+  }
+}
+
+// BMS-061: 36 mV for what a start may be wrong, 30 mV for the channels; a millionth more of the charge is a step here.
+TEST(CellLevel, IsOffFromTheStepBeyondItsBound) {
+  Level x{};
+  x.soc = x.start = 0.500041;
+  x.cells = 24;
+  for (const double own : {-1e-5, 0.0, 1e-5}) {
+    x.own_start = x.start + own;
+    if (own <= 0.0) LONGS_EQUAL(661, least_off(x, true));
+    if (own >= 0.0) LONGS_EQUAL(661, least_off(x, false));
+  }
+  x.own_start = x.start;
+  x.rise = 1e-4;  // 350 % of it while nobody knows how much more the cell sags
+  LONGS_EQUAL(664, least_off(x, true));
+}
+
+// BMS-061: a cell that has all of the answer has no others to be held against; one step of theirs is enough.
+TEST(CellLevel, WhereTheOthersAnswerNothingNobodyKnowsHowMuchMoreACellSags) {
+  Level x{};
+  x.soc = x.start = x.own_start = 0.500041;
+  x.cells = 24;
+  x.explained = true;
+  x.sag = 0.01;
+  for (const double others : {0.0, 1.0}) {
+    x.own_answer = 1e9;
+    x.all_answer = 1e9 + 23.0 * others;
+    LONGS_EQUAL(others < 1.0 ? 661 + 50 + 350 : 661 + 50 + 2'300, least_off(x, false));
+  }
+  x.cells = 1;
+  LONGS_EQUAL(661 + 50 + 350, least_off(x, false));
+}
+
+// BMS-061: three hundredths above the end of the table anything below is possible.
+TEST(CellLevel, BelowTheEndOfTheTableAnythingIsPossible) {
+  for (const int ppm : {29'999, 30'000}) {
+    Level x{};
+    x.soc = x.start = x.own_start = 1e-6 * ppm;
+    x.cells = 24;
+    CHECK_EQUAL(ppm >= 30'000, least_off(x, false) > 0);
+    CHECK(least_off(x, true) > 0);
+  }
+}
+
 // BMS-061: V + I R in steps of 0.1 mV / 256, held within 390 V, whatever a table says.
 TEST(CellLevel, IsTheVoltageAndWhatItsResistanceTakesAndNeverWraps) {
   int held = 0;

@@ -82,3 +82,39 @@ TEST(Plausibility, MismatchIsTriedAFewLsbOnBothSides) {
     CHECK_EQUAL(lsb > 0, voltages_disagree(config, pack));
   }
 }
+
+TEST(Plausibility, OfEqualCellsAndSensorsTheFirstIsNamed) {
+  for (const std::size_t i : {3, 9, 17}) cell(i, 38'000);
+  for (const std::size_t i : {2, 4}) measured.temperature[i].value = Temperature::from_raw(310);
+  summary();
+  LONGS_EQUAL(3, pack.weakest_cell);
+  LONGS_EQUAL(2, pack.hottest_sensor);
+}
+
+TEST(Plausibility, TheHighestCellIsThatOfThisStep) {
+  summary();
+  for (std::size_t i = 0; i < config.cells_in_series; ++i) cell(i, 36'000);
+  summary();
+  LONGS_EQUAL(36'000, pack.cell_max.raw());
+  LONGS_EQUAL(36'000, pack.cell_min.raw());
+}
+
+// BMS-022: of 24 readings, rounded down.
+TEST(Plausibility, ThePacksChannelIsTheMeanOfItsReadingsInTheStepsOfTheCells) {
+  for (std::size_t i = 0; i < 24; ++i) measured.cell_pack[i] = PackVoltage::from_raw(900'000);
+  measured.cell_pack[5] = PackVoltage::from_raw(900'023);
+  summary();
+  LONGS_EQUAL(900'000, pack.sum_by_pack.raw());
+  measured.cell_pack[5] = PackVoltage::from_raw(900'024);
+  summary();
+  LONGS_EQUAL(900'001, pack.sum_by_pack.raw());
+}
+
+TEST(Plausibility, OneCellAndOneSensorWaitForThemselvesAlone) {
+  config.cells_in_series = config.temperature_sensors = 1;
+  measured.cell[1] = Sample<CellVoltage>{};
+  measured.temperature[1] = Sample<Temperature>{};
+  summary();
+  LONGS_EQUAL(1'000, pack.oldest_cell.ms());
+  LONGS_EQUAL(1'000, pack.oldest_temperature.ms());
+}

@@ -48,3 +48,12 @@ TEST(CellResistance, WithoutStateOfChargeTheHighestOfTheTableStands) {
   soc.valid = false;
   LONGS_EQUAL(4'000, at(500'000, 250));
 }
+
+TEST(CellResistance, TheHighestIsFoundWhereverItStandsAndNotBeyondTheTablesEnd) {
+  soc.valid = false;
+  table.resistance[3] = Resistance::from_raw(9'000);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) table.resistance[k] = Resistance::from_raw(k == i ? 5'000 : 1'000);
+    LONGS_EQUAL(5'000, at(500'000, 250));
+  }
+}

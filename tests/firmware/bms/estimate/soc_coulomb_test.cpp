@@ -83,6 +83,73 @@ TEST(SocCoulomb, BeyondTheEndsItCountsFivePointsAndIsBackSoon) {
   CHECK(soc.value.raw() > 15'000 && soc.value.raw() < 20'000);
 }
 
+// BMS-084
+TEST(SocCoulomb, TheCountIsHeldFivePointsBeyondEitherEnd) {
+  at(0, Current{});
+  const std::int64_t full = std::int64_t{config.capacity_mah} * 7'200'000;
+  until(1'000'000, amps(-400));
+  CHECK(soc.charge == full + full / 20);
+  until(2'000'000, amps(400));
+  CHECK(soc.charge == -full / 20);
+}
+
+// BMS-083: what a record said stands where the cells cannot be asked.
+TEST(SocCoulomb, StartsUnderLoadFromARecordAndAtRestFromTheCells) {
+  soc.filter.restored = true;
+  for (std::size_t i = 0; i < kMaxCells; ++i) soc.filter.cell[i].filter.s = i < 24 ? 1 << 27 : 1 << 28;
+  soc.filter.cell[23].filter.s = (1 << 27) + 24 * (1 << 24);  // 0.0625 more of the mean
+  const SocEstimate restored = soc;
+  at(0, amps(100), Quality::kStale);
+  CHECK_FALSE(soc.valid);
+  at(10, amps(100));
+  CHECK(soc.valid);
+  DOUBLES_EQUAL(562'500, soc.value.raw(), 1);
+  soc = restored;
+  at(20, amps(1));
+  LONGS_EQUAL(750'000, soc.value.raw());
+}
+
+TEST(SocCoulomb, CountsFromTheStartAloneWheneverThatIs) {
+  at(1'000'000, Current{});
+  const std::int64_t before = soc.charge;
+  at(1'000'010, amps(100));
+  CHECK(before - soc.charge == 1'000'000);
+}
+
+TEST(SocCoulomb, TheMeanOfTheCellsIsRoundedToTheNearest) {
+  all_cells(36'000);
+  cells[0].value = CellVoltage::from_raw(36'001);  // 83 ppm more: 3.46 in the mean
+  at(0, Current{});
+  LONGS_EQUAL(500'003, soc.value.raw());
+}
+
+// BMS-003
+TEST(SocCoulomb, ACellAtRestIsOneOfAGoodCurrentWithinItsBoundEitherWay) {
+  for (const std::int32_t ma : {-1'001, -1'000, 1'000, 1'001}) {
+    CHECK_EQUAL(ma >= -1'000 && ma <= 1'000,
+                at_rest(config, Sample<Current>{Current::from_raw(ma), Instant{}, Quality::kGood}));
+  }
+  CHECK_FALSE(at_rest(config, Sample<Current>{Current{}, Instant{}, Quality::kStale}));
+}
+
+// BMS-087
+TEST(SocCoulomb, ANewGoodSampleCountsAndNoOtherDoes) {
+  const auto count = [&](std::uint32_t ms, double amperes, Quality quality = Quality::kGood) {
+    return count_charge(config, Sample<Current>{amps(amperes), Instant::from_ms(ms), quality}, soc);
+  };
+  soc.last_current = {amps(100), Instant::from_ms(1'000), Quality::kGood};
+  soc.charge = 0;
+  CHECK_FALSE(count(1'010, 100, Quality::kInvalid));
+  CHECK_FALSE(count(1'000, 100));
+  CHECK_FALSE(count(990, 100));
+  CHECK(soc.charge == 0);
+  CHECK(count(1'001, 100));
+  CHECK(soc.charge == -200'000);
+  soc.charge = 0;
+  CHECK(count(1'501, 0));  // so long a loss is bridged
+  CHECK(soc.charge == -500LL * 100'000);
+}
+
 TEST(SocCoulomb, LostCurrentIsBridgedByTheTrapezoid) {
   at(0, Current{});
   at(10, amps(100));
@@ -202,4 +269,29 @@ TEST(RecountAtRest, WhereOneAndAHalfMillivoltsAreHalfAPointTheCountStands) {
     recount_at_rest(config, cells, soc);
     LONGS_EQUAL(ppm_per_step < 334 ? 100'000 + 1'000 * ppm_per_step : 500'000, soc.value.raw());
   }
+}
+
+// BMS-089: 5000 ppm a cell in the mean, and no more.
+TEST(RecountAtRest, TheDoubtOfAllCellsTogetherDecidesToTheMillionth) {
+  for (const std::int32_t more : {0, 1}) {
+    config.ocv.count = 3;
+    config.ocv.voltage[1] = CellVoltage::from_raw(38'000);
+    config.ocv.soc[1] = Soc::from_raw(100'000);
+    config.ocv.voltage[2] = CellVoltage::from_raw(38'030);
+    config.ocv.soc[2] = Soc::from_raw(110'000 + more);  // 5000 ppm in 15 steps, or one more in some of them
+    for (auto& cell : cells) cell = CellVoltage::from_raw(38'020);
+    cells[0] = CellVoltage::from_raw(38'016);
+    soc.value = Soc::from_raw(500'000);
+    recount_at_rest(config, cells, soc);
+    CHECK_EQUAL(more == 1, soc.value.raw() == 500'000);
+  }
+}
+
+// BMS-089
+TEST(RecountAtRest, TheMeanIsRoundedToTheNearest) {
+  for (auto& cell : cells) cell = CellVoltage::from_raw(36'000);
+  cells[0] = CellVoltage::from_raw(36'001);  // 83 ppm more
+  soc.value = Soc{};
+  recount_at_rest(config, cells, soc);
+  LONGS_EQUAL(500'003, soc.value.raw());
 }

@@ -31,3 +31,12 @@ TEST(SocEstimator, NoneNeverKnowsAndNeverMakesWait) {
   CHECK_FALSE(soc.valid);
   CHECK(soc_ready(config, soc));
 }
+
+TEST(SocEstimator, NoneForgetsWhatAnotherMethodKnew) {
+  config.soc_method = SocMethod::kNone;
+  soc.valid = true;
+  soc.value = Soc::from_raw(700'000);
+  estimate_soc(config, SocInput{cells, true, rest}, soc);
+  CHECK_FALSE(soc.valid);
+  LONGS_EQUAL(0, soc.value.raw());
+}

@@ -106,6 +106,45 @@ TEST(BeyondBound, AnEmptyCellIsAllowedNothing) {
   CHECK(state.ahead.shown_discharge.holds);
 }
 
+// BMS-047
+TEST(BeyondBound, AReadingAtItsBoundShowsNothingAndAnyCurrentBeyondItDoes) {
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  read(9, 3.3, 0.0);  // beyond the bound, so that every cell is looked at
+  read(7, 3.4, 100.0);
+  CHECK_FALSE(state.ahead.shown_discharge.holds);
+  read(7, 3.3999, 0.001);
+  CHECK(state.ahead.shown_discharge.holds);
+  const double most_v = 1e-4 * config.cell_voltage_max.raw();
+  read(9, most_v + 0.1, 0.0);
+  read(7, most_v, -100.0);
+  CHECK_FALSE(state.ahead.shown_charge.holds);
+  read(7, most_v + 1e-4, -100.0);
+  CHECK(state.ahead.shown_charge.holds);
+}
+
+// BMS-047
+TEST(BeyondBound, BothDirectionsEndExactlyASecondAfterTheirLastReading) {
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  const Instant seen = state.measured.current.time;
+  for (const std::int32_t late_ms : {999, 1'000}) {
+    state.ahead.shown_discharge = state.ahead.shown_charge = ShownLimit{amps(1), seen, 3, true};
+    state.measured.current.time = seen + Duration::from_ms(late_ms);
+    note_beyond_bound(config, state);
+    CHECK_EQUAL(late_ms < 1'000, state.ahead.shown_discharge.holds);
+    CHECK_EQUAL(late_ms < 1'000, state.ahead.shown_charge.holds);
+  }
+}
+
+// BMS-047
+TEST(BeyondBound, WhatIsNoCellOfThePackShowsNothing) {
+  for (int tick = 0; tick < 12; ++tick) step(0.0);
+  state.measured.cell[24].value = CellVoltage::from_raw(20'000);
+  state.measured.cell_current[24] = amps(100);
+  state.soc.filter.cell[24].filter.s = kSocHigh;
+  read(9, 3.3, 0.0);
+  CHECK_FALSE(state.ahead.shown_discharge.holds);
+}
+
 // BMS-047: a master that takes 30 ms to obey, cells that nobody said are old, a driver who pulls at once.
 TEST(BeyondBound, AnUnknownOldCellIsBelowItsBoundNoLongerThanTheLimitTakesToBeObeyed) {
   const unsigned seed = drawn_seed();
