@@ -17,6 +17,7 @@ constexpr double kUnjudged = 0.1;      // of the charge, the first that moves
 constexpr double kStep_s = 0.1;        // the longest step that the estimators see
 constexpr double kRestShare = 0.02;    // of the capacity in an hour: at more current nothing rests
 constexpr double kDoubtedVolts = 0.005;
+constexpr double kOffPoints = 20.0;
 
 /// One estimator fed with samples in the place of frames.
 class Fed {
@@ -94,8 +95,10 @@ SocRecordingResult run_soc_recording(const CellLog& log, const CellParameters& c
   std::vector<std::string> names;
   std::vector<Fed> fed;
   const std::optional<double> known = rests ? std::nullopt : std::optional(0.0);
-  for (const std::optional<double> start : {known, std::optional(-20.0)}) {
-    names.push_back(start == known ? "as recorded" : "start -20 points");
+  // A charge begins near empty: no record can be lower by as much there.
+  const double off = 100.0 * out.begin_soc < kOffPoints ? kOffPoints : -kOffPoints;
+  for (const std::optional<double> start : {known, std::optional(off)}) {
+    names.push_back(start == known ? "as recorded" : fmt::format("start {:+.0f} points", off));
     fed.emplace_back(config, bms::SocMethod::kEkf, start, out.begin_soc);
     fed.emplace_back(config, bms::SocMethod::kCoulomb, start, out.begin_soc);
   }
