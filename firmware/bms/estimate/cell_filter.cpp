@@ -8,7 +8,7 @@ namespace voltlap::bms {
 namespace {
 
 // Growth of the variances in 100 ms [2^-32 of the unit's square]; that of the charge, which is only uncertain while it
-// moves, by what is drawn: 1 point over all of it. More of it hides the capacity from the filter for half of the charge.
+// moves, by what is drawn: 1 point over all of it. More of it hides the capacity from the filter for half of a drive.
 // Both chosen on drawn endurances with a weak cell, states of limit-test with seed 12 and the Leaf's recordings.
 constexpr int kGrowthDrawnBits = 13;         // 2^-13 of what is drawn
 constexpr std::int32_t kGrowthSoc = 1;       // 1 point in 12 h
