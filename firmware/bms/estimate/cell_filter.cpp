@@ -11,7 +11,6 @@ namespace {
 // moves, by what is drawn: 1 point over all of it. More of it hides the capacity from the filter for half of a drive.
 // Both chosen on drawn endurances with a weak cell, states of limit-test with seed 12 and the Leaf's recordings.
 constexpr int kGrowthDrawnBits = 13;         // 2^-13 of what is drawn
-constexpr std::int32_t kGrowthSoc = 1;       // 1 point in 12 h
 constexpr std::int32_t kGrowthBranch = 200;  // 4.7e-8: 1.3 mV in 1 min, but that it decays
 constexpr std::int32_t kGrowthScale = 430;   // 1e-7: 3 % in 15 min
 constexpr std::int32_t kGrowthFade = 4;      // 1e-9: 1 % in 3 h
@@ -102,7 +101,6 @@ void advance_branches(const Branch& one, const Branch& two, std::int32_t elapsed
   p.v1r = moved(one, p.v1r, p.rr);
   p.v2r = moved(two, p.v2r, p.rr);
   p.v12 = moved(one, cross, p.v2r);
-  p.ss = grown(p.ss, kGrowthSoc, elapsed_ms);
   p.v11 = grown(raised(moved(one, own1, p.v1r)), kGrowthBranch, elapsed_ms);
   p.v22 = grown(raised(moved(two, own2, p.v2r)), kGrowthBranch, elapsed_ms);
   p.rr = grown(p.rr, kGrowthScale, elapsed_ms);

@@ -48,7 +48,7 @@ class FilterTwin {
     f[2][2] = 1.0 - g2, f[2][3] = g2 * bounded(e2, 1.0);
     x = {x[0] - (1.0 + x[4]) * drawn, x[1] + g1 * (x[3] * e1 - x[1]), x[2] + g2 * (x[3] * e2 - x[2]), x[3], x[4]};
     p = times(times(f, p), transposed(f));
-    constexpr Vector kGrowth{1, 200, 200, 430, 4};  // cell_filter.cpp
+    constexpr Vector kGrowth{0, 200, 200, 430, 4};  // cell_filter.cpp
     hold();
     if (p[0][0] < 0.1) p[0][0] += std::abs(drawn) / 8'192.0;
     for (std::size_t i = 0; i < kStates; ++i) {
