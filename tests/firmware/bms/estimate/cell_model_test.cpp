@@ -100,3 +100,21 @@ TEST(CellModel, UnitsOfTheBusAreThoseOfTheFilter) {
   LONGS_EQUAL(0, reported_soc(-5).raw());
   LONGS_EQUAL(1'000'000, reported_soc(kUnit + 1'000).raw());
 }
+
+TEST(CellModel, APointOfTheCurveBelongsToTheIntervalAboveIt) {
+  make_model(config, model);
+  for (std::uint8_t from = 0; from < model.intervals; ++from) {
+    std::uint8_t interval = from;
+    LONGS_EQUAL(model.ocv_slope[2], ocv_at(model, model.ocv_soc[2], interval).slope);
+    LONGS_EQUAL(2, interval);
+    LONGS_EQUAL(model.ocv_slope[1], ocv_at(model, model.ocv_soc[2] - 1, interval).slope);
+  }
+}
+
+TEST(CellModel, EveryPointOfTheTableHasItsOwnTimes) {
+  config.branches.time1[0] = Duration::from_ms(1'000);
+  config.branches.time2[0] = Duration::from_ms(20'000);
+  make_model(config, model);
+  DOUBLES_EQUAL(3.0, 1.0 * branches_at(model, 0).rate1 / branches_at(model, kUnit).rate1, 1e-3);
+  DOUBLES_EQUAL(3.0, 1.0 * branches_at(model, 0).rate2 / branches_at(model, kUnit).rate2, 1e-3);
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// BMS-081: single steps of the filter beside its twin, from drawn states and covariances: every entry, so that an error of
-// one is not hidden by what readings put right afterwards.
+// BMS-081: single steps of the filter beside its twin, from drawn states and covariances: every entry, so that an error
+// of one is not hidden by what readings put right afterwards.
+#include <array>
 #include <cstdlib>
 #include <random>
 #include <string>
@@ -98,7 +99,7 @@ TEST(CellStep, PredictsAsItsTwin) {
     twin.predict(warm, interval);
     compare(twin);
   }
-  check(1'500.0, 60.0);
+  check(2'500.0, 250.0);
 }
 
 TEST(CellStep, ReadsAsItsTwin) {
@@ -112,7 +113,7 @@ TEST(CellStep, ReadsAsItsTwin) {
     twin.update(warm, reading);
     compare(twin);
   }
-  check(1'500.0, 120.0);
+  check(2'500.0, 250.0);
 }
 
 // What grows by less than a step's rounding is seen over many.
@@ -145,4 +146,18 @@ TEST(CellStep, MissFollowsWhatAReadingIsBesideTheModel) {
   filter.v1 = filter.v2 = 0;
   update_cell(model, warm, {CellVoltage::from_raw(raw), 0}, filter);
   DOUBLES_EQUAL(0.08 * (1.0 - 49.0 / 64.0), std::ldexp(filter.miss, -kUnitBits), 2e-4);
+}
+
+// A filter that is sure learns nothing more.
+TEST(CellStep, NoVarianceFallsBelowItsLeast) {
+  constexpr std::int32_t kLeast = 4'096;
+  draw();
+  begin_filter({}, filter);
+  const auto variances = [&] { return std::array{filter.p.ss, filter.p.v11, filter.p.v22, filter.p.rr, filter.p.ff}; };
+  for (const std::int32_t variance : variances()) LONGS_EQUAL(kLeast, variance);
+  for (int k = 0; k < 300; ++k) {
+    update_cell(model, warm, {CellVoltage::from_raw(37'000), 200'000}, filter);
+    for (const std::int32_t variance : variances()) CHECK(variance >= kLeast);
+  }
+  LONGS_EQUAL(kLeast, filter.p.ss);
 }
