@@ -284,6 +284,6 @@ def test_an_error_of_no_known_shape_is_never_nothing(tmp_path, channel):
                 row[k] = f"{float(row[k]) + off:.5f}"
         row[pack] = f"{float(row[pack]) + (len(cells) if channel == 'cells' else 40.0) * off:.5f}"
     answer, said = explained(tmp_path, write(tmp_path / "wander.csv", names, rows))
-    # A cause may take a part of a walk; it warms the cells of the model then, and the largest rest may stand in the heat.
+    # A cause may take a part of a walk; it warms the model's cells then, and the largest rest may stand in the heat.
     assert answer["verdict"] in ("unknown", "ambiguous"), (size, stay_s, said)
     assert answer["unknown_in"] in ("voltage", "heat"), (size, stay_s, said)
