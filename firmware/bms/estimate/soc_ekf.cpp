@@ -16,7 +16,7 @@ constexpr std::int32_t kSocDoubt = 107'374;           // 0.005^2
 constexpr std::int32_t kBranchDoubt = 1'717'987;      // (5 mV = 0.02 q)^2
 constexpr std::int32_t kScaleDoubt = 386'547'057;     // 0.3^2
 constexpr std::int32_t kFadeDoubt = 96'636'764;       // 0.15^2: a pack of some seasons
-constexpr std::int64_t kDoubtedVoltage = 335'544;     // 0.02 q in 2^-24
+constexpr std::int64_t kDoubtedVoltage = 1'342'177;   // 0.02 q in 2^-26, as a slope
 
 // Doubt at a start from a record: what was drawn since it was kept, and 3 points; its scale within 10 %,
 // its capacity within 12.5 %.
