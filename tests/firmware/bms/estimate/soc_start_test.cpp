@@ -89,6 +89,18 @@ TEST(SocStart, FromTheVoltageItDoubtsHalfAPointAndWhatFiveMillivoltsAreWorth) {
   }
 }
 
+// BMS-080
+TEST(SocStart, OnAFlatPartItDoubtsAsMuchAsItCanWhateverTheSlope) {
+  for (int rise = 1; rise <= 40; ++rise) {  // 0.1 mV over three tenths of the charge
+    config.ocv.voltage[2] = config.ocv.voltage[1] + CellVoltage::from_raw(rise);
+    soc = SocEstimate{};
+    make_model(config, soc.filter.model);
+    read(config.ocv.voltage[1].raw());
+    step();
+    DOUBLES_EQUAL(0.1, variance(cell(5).p.ss), 1e-9);
+  }
+}
+
 // BMS-082
 TEST(SocStart, FromARecordItDoubtsThreePointsAndAllThatTheBranchesHeld) {
   amperes = 50.0;  // under load nothing contradicts it
