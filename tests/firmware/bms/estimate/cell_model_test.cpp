@@ -104,10 +104,10 @@ TEST(CellModel, UnitsOfTheBusAreThoseOfTheFilter) {
 TEST(CellModel, APointOfTheCurveBelongsToTheIntervalAboveIt) {
   make_model(config, model);
   for (std::uint8_t from = 0; from < model.intervals; ++from) {
-    std::uint8_t interval = from;
-    LONGS_EQUAL(model.ocv_slope[2], ocv_at(model, model.ocv_soc[2], interval).slope);
-    LONGS_EQUAL(2, interval);
-    LONGS_EQUAL(model.ocv_slope[1], ocv_at(model, model.ocv_soc[2] - 1, interval).slope);
+    std::uint8_t at = from;
+    LONGS_EQUAL(model.ocv_slope[2], ocv_at(model, model.ocv_soc[2], at).slope);
+    LONGS_EQUAL(2, at);
+    LONGS_EQUAL(model.ocv_slope[1], ocv_at(model, model.ocv_soc[2] - 1, at).slope);
   }
 }
 
