@@ -80,7 +80,7 @@ std::int32_t own_warmth(const State& s, std::size_t cell) {
   const std::int32_t others = (s.pack.temperature_min - f.heat_began).raw(), pack = (f.heat_of - f.heat_began).raw();
   if (!f.heat_known || others <= 0 || s.ahead.scale <= 0) return 0;
   const std::int64_t own = std::int64_t{f.cell[cell].filter.rho} * others / s.ahead.scale;
-  return static_cast<std::int32_t>((own > kWarmestTimes * others ? kWarmestTimes * others : own) - pack);
+  return static_cast<std::int32_t>(min(own, kWarmestTimes * others) - pack);
 }
 
 AheadLimit ahead_limit(const Config& config, const State& s, Direction direction, std::size_t horizon) {

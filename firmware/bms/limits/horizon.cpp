@@ -13,19 +13,20 @@ constexpr int kRiseBits = 36;                    // of HorizonHeat::rise
 constexpr int kFineBits = 5;                     // of a rise beside 0.1 K
 constexpr std::int32_t kRiseMost = 1'000 << kFineBits;  // 100 K
 constexpr std::int32_t kLeastFactor = kUnit / 10;
-constexpr int kNewtonLooks = 8, kMostLooks = 20;  // chosen; three are rare
+constexpr int kNewtonLooks = 8, kMostLooks = 20;  // chosen; four are rare, and what they do not find is halved
 constexpr int kCloseBits = 8;                     // a step of less than 2^-8 of the current is the last
 constexpr std::int32_t kCloseMa = 5;
 constexpr std::int64_t kCloseMargin = 268'000;       // [q 2^-26] and 1 mV, where a curve bends
 constexpr std::int32_t kMarginMost = (1 << 28) - 1;  // [q 2^-26] 1 V: more makes no larger step
 
+/// `low`, should the two have crossed.
 std::int32_t held(std::int64_t x, std::int32_t low, std::int32_t high) {
-  return x < low ? low : (x > high ? high : static_cast<std::int32_t>(x));
+  return static_cast<std::int32_t>(max(min(x, std::int64_t{high}), std::int64_t{low}));
 }
 
 /// The same of 32 bits.
 std::int32_t within(std::int32_t x, std::int32_t low, std::int32_t high) {
-  return x < low ? low : (x > high ? high : x);
+  return max(min(x, high), low);
 }
 std::int32_t inside_charge(std::int32_t s) { return within(s, kSocLow, kSocHigh); }
 
@@ -52,8 +53,7 @@ inline Law law_of(std::int32_t per_count, const OnLaw& at, std::int32_t warm) {
 /// rho R, at most an ohm: with what the laws make of it, less than 8 times, it fits.
 std::int32_t own_ohm(std::int32_t table, std::int32_t rho) {
   constexpr std::int32_t kMost = 1 << 28;  // [q 2^-36 / mA] 0.98 ohm
-  const std::int32_t ohm = scaled(table, rho, kUnitBits);
-  return ohm > kMost ? kMost : ohm;
+  return min(scaled(table, rho, kUnitBits), kMost);
 }
 
 /// R I [q 2^-26], within 4 V: more than a cell has.
@@ -100,10 +100,9 @@ std::int32_t fine_change(std::int32_t by_count, std::int32_t rise) {
 /// with the resistance on the way.
 std::int32_t warmed(const HorizonCell& cell, std::int32_t quarter_drops, std::int32_t ma) {
   const HorizonHeat& heat = cell.horizon.heat;
-  if (heat.rise == 0) return 0;
   const std::int32_t power = scaled(quarter_drops, ma, kVoltageBits - 2);  // mA q
-  const std::int64_t all = (std::int64_t{power < 0 ? -power : power} * heat.rise) >> (kRiseBits - kFineBits);
-  const std::int32_t cold = all > kRiseMost ? kRiseMost : static_cast<std::int32_t>(all);
+  const std::int64_t all = (std::int64_t{magnitude(power)} * heat.rise) >> (kRiseBits - kFineBits);
+  const auto cold = static_cast<std::int32_t>(min(all, std::int64_t{kRiseMost}));
   const std::int32_t rise = cold + scaled(fine_change(heat.change.r0, cold / 2), cold, kUnitBits);
   constexpr std::int32_t kFine = 1 << kFineBits;
   const std::int32_t low = heat.low * kFine, high = heat.high * kFine, now = cell.warmer * kFine;
@@ -125,18 +124,17 @@ std::int64_t margin_of(const HorizonBound& bound, const CellEnd& end) {
 std::int32_t newton_step(std::int64_t margin, std::int32_t fall) {
   const std::int32_t top = held(margin, -kMarginMost, kMarginMost) * 8;  // 2^-29
   const std::int32_t bottom = fall >> (kFallBits - 29);
-  return top / (bottom < 1 ? 1 : bottom);
+  return top / max(bottom, std::int32_t{1});
 }
 
 /// What the charge allows: not below empty, not above full.
 std::int32_t most_by_charge(const HorizonCell& cell, const HorizonBound& bound) {
   const std::int32_t s = cell.filter.s, share = cell.horizon.share;
-  const std::int64_t left = bound.direction == Direction::kDischarge ? s : std::int64_t{kUnit} - s;
-  if (share == 0 || !bound.by_charge) return bound.most_ma;
-  if (left <= 0) return 0;
+  if (!bound.by_charge) return bound.most_ma;
+  const std::int64_t left = max(bound.direction == Direction::kDischarge ? s : kUnit - s, std::int32_t{0});
   const std::int64_t own = std::int64_t{share} + scaled(share, cell.fade, kUnitBits);
-  if ((own * bound.most_ma) >> kShareBits <= left) return bound.most_ma;
-  return held((left << kShareBits) / own, 0, bound.most_ma);
+  if (own * bound.most_ma <= left << kShareBits) return bound.most_ma;  // and no division
+  return static_cast<std::int32_t>((left << kShareBits) / own);
 }
 
 /// Of 32 bits, rounded down, digit by digit.
@@ -153,13 +151,13 @@ std::int32_t square_root(std::int32_t x) {
 }  // namespace
 
 std::int32_t prudent_fade(const CellFilter& filter) {
-  const std::int32_t deviation = filter.p.ff > 0 ? square_root(filter.p.ff) : 0;
-  return held(filter.fade + std::int64_t{deviation} * (1 << (kUnitBits - kVarianceBits / 2)), kFadeLow, kFadeHigh);
+  const std::int64_t deviation = square_root(filter.p.ff);
+  return held(filter.fade + (deviation << (kUnitBits - kVarianceBits / 2)), kFadeLow, kFadeHigh);
 }
 
 PartFactors heat_change(const SocFilter& filter) {
   const auto share = [](std::int32_t per_count, std::int32_t factor) {
-    return saturated32((std::int64_t{per_count} << kUnitBits) / (factor < kLeastFactor ? kLeastFactor : factor));
+    return saturated32((std::int64_t{per_count} << kUnitBits) / max(factor, kLeastFactor));
   };
   const PartFactors &k = filter.model.by_temperature.per_count, &now = filter.warm;
   return {share(k.r0, now.r0), share(k.r1, now.r1), share(k.r2, now.r2), share(k.time1, now.time1),
@@ -194,7 +192,7 @@ CellEnd cell_end(const HorizonCell& cell, std::int32_t ma) {
   const OcvNow ocv = ocv_at(m, end, interval);
   const CircuitPoint c = branches_at(m, middle);
   const PartLaw& law = m.by_current;
-  const OnLaw at = on_law(law, ma < 0 ? -ma : ma);
+  const OnLaw at = on_law(law, magnitude(ma));
   const PartFactors &k = law.per_count, &warm = cell.pack.warm, &change = cell.horizon.heat.change;
   const auto by = [&](std::int32_t per_count, std::int32_t factor) { return law_of(per_count, at, factor); };
   const auto time = [&](std::int32_t per_count, std::int32_t factor) {
@@ -220,7 +218,7 @@ std::int32_t current_until(const HorizonCell& cell, const HorizonBound& bound, s
   const std::int32_t sign = bound.direction == Direction::kDischarge ? 1 : -1;
   const std::int32_t most = most_by_charge(cell, bound);
   std::int32_t low = 0, high = most;  // low: within the bound, or nothing
-  std::int32_t x = held(last_ma, 0, most);
+  std::int32_t x = min(last_ma, most);
   for (int look = 0; look < kMostLooks; ++look) {
     const CellEnd end = cell_end(cell, sign * x);
     const std::int64_t margin = margin_of(bound, end);
@@ -232,14 +230,10 @@ std::int32_t current_until(const HorizonCell& cell, const HorizonBound& bound, s
       high = x;
     }
     const std::int32_t step = newton_step(margin, end.fall);
-    std::int64_t next = std::int64_t{x} + step;
+    const std::int64_t next = std::int64_t{x} + step;
     const std::int32_t close = (x >> kCloseBits) + kCloseMa;
-    const bool there = -kCloseMargin <= margin && margin <= kCloseMargin;
-    if (there && -close <= step && step <= close) return held(next, low, high);
-    if (look >= kNewtonLooks) next = (std::int64_t{low} + high) / 2;
-    if (next >= high && high < most) next = (std::int64_t{low} + high) / 2;
-    if (next <= low && low > 0) next = (std::int64_t{low} + high) / 2;
-    x = held(next, 0, most);
+    if (magnitude(margin) <= kCloseMargin && magnitude(step) <= close) return held(next, low, high);
+    x = look < kNewtonLooks ? held(next, 0, most) : low + (high - low) / 2;
   }
   return low;
 }

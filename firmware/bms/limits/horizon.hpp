@@ -7,7 +7,8 @@
 //   T(h)   = T + I (rho R0 I + g_1 v_1(h) + g_2 v_2(h)) h / C_th            for R0; for R_k half of the way
 // from the present state of the cell's filter (cell_filter.hpp); R and tau also at the temperature now and at I.
 // miss: what the readings of the last seconds were above the filter's model. The voltage falls with the current, so
-// that the current is found by Newton's steps from where it was last, with a bracket beside them.
+// that the current is found by Newton's steps from where it was last, and by halves
+// where these do not get there.
 // Source: Plett, High-performance battery-pack power estimation using a dynamic cell model, IEEE Trans. Vehicular
 // Technology 53, 2004.
 // BMS-045: a bisection in double precision stands beside it in the tests and in voltlap limit-test.
