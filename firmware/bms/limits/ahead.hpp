@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits from what each cell can do for a time, by its own filter: the least of them for Config::limit_horizon. Cells
-// are looked at in turn, as their filters are stepped, and the one that limits in every step; so that no step carries
-// all. Needs SocMethod::kEkf.
+// are looked at in turn, as their filters are stepped, and the one that limits a discharge in every step, so that none
+// carries all. Needs SocMethod::kEkf.
 #pragma once
 #include "bms/limits/horizon.hpp"
 #include "bms/limits/method.hpp"

@@ -7,8 +7,7 @@
 //   T(h)   = T + I (rho R0 I + g_1 v_1(h) + g_2 v_2(h)) h / C_th            for R0; for R_k half of the way
 // from the present state of the cell's filter (cell_filter.hpp); R and tau also at the temperature now and at I.
 // miss: what the readings of the last seconds were above the filter's model. The voltage falls with the current, so
-// that the current is found by Newton's steps from where it was last, and by halves
-// where these do not get there.
+// that the current is found by Newton's steps from where it was last, and by halves where these do not get there.
 // Source: Plett, High-performance battery-pack power estimation using a dynamic cell model, IEEE Trans. Vehicular
 // Technology 53, 2004.
 // BMS-045: a bisection in double precision stands beside it in the tests and in voltlap limit-test.
@@ -68,7 +67,8 @@ struct HorizonBound {
   bool by_charge = true;  ///< and not below empty or above full; on a charger the voltage alone says what full is
 };
 
-/// Size of the current, 0 .. most_ma, from its size the last time. Never one whose end is known to be beyond the bound.
+/// Size of the current, 0 .. most_ma, from its size the last time, not negative. Its end is on the bound, or by
+/// a few mA on either side.
 [[nodiscard]] std::int32_t current_until(const HorizonCell& cell, const HorizonBound& bound, std::int32_t last_ma);
 
 }  // namespace voltlap::bms
