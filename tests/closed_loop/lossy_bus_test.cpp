@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <random>
 
 #include "bench.hpp"
 #include "drawn.hpp"
@@ -76,9 +75,7 @@ TEST(LossyBus, RandomLossStopsNoCar) {
       LoopBench bench(of_cells(cells));
       bench.drive_off(2.0);
       CHECK(Watch{}.stopped(bench).empty());
-      std::mt19937_64 random(drawn + static_cast<std::uint64_t>(k));
-      std::uniform_real_distribution<double> uniform(0.0, 1.0);
-      bench.loop.loses = [&, share = lost](const Frame&) { return uniform(random) < share; };
+      bench.loop.loses = RandomLoss(drawn + static_cast<std::uint64_t>(k), lost);
       longest = std::max(longest, drive_on(bench, fmt::format("VOLTLAP_TEST_SEED={}, {} % of {} cells, car {}", drawn,
                                                               100.0 * lost, cells, k)));
     }

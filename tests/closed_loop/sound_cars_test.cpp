@@ -2,7 +2,6 @@
 // Drawn sound cars: noise and steps of the sensors, offsets and gains of real harnesses, weak cells, cold and hot, and
 // a bus that loses 2 % of its frames. No channel of them is ever accused.
 #include <algorithm>
-#include <random>
 #include <string>
 
 #include <fmt/format.h>
@@ -82,9 +81,7 @@ Driven drive_drawn(std::uint64_t of, int laps) {
   options.representative_cell = false;
   options.seed = of;
   SilenceableLoop loop(options.vehicle);
-  std::mt19937_64 random(of);
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  loop.loses = [&](const Frame&) { return uniform(random) < 0.02; };
+  loop.loses = RandomLoss(of, 0.02);
   Faults faults;
   const EnduranceResult r = run_endurance(options, loop, faults);
   Driven out{"", r.total_time_s, r.finished};

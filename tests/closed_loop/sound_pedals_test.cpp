@@ -3,7 +3,6 @@
 // noise and lags of the sensors and a bus that loses frames. No channel of them is ever accused.
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <string>
 
 #include <fmt/format.h>
@@ -128,11 +127,9 @@ Driven drive_drawn(std::uint64_t of) {
   const double lost = draw.chance(0.3) ? 0.0 : most;
   LoopBench bench(car, false, of);
   Suspicion suspicion;
-  std::mt19937_64 random(of);
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  bench.loop.loses = [&](const Frame& frame) {
+  bench.loop.loses = [&suspicion, loss = RandomLoss(of, lost)](const Frame& frame) mutable {
     suspicion.hear(frame);
-    return uniform(random) < lost;
+    return loss(frame);
   };
   Foot foot(of);
   bench.drive_off(0.0);

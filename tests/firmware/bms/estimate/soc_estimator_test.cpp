@@ -40,3 +40,17 @@ TEST(SocEstimator, NoneForgetsWhatAnotherMethodKnew) {
   CHECK_FALSE(soc.valid);
   LONGS_EQUAL(0, soc.value.raw());
 }
+
+TEST(SocEstimator, NoneForgetsWhatAnotherMethodHasCounted) {
+  soc.value = Soc::from_raw(123);
+  soc.charge = 456;
+  soc.last_current = {Current::from_raw(7), Instant::from_ms(9), Quality::kGood};
+  soc.valid = true;
+  config.soc_method = SocMethod::kNone;
+  estimate_soc(config, SocInput{cells, true, rest}, soc);
+  CHECK_FALSE(soc.valid);
+  LONGS_EQUAL(0, soc.value.raw());
+  LONGS_EQUAL(0, soc.charge);
+  CHECK_FALSE(soc.last_current.good());
+  LONGS_EQUAL(0, soc.last_current.value.raw());
+}
