@@ -86,6 +86,18 @@ std::vector<SocJudgedCase> cases_of(bool every_one) {
   return out;
 }
 
+/// Marks of a drive in which nothing was judged would be neither met nor missed.
+void refuse_unjudged(const std::string& vehicle, const SocDriveResult& drive, bool short_form) {
+  if (drive.trial.judged_s > 0.0) return;
+  const EnduranceResult& driven = drive.trial.drive;
+  throw InputError(fmt::format("vehicle {}, {}, {}", vehicle, drive.course, drive.car),
+                   driven.finished ? "less than a tenth of the charge is drawn"
+                                   : "the drive ends before a tenth of the charge is drawn: " + driven.failure_cause,
+                   "a drive in which more is: only what comes after it is judged",
+                   driven.finished && short_form ? "Leave --short away, or set a smaller pack"
+                                                 : "Try the car with ./voltlap endurance first");
+}
+
 }  // namespace
 
 SocTestCommand::SocTestCommand(CLI::App& app) : command_(app.add_subcommand("soc-test", what_it_does("soc-test"))) {
@@ -136,6 +148,7 @@ std::vector<SocDriveResult> SocTestCommand::drive_all(const DataFolder& data, Pr
       };
       out.push_back({kTracks[t], condition.name, marks, run_soc_trial(options, told, show)});
       if (interrupted()) return out;
+      refuse_unjudged(car_.vehicle, out.back(), short_);
     }
   }
   return out;

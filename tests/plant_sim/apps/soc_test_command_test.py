@@ -78,3 +78,14 @@ def test_it_explains_itself():
     assert run.returncode == 0
     for word in ("--short", "--data", "--cell", "--json", "Exit code"):
         assert word in run.stdout
+
+
+@pytest.mark.parametrize("settings, words", [
+    (["battery.cells_in_parallel=9"], ["less than a tenth of the charge is drawn", "Leave --short away"]),
+    (["battery.initial_soc=0.02"], ["the drive ends before a tenth", "voltlap endurance first"])])
+def test_a_drive_in_which_nothing_is_judged_is_refused_and_says_why(tmp_path, settings, words):
+    run = soc_test("--short", *[part for each in settings for part in ("--set", each)], "--json", tmp_path / "o.json")
+    assert run.returncode == 2 and run.stdout == ""
+    for word in (*words, "vtm16e, michigan_2015"):
+        assert word in run.stderr
+    assert not (tmp_path / "o.json").exists()
