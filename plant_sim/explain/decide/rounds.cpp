@@ -169,8 +169,14 @@ class SoundLogs {
 
 /// Practical sizes of a channel that a drive without references has to be beyond.
 double least_alone(const Observed& log, const std::string& name) {
+  const auto least = [](const ReadChannel& channel) {
+    return std::max({kAlone, kBetweenRows * channel.between_rows, channel.stepped});
+  };
   for (const ReadChannel& channel : log.channels) {
-    if (channel.name == name) return std::max(kAlone, kBetweenRows * channel.between_rows);
+    if (channel.name == name) return least(channel);
+  }
+  for (const Member& member : log.members) {
+    if (member.channel.name == name) return least(member.channel);
   }
   return kAlone;
 }
@@ -288,7 +294,8 @@ std::optional<Unnamed> remainder_of(const AnswerOf& answer, const Observed& log,
     }
   }
   const double left = remains(answer, at), before = error_of(answer, log).practical;
-  if (left < std::max(references.empty() ? kAlone : 1.0 + kBeyond * usual, kPart * before)) return std::nullopt;
+  const double least = references.empty() ? least_alone(log, name) : 1.0 + kBeyond * usual;
+  if (left < std::max(least, kPart * before)) return std::nullopt;
   return Unnamed{name, balance_of(log, name), left, {}};
 }
 

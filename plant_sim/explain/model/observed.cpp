@@ -193,11 +193,26 @@ void put_members(Observed& out, double volts_bin_s) {
   }
 }
 
-/// RMS of what a sensor's steps hide, of the finest of a group.
-double step_error(const plant::Recording& log, const std::string& stem) {
+/// RMS of what a sensor's steps hide, of the finest of these.
+double step_error(const plant::Recording& log, const std::vector<std::string>& roles) {
   double least = 1e300;
-  for (const std::string& role : log.numbered(stem)) least = std::min(least, plant::step_of(*log.find(role)));
+  for (const std::string& role : roles) least = std::min(least, plant::step_of(*log.find(role)));
   return least < 1e300 ? least / std::sqrt(12.0) : 0.0;
+}
+
+/// The same of a channel, in practical sizes. Cells that are alike are rounded alike, and their sum by as many steps as
+/// there are cells.
+double hidden_by_steps(const Observed& log, const ReadChannel& channel) {
+  const std::vector<std::string> cells = log.read.numbered("cell_voltage_");
+  double error = 0.0;
+  if (channel.name == "voltage" && !cells.empty()) {
+    error = step_error(log.read, cells);
+  } else if (log.read.find(channel.name) != nullptr) {
+    error = step_error(log.read, {channel.name});
+  }
+  if (channel.name == "pack_voltage" && !cells.empty())
+    error = std::hypot(error, static_cast<double>(cells.size()) * step_error(log.read, cells));
+  return error / channel.practical;
 }
 
 /// Does the current change so much from row to row that what flowed between them may be anything? Then the charge
@@ -223,7 +238,7 @@ double practical_size(const std::string& channel, const plant::World& model, con
   const double volts = is_between_rows(comparison.facts.current_a) ? kCoarse * kCell_v : kCell_v;
   if (channel == "voltage") return volts;
   if (channel == "temperature") {
-    return std::max(kHeat_k, step_error(read, "temperature_"));
+    return std::max(kHeat_k, step_error(read, read.numbered("temperature_")));
   }
   if (channel == "soc") return kSoc;
   const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty();
@@ -365,6 +380,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   const auto finish = [&](ReadChannel& channel) {
     keep_known(channel);
     channel.rough = over_its_rms(channel.reader.of(steps));
+    channel.stepped = hidden_by_steps(out, channel);
   };
   for (std::size_t c = 0; c < out.comparison.channels.size(); ++c)
     out.channels.push_back(channel_of(out, c, volts_bin_s));
