@@ -189,9 +189,8 @@ constexpr ConfigError branches(const Config& c) {
       {Current{} <= b.current_min && slopes_fit(b.per_ampere, (b.current_min - b.current_reference).raw(),
                                                 (b.current_max - b.current_reference).raw()),
        ConfigError::kBranchSlopesCurrent},
-      {slopes_fit(b.per_kelvin, 100 * (b.temperature_min - c.resistance.reference).raw(),
-                  100 * (b.temperature_max - c.resistance.reference).raw()),
-       ConfigError::kBranchSlopesTemperature},
+      {warmth_fits(b, (b.current_min - b.current_reference).raw(), (b.current_max - b.current_reference).raw()),
+       ConfigError::kBranchWarmth},
   });
 }
 

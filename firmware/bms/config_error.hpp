@@ -38,7 +38,7 @@ enum class ConfigError : std::uint8_t {
   kBranchResistance,
   kBranchTime,
   kBranchSlopesCurrent,
-  kBranchSlopesTemperature,
+  kBranchWarmth,
   // plausible < trip low <= minimum < maximum <= trip high < plausible
   kVoltagePlausibleMin,
   kVoltageTripLowPlausible,

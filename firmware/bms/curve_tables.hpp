@@ -41,16 +41,27 @@ struct PartSlopes {
   std::int32_t series = 0, branch1 = 0, branch2 = 0, time1 = 0, time2 = 0;
 };
 
+/// What each part is at a temperature, of what it is at the reference [ppm].
+struct PartShares {
+  std::int32_t series = 1'000'000, branch1 = 1'000'000, branch2 = 1'000'000, time1 = 1'000'000, time2 = 1'000'000;
+};
+
+/// Arrhenius' law bends by a factor of ten between 0 and 40 degC: a straight line over it is right at its ends alone.
+inline constexpr std::size_t kMaxWarmthPoints = 12;
+
 /// Circuit of one cell for the filter, at the SOC and the reference temperature of its ResistanceTable. A part is
-///   p(s) (1 + per_ampere 1e-6 (|I| - I_ref)) (1 + per_kelvin 1e-6 (T - T_ref)), I and T held within their ranges
-/// A cell of one branch has a second one of 0 ohm. Only SocMethod::kEkf reads it.
+///   p(s) (1 + per_ampere 1e-6 (|I| - I_ref)) warmth(T) 1e-6
+/// I held within its range, warmth straight between its points and as at the first and the last beyond them. A cell of
+/// one branch has a second one of 0 ohm. Only SocMethod::kEkf reads it.
 struct BranchTable {
   Resistance series[kMaxTablePoints] = {};  ///< at once
   Resistance branch1[kMaxTablePoints] = {}, branch2[kMaxTablePoints] = {};
   Duration time1[kMaxTablePoints] = {}, time2[kMaxTablePoints] = {};
-  PartSlopes per_ampere{}, per_kelvin{};
+  PartSlopes per_ampere{};
   Current current_reference{}, current_min{}, current_max{};
-  Temperature temperature_min{}, temperature_max{};
+  Temperature warmth_at[kMaxWarmthPoints] = {};
+  PartShares warmth[kMaxWarmthPoints] = {};
+  std::uint8_t warmth_count = 1;
 };
 
 namespace check {
@@ -58,9 +69,11 @@ namespace check {
 inline constexpr Soc kFull = Soc::from_raw(1'000'000);
 inline constexpr Resistance kBranchMax = Resistance::from_raw(500'000);             // 0.5 ohm; chosen, no cell has it
 inline constexpr std::int32_t kPartSlopeMaxPpm = 100'000;                           // 10 % an ampere or kelvin; chosen
-// Within its range a part is a tenth to 2.8 times itself; by current and temperature together less than 8 times, which
-// is as far as the filter's numbers go.
+// Within its range of currents a part is a tenth to 2.8 times itself; by current and temperature together less than 8
+// times, which is as far as the filter's numbers go.
 inline constexpr std::int64_t kPartChangeMinPpm = -900'000, kPartChangeMaxPpm = 1'800'000;
+inline constexpr std::int64_t kPartShareMinPpm = 100'000, kPartShareMaxPpm = 7'900'000;
+inline constexpr Temperature kWarmthStepMin = Temperature::from_raw(10), kWarmthStepMax = Temperature::from_raw(1'000);
 inline constexpr Duration kBranchTimeMin = Duration::from_ms(500);                  // less is over within a step
 inline constexpr Duration kBranchTimeMax = Duration::from_ms(100'000'000);          // 28 h; chosen
 
@@ -93,6 +106,31 @@ constexpr bool slopes_fit(const PartSlopes& s, std::int64_t low, std::int64_t hi
     const std::int64_t changes[] = {slope * low / 1'000, slope * high / 1'000};
     for (const std::int64_t change : changes) {
       if (change < kPartChangeMinPpm || change > kPartChangeMaxPpm) return false;
+    }
+  }
+  return true;
+}
+
+/// The largest that a slope makes of a part within its range, `low` and `high` thousandths from the reference [ppm].
+constexpr std::int64_t most_by_slope(std::int32_t slope, std::int64_t low, std::int64_t high) {
+  const std::int64_t a = slope * low / 1'000, b = slope * high / 1'000;
+  return 1'000'000 + (a > b ? a : b);
+}
+
+/// `low` and `high`: the range of the current, thousandths from its reference.
+constexpr bool warmth_fits(const BranchTable& b, std::int64_t low, std::int64_t high) {
+  if (b.warmth_count < 1 || b.warmth_count > kMaxWarmthPoints) return false;
+  const PartSlopes& by = b.per_ampere;
+  const std::int64_t most[] = {most_by_slope(by.series, low, high), most_by_slope(by.branch1, low, high),
+                               most_by_slope(by.branch2, low, high), most_by_slope(by.time1, low, high),
+                               most_by_slope(by.time2, low, high)};
+  for (std::uint8_t i = 0; i < b.warmth_count; ++i) {
+    const Temperature step = i > 0 ? b.warmth_at[i] - b.warmth_at[i - 1] : kWarmthStepMin;
+    if (step < kWarmthStepMin || step > kWarmthStepMax) return false;
+    const PartShares& w = b.warmth[i];
+    const std::int64_t shares[] = {w.series, w.branch1, w.branch2, w.time1, w.time2};
+    for (std::size_t k = 0; k < 5; ++k) {
+      if (shares[k] < kPartShareMinPpm || shares[k] * most[k] / 1'000'000 > kPartShareMaxPpm) return false;
     }
   }
   return true;

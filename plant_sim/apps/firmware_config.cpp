@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/firmware_circuit.hpp"
 #include "apps/firmware_keys.hpp"
+#include "apps/firmware_units.hpp"
 #include "base/interpolate.hpp"
 #include "car/battery/branch_reduction.hpp"
 #include "car/battery/cell_tables.hpp"
@@ -23,12 +25,7 @@ namespace {
 constexpr int kResistancePoints = 21;   // SOC in steps of 5 %
 constexpr double kLeastResistance = 1e-6;  // ohm; a polarization that is taken away leaves something
 
-template <class Quantity>
-Quantity units(double si, double per_si) {
-  return Quantity::saturated(static_cast<std::int64_t>(std::llround(si * per_si)));
-}
 CellVoltage cell_volts(double v) { return units<CellVoltage>(v, 1e4); }
-Temperature celsius(double t) { return units<Temperature>(t, 10.0); }
 
 /// All of a cell's resistance, as a slow load feels it, for the whole parallel group [ohm].
 double group_resistance(const VehicleParameters& car, const CellTables& tables, double soc, double temperature_c) {
@@ -39,13 +36,6 @@ double group_resistance(const VehicleParameters& car, const CellTables& tables, 
   const CircuitParameters p = tables.circuit(soc, temperature_c, car.cell.reference_current_a);
   const double all = total_ohm(p) + car.cell.effects.polarization_ohm;
   return std::max(kLeastResistance, all) / car.battery.cells_in_parallel;
-}
-
-/// What is faster than the filter's steps follows at once, and what is slower than a day not at all.
-Duration filter_time(double tau_s) {
-  const double low = bms::check::kBranchTimeMin.ms(), high = bms::check::kBranchTimeMax.ms();
-  const double ms = std::clamp(1e3 * tau_s, low, high);
-  return Duration::from_ms(static_cast<std::int32_t>(std::lround(ms)));
 }
 
 /// SOC of the OCV table in thousandths: both ends, then again and again where straight lines are farthest from the
@@ -91,79 +81,6 @@ void fill_own_ocv(const BmsSection& own, bms::OcvTable& table) {
     table.voltage[i] = cell_volts(own.ocv_v[i]);
   }
   table.count = static_cast<std::uint8_t>(own.ocv_v.size());
-}
-
-/// Where the tables are read, along current or temperature.
-struct Axis {
-  double low, reference, high;
-  [[nodiscard]] double span() const { return high - low; }
-};
-
-/// Straight between the ends of the axis [1e-6 of the reference per unit], no steeper than the firmware takes.
-std::int32_t slope_of(double from, double to, double reference, const Axis& axis) {
-  if (!(axis.span() > 0.0) || !(reference > 0.0)) return 0;
-  double slope = 1e6 * (to - from) / reference / axis.span();
-  for (const double away : {axis.low - axis.reference, axis.high - axis.reference}) {
-    const double change = slope * away;
-    const double allowed =
-        std::clamp(change, 1.0 * bms::check::kPartChangeMinPpm, 1.0 * bms::check::kPartChangeMaxPpm);
-    if (change != allowed) slope *= 0.999 * allowed / change;
-  }
-  const double most = bms::check::kPartSlopeMaxPpm;
-  return static_cast<std::int32_t>(std::clamp(slope, -most, most));
-}
-
-bms::PartSlopes slopes_of(const CircuitOf<2>& low, const CircuitOf<2>& high, const CircuitOf<2>& here,
-                          const Axis& axis) {
-  const auto slope = [&](double from, double to, double of) { return slope_of(from, to, of, axis); };
-  return {slope(low.r0_ohm, high.r0_ohm, here.r0_ohm), slope(low.r_ohm[0], high.r_ohm[0], here.r_ohm[0]),
-          slope(low.r_ohm[1], high.r_ohm[1], here.r_ohm[1]), slope(low.tau_s[0], high.tau_s[0], here.tau_s[0]),
-          slope(low.tau_s[1], high.tau_s[1], here.tau_s[1])};
-}
-
-/// In the middle of the charge, over the currents and the temperatures of the cell's tables; beyond them nothing is
-/// known.
-void fill_slopes(const VehicleParameters& car, const CellTables& tables, bms::BranchTable& out) {
-  constexpr double kMiddle = 0.5;
-  const CellParameters& cell = car.cell;
-  const auto at = [&](double c, double a) { return two_branches(tables.circuit(kMiddle, c, a), tables.branches()); };
-  const auto axis = [](const std::vector<double>& points, double reference, double per_unit) {
-    const double low = points.empty() ? reference : points.front(), high = points.empty() ? reference : points.back();
-    return Axis{per_unit * low, per_unit * reference, per_unit * high};
-  };
-  const double parallel = car.battery.cells_in_parallel, here_c = cell.reference_temperature_c,
-               here_a = cell.reference_current_a;
-  const Axis current = axis(cell.current_breakpoints_a, here_a, parallel);
-  const Axis temperature = axis(cell.temperature_breakpoints_c, here_c, 1.0);
-  const CircuitOf<2> here = at(here_c, here_a);
-  out.per_ampere = slopes_of(at(here_c, current.low / parallel), at(here_c, current.high / parallel), here, current);
-  out.per_kelvin = slopes_of(at(temperature.low, here_a), at(temperature.high, here_a), here, temperature);
-  out.current_reference = units<Current>(current.reference, 1e3);
-  out.current_min = units<Current>(current.low, 1e3);
-  out.current_max = units<Current>(current.high, 1e3);
-  out.temperature_min = celsius(temperature.low);
-  out.temperature_max = celsius(temperature.high);
-}
-
-/// The circuit of two branches at the SOC of the resistances, scaled to their whole: what the car says of that (key,
-/// cells in parallel, a planted polarization) holds for each part.
-void fill_branches(const VehicleParameters& car, const CellTables& tables, bms::Config& config) {
-  std::vector<double> soc;
-  for (int i = 0; i < config.resistance.count; ++i) soc.push_back(1e-6 * config.resistance.soc[i].raw());
-  const BranchReduction reduction = reduce_branches(car.cell, soc);
-  bms::BranchTable& out = config.branches;
-  for (std::size_t i = 0; i < soc.size(); ++i) {
-    const CircuitOf<2>& circuit = reduction.circuits[i];
-    const double scale = 1e-6 * config.resistance.resistance[i].raw() / total_ohm(circuit);
-    out.series[i] = units<Resistance>(scale * circuit.r0_ohm, 1e6);
-    out.branch1[i] = units<Resistance>(scale * circuit.r_ohm[0], 1e6);
-    out.branch2[i] = units<Resistance>(scale * circuit.r_ohm[1], 1e6);
-    out.time1[i] = filter_time(circuit.tau_s[0]);
-    out.time2[i] = filter_time(circuit.tau_s[1]);
-  }
-  fill_slopes(car, tables, out);
-  const double heat_capacity = car.cell.mass_kg * car.cell.heat_capacity_j_per_kg_k * car.battery.cells_in_parallel;
-  config.heat_capacity_j_per_k = static_cast<std::int32_t>(std::lround(heat_capacity));
 }
 
 void fill_tables(const VehicleParameters& car, bms::Config& config) {

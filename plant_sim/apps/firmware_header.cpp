@@ -67,10 +67,9 @@ std::vector<Line> branch_lines(const bms::BranchTable& b) {
                             s.time2), unit};
   };
   return {slopes("per_ampere", b.per_ampere, "1e-6/A, relative"),
-          slopes("per_kelvin", b.per_kelvin, "1e-6/K, relative"),
           amperes("branches.current_reference", b.current_reference), amperes("branches.current_min", b.current_min),
-          amperes("branches.current_max", b.current_max), celsius("branches.temperature_min", b.temperature_min),
-          celsius("branches.temperature_max", b.temperature_max)};
+          amperes("branches.current_max", b.current_max),
+          whole("branches.warmth_count", b.warmth_count, "temperatures at which the parts are known")};
 }
 
 constexpr const char* kFillBranches =
@@ -79,6 +78,12 @@ constexpr const char* kFillBranches =
     "    c.branches.branch2[i] = Resistance::from_raw(pack_tables::kBranch2Resistance[i]);\n"
     "    c.branches.time1[i] = Duration::from_ms(pack_tables::kBranch1Time[i]);\n"
     "    c.branches.time2[i] = Duration::from_ms(pack_tables::kBranch2Time[i]);\n";
+
+constexpr const char* kFillWarmth =
+    "  for (std::uint8_t i = 0; i < c.branches.warmth_count; ++i) {\n"
+    "    c.branches.warmth_at[i] = Temperature::from_raw(pack_tables::kWarmthAt[i]);\n"
+    "    c.branches.warmth[i] = pack_tables::kWarmth[i];\n"
+    "  }\n";
 
 /// Every field: an image must not change with a default of another version.
 std::vector<Line> lines_of(const bms::Config& c) {
@@ -173,6 +178,17 @@ std::string array(const char* name, const char* unit, const Quantity* values, in
   return array(name, unit, raw);
 }
 
+/// What the parts are at a temperature.
+std::string warmth_arrays(const bms::BranchTable& b) {
+  std::string out = array("kWarmthAt", "0.1 degC", b.warmth_at, b.warmth_count) +
+                    "inline constexpr PartShares kWarmth[] = {  // R0, R1, R2, tau1, tau2 there, ppm of the reference's\n";
+  for (std::size_t i = 0; i < b.warmth_count; ++i) {
+    const bms::PartShares& w = b.warmth[i];
+    out += fmt::format("    {{{}, {}, {}, {}, {}}},\n", w.series, w.branch1, w.branch2, w.time1, w.time2);
+  }
+  return out + "};\n";
+}
+
 std::string filter_arrays(const bms::BranchTable& b, int count) {
   const auto times = [count](const char* name, const Duration* values) {
     std::vector<std::int32_t> raw;
@@ -181,7 +197,7 @@ std::string filter_arrays(const bms::BranchTable& b, int count) {
   };
   return array("kSeriesResistance", "uOhm, at once", b.series, count) +
          array("kBranch1Resistance", "uOhm", b.branch1, count) + times("kBranch1Time", b.time1) +
-         array("kBranch2Resistance", "uOhm", b.branch2, count) + times("kBranch2Time", b.time2);
+         array("kBranch2Resistance", "uOhm", b.branch2, count) + times("kBranch2Time", b.time2) + warmth_arrays(b);
 }
 
 /// At the SOC of the resistances, for one parallel group.
@@ -319,8 +335,9 @@ std::string firmware_header(const VehicleParameters& car, const bms::Config& con
       "    c.resistance.soc[i] = Soc::from_raw(pack_tables::kResistanceSoc[i]);\n"
       "    c.resistance.resistance[i] = Resistance::from_raw(pack_tables::kResistance[i]);\n";
   if (filtered) out += kFillBranches;
+  out += "  }\n";
+  if (filtered) out += kFillWarmth;
   out +=
-      "  }\n"
       "  return c;\n"
       "}();\n"
       "static_assert(config_check(kPackConfig) == ConfigError::kNone, \"this firmware refuses the pack: make the "

@@ -285,7 +285,7 @@ Refusal table_refusal(const VehicleParameters& car, const bms::Config& config, B
     case B::kBranchSlopesCurrent:
       return {.key = "cell.breakpoints.current_a",
               .sentence = "parts of the circuit that change too much with current"};
-    case B::kBranchSlopesTemperature:
+    case B::kBranchWarmth:
       return {.key = "cell.breakpoints.temperature_c",
               .sentence = "parts of the circuit that change too much with temperature"};
     default:

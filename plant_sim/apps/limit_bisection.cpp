@@ -46,6 +46,7 @@ LimitBisection::LimitBisection(const bms::Config& config, const bms::SocFilter& 
       share_(horizon.ms() / (config.capacity_mah * kMsPerHour)),
       ms_(horizon.ms()),
       rise_(config.heat_capacity_j_per_k > 0 && filter.heat_known ? 1e-3 * ms_ / config.heat_capacity_j_per_k : 0.0),
+      heat_of_(filter.heat_of.raw()),
       temperature_c_(0.1 * (filter.heat_of.raw() + warmer)) {}
 
 double LimitBisection::fade() const {
@@ -76,19 +77,20 @@ double LimitBisection::end_v(double ma) const {
                             factor(law.per_count.time2, warm_.time2), unit(filter_.v2));
   const double d0 = rho * circuit_at(model_, end).r0 * factor(law.per_count.r0, warm_.r0) * ma;
   const double warms = d0 + one.warms + two.warms;
-  const bms::PartLaw& heat = model_.by_temperature;
-  const double low_c = 0.1 * heat.low, high_c = 0.1 * heat.high;
+  const bms::WarmthCurve& curve = model_.by_temperature;
+  const bms::PartFactors& heat = slope_of(curve, heat_of_);
+  const double low_c = 0.1 * curve.low(), high_c = 0.1 * curve.high();
   const auto by_count = [](std::int32_t per_count, std::int32_t warm) {
     return std::ldexp(per_count, -bms::kLawBits) / std::max(unit(warm), 0.1);
   };
-  const double change0 = by_count(heat.per_count.r0, warm_.r0);
+  const double change0 = by_count(heat.r0, warm_.r0);
   const double cold_k = std::min(100.0, rise_ * std::abs(1e-3 * ma * kVoltsPerUnit * warms));
   const double end_c = temperature_c_ + cold_k * (1.0 + change0 * 5.0 * cold_k);
   const double counts = 10.0 * (std::clamp(end_c, low_c, high_c) - std::clamp(temperature_c_, low_c, high_c));
-  const double change1 = by_count(heat.per_count.r1, warm_.r1) -
-                         one.on_its_way * by_count(heat.per_count.time1, warm_.time1);
-  const double change2 = by_count(heat.per_count.r2, warm_.r2) -
-                         two.on_its_way * by_count(heat.per_count.time2, warm_.time2);
+  const double change1 = by_count(heat.r1, warm_.r1) -
+                         one.on_its_way * by_count(heat.time1, warm_.time1);
+  const double change2 = by_count(heat.r2, warm_.r2) -
+                         two.on_its_way * by_count(heat.time2, warm_.time2);
   const double all = d0 * (1.0 + counts * change0) + one.kept + one.driven * (1.0 + 0.5 * counts * change1) + two.kept +
                      two.driven * (1.0 + 0.5 * counts * change2);
   return kVoltsPerUnit * (open_circuit(model_, end) - all + unit(filter_.miss));

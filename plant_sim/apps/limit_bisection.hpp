@@ -27,6 +27,7 @@ class LimitBisection {
   double share_;  ///< of the charge, by a milliampere
   double ms_;
   double rise_;   ///< kelvin by a watt until then
+  std::int32_t heat_of_;  ///< the pack [0.1 degC]
   double temperature_c_;
 };
 

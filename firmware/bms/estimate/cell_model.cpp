@@ -37,6 +37,8 @@ std::int32_t rate(Duration time) {
   return saturated32((std::int64_t{1} << kRateBits) / time.ms());
 }
 
+constexpr int kAlongBits = 20;  // of the way between two temperatures, 100 K at most
+
 constexpr std::size_t kPointsInTurn = 11;  // chosen: the model is whole after three steps
 static_assert((kCircuitSteps + 1) % kPointsInTurn == 0, "no turn goes beyond the last point");
 
@@ -68,13 +70,38 @@ PartFactors slopes_of(const PartSlopes& from, std::int32_t per_unit) {
   return {slope(from.series), slope(from.branch1), slope(from.branch2), slope(from.time1), slope(from.time2)};
 }
 
+PartFactors factors_of(const PartShares& from) {
+  const auto factor = [](std::int32_t ppm) {
+    return static_cast<std::int32_t>((std::int64_t{ppm} << kUnitBits) / 1'000'000);
+  };
+  return {factor(from.series), factor(from.branch1), factor(from.branch2), factor(from.time1), factor(from.time2)};
+}
+
+PartFactors slope_between(const PartFactors& a, const PartFactors& b, std::int32_t counts) {
+  const auto slope = [counts](std::int32_t from, std::int32_t to) {
+    return saturated32((std::int64_t{to} - from) * (1 << (kLawBits - kUnitBits)) / counts);
+  };
+  return {slope(a.r0, b.r0), slope(a.r1, b.r1), slope(a.r2, b.r2), slope(a.time1, b.time1), slope(a.time2, b.time2)};
+}
+
+void fill_warmth(const BranchTable& from, WarmthCurve& curve) {
+  curve.points = from.warmth_count;
+  for (std::size_t i = 0; i < curve.points; ++i) {
+    curve.at[i] = from.warmth_at[i].raw();
+    curve.factor[i] = factors_of(from.warmth[i]);
+    curve.slope[i] = {0, 0, 0, 0, 0};
+    if (i > 0) {
+      curve.slope[i - 1] = slope_between(curve.factor[i - 1], curve.factor[i], curve.at[i] - curve.at[i - 1]);
+    }
+  }
+}
+
 void fill_laws(const Config& config, CellModel& model) {
-  constexpr std::int32_t kPerAmpere = 1'000, kPerKelvin = 10;
+  constexpr std::int32_t kPerAmpere = 1'000;
   const BranchTable& from = config.branches;
   model.by_current = {from.current_min.raw(), from.current_max.raw(), from.current_reference.raw(),
                       slopes_of(from.per_ampere, kPerAmpere)};
-  model.by_temperature = {from.temperature_min.raw(), from.temperature_max.raw(), config.resistance.reference.raw(),
-                          slopes_of(from.per_kelvin, kPerKelvin)};
+  fill_warmth(from, model.by_temperature);
 }
 
 /// Among the points of the circuit.
@@ -98,10 +125,8 @@ std::int32_t between(std::int32_t low, std::int32_t high, std::int32_t along) {
 
 bool grow_model(const Config& config, CellModel& model) {
   if (model.points > kCircuitSteps) return true;
-  if (model.points == 0) {
-    fill_ocv(config.ocv, model);
-    fill_laws(config, model);
-  }
+  if (model.points == 0) fill_ocv(config.ocv, model);
+  if (model.points == kPointsInTurn) fill_laws(config, model);
   grow_circuit(config, model);
   return model.points > kCircuitSteps;
 }
@@ -117,6 +142,33 @@ PartFactors factors_of(const PartLaw& law, std::int32_t counts) {
   const std::int32_t above = above_reference(law, counts);
   return {factor_of(k.r0, above), factor_of(k.r1, above), factor_of(k.r2, above), factor_of(k.time1, above),
           factor_of(k.time2, above)};
+}
+
+namespace {
+
+std::size_t interval_of(const WarmthCurve& curve, std::int32_t counts) {
+  std::size_t i = 0;
+  while (i + 1 < curve.points && counts >= curve.at[i + 1]) ++i;
+  return i;
+}
+
+}  // namespace
+
+PartFactors factors_of(const WarmthCurve& curve, std::int32_t counts) {
+  const std::int32_t inside = counts < curve.low() ? curve.low() : (counts > curve.high() ? curve.high() : counts);
+  const std::size_t i = interval_of(curve, inside);
+  if (i + 1 == curve.points) return curve.factor[i];
+  const PartFactors &a = curve.factor[i], &b = curve.factor[i + 1];
+  const std::int32_t along = ((inside - curve.at[i]) << kAlongBits) / (curve.at[i + 1] - curve.at[i]);
+  const auto between = [along](std::int32_t from, std::int32_t to) {
+    return from + static_cast<std::int32_t>((std::int64_t{to} - from) * along >> kAlongBits);
+  };
+  return {between(a.r0, b.r0), between(a.r1, b.r1), between(a.r2, b.r2), between(a.time1, b.time1),
+          between(a.time2, b.time2)};
+}
+
+const PartFactors& slope_of(const WarmthCurve& curve, std::int32_t counts) {
+  return curve.slope[interval_of(curve, counts)];
 }
 
 OcvNow ocv_at(const CellModel& model, std::int32_t soc, std::uint8_t& interval) {

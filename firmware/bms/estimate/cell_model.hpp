@@ -38,10 +38,20 @@ struct PartFactors {
   std::int32_t r0 = kUnit, r1 = kUnit, r2 = kUnit, time1 = kUnit, time2 = kUnit;
 };
 
-/// A quantity that the parts change with: a part is 1 + per_count (x - reference) of itself, x held within the range.
+/// The current, that the parts change with: a part is 1 + per_count (x - reference) of itself, x held within the range.
 struct PartLaw {
-  std::int32_t low = 0, high = 0, reference = 0;  ///< [counts: mA, 0.1 K]
+  std::int32_t low = 0, high = 0, reference = 0;  ///< [mA]
   PartFactors per_count{0, 0, 0, 0, 0};           ///< [2^-36 / count]
+};
+
+/// What the parts are at some temperatures: straight between them, beyond their ends as there.
+struct WarmthCurve {
+  std::int32_t at[kMaxWarmthPoints] = {};      ///< [0.1 degC]
+  PartFactors factor[kMaxWarmthPoints] = {};
+  PartFactors slope[kMaxWarmthPoints] = {};    ///< to the next [2^-36 / count], at most 31 % a kelvin
+  std::uint8_t points = 1;
+  [[nodiscard]] std::int32_t low() const { return at[0]; }
+  [[nodiscard]] std::int32_t high() const { return at[points - 1]; }
 };
 
 struct CellModel {
@@ -51,7 +61,8 @@ struct CellModel {
   std::uint8_t intervals = 0;
   CircuitPoint circuit[kCircuitSteps + 1] = {};
   std::uint8_t points = 0;                         ///< of the circuit that are made
-  PartLaw by_current{}, by_temperature{};
+  PartLaw by_current{};
+  WarmthCurve by_temperature{};
 };
 
 /// In place: a processor's stack has no room for another. A part of it with every call, as much as a step has time for:
@@ -70,6 +81,9 @@ struct OcvNow {
 [[nodiscard]] CircuitPoint branches_at(const CellModel& model, std::int32_t soc);
 [[nodiscard]] std::int32_t series_at(const CellModel& model, std::int32_t soc);
 [[nodiscard]] PartFactors factors_of(const PartLaw& law, std::int32_t counts);
+[[nodiscard]] PartFactors factors_of(const WarmthCurve& curve, std::int32_t counts);
+/// By how much each part changes with a count, there and above.
+[[nodiscard]] const PartFactors& slope_of(const WarmthCurve& curve, std::int32_t counts);
 /// How far a quantity is above the law's reference, and what that makes of a part.
 [[nodiscard]] constexpr std::int32_t above_reference(const PartLaw& law, std::int32_t counts) {
   return (counts < law.low ? law.low : (counts > law.high ? law.high : counts)) - law.reference;

@@ -62,6 +62,7 @@ std::int32_t kept_branch_doubt(std::int32_t v) {
 
 void begin_at_record(CellFilter& cell) {
   cell.interval = 0;
+  cell.from_record = true;
   begin_filter({kKeptSocDoubt, kept_branch_doubt(cell.v1), kept_branch_doubt(cell.v2), kKeptScaleDoubt,
                 kKeptFadeDoubt},
                cell);

@@ -159,7 +159,7 @@ PartFactors heat_change(const SocFilter& filter) {
   const auto share = [](std::int32_t per_count, std::int32_t factor) {
     return saturated32((std::int64_t{per_count} << kUnitBits) / max(factor, kLeastFactor));
   };
-  const PartFactors &k = filter.model.by_temperature.per_count, &now = filter.warm;
+  const PartFactors &k = slope_of(filter.model.by_temperature, filter.heat_of.raw()), &now = filter.warm;
   return {share(k.r0, now.r0), share(k.r1, now.r1), share(k.r2, now.r2), share(k.time1, now.time1),
           share(k.time2, now.time2)};
 }
@@ -174,9 +174,9 @@ Horizon make_horizon(const Config& config, const SocFilter& filter, Duration tim
   // 10 counts a kelvin, milliamperes, milliseconds, 4 q a volt
   const std::int64_t joules = 4'000'000LL * config.heat_capacity_j_per_k;
   out.heat.rise = saturated32((std::int64_t{10} * out.ms << kRiseBits) / joules);
-  const PartLaw& law = filter.model.by_temperature;
-  out.heat.low = law.low - filter.heat_of.raw();
-  out.heat.high = law.high - filter.heat_of.raw();
+  const WarmthCurve& curve = filter.model.by_temperature;
+  out.heat.low = curve.low() - filter.heat_of.raw();
+  out.heat.high = curve.high() - filter.heat_of.raw();
   out.heat.change = change;
   return out;
 }

@@ -265,8 +265,18 @@ TEST(BmsConfig, TheFiltersCircuitIsCheckedWhereThereIsAFilter) {
   refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.per_ampere.time1 = -3'604; });  // at 300 A 1 - 0.901
   refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.per_ampere.branch2 = 7'204; });  // at 300 A 1 + 1.801
   refused(E::kBranchSlopesCurrent, [](Config& c) { c.branches.per_ampere.branch2 = -100'001; });
-  refused(E::kBranchSlopesTemperature, [](Config& c) { c.branches.temperature_max = Temperature::from_raw(-1); });
-  refused(E::kBranchSlopesTemperature, [](Config& c) { c.branches.per_kelvin.series = 100'001; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_count = 0; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_count = 13; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_at[1] = Temperature::from_raw(9); });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_at[1] = Temperature::from_raw(1'001); });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[0].series = 99'999; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[1].branch1 = 99'999; });
+  // What the current makes of it at most, at 0 A, beside it: 1 + 0.0003 x 50, 1 + 0.0015 x 50, 1, 1 + 0.001 x 50, 1.
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[0].series = 7'783'253; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[0].branch1 = 7'348'839; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[0].branch2 = 7'900'001; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[0].time1 = 7'523'811; });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[1].time2 = 7'900'001; });
 }
 
 // BMS-070
@@ -277,5 +287,18 @@ TEST(BmsConfig, TheFiltersCircuitIsAcceptedAtItsBounds) {
   config.branches.time2[0] = Duration::from_ms(100'000'000);
   config.branches.per_ampere.time1 = -3'600;
   config.branches.per_ampere.branch2 = 7'200;
+  CHECK(accepted());
+  config = filtered_config();
+  config.branches.warmth[0] = {7'783'252, 7'348'838, 7'900'000, 7'523'810, 7'900'000};
+  config.branches.warmth[1] = {100'000, 100'000, 100'000, 100'000, 100'000};
+  for (const std::int32_t second : {10, 1'000}) {
+    config.branches.warmth_at[1] = Temperature::from_raw(second);
+    CHECK(accepted());
+  }
+  config.branches.warmth_count = 1;
+  CHECK(accepted());
+  config.branches.warmth_count = kMaxWarmthPoints;
+  for (std::size_t i = 0; i < kMaxWarmthPoints; ++i)
+    config.branches.warmth_at[i] = Temperature::from_raw(static_cast<std::int32_t>(10 * i));
   CHECK(accepted());
 }

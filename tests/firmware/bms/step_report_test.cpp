@@ -130,7 +130,7 @@ TEST(StepReport, TheFilterTakesTheTemperatureBetweenTheColdestAndTheHottestSenso
   const double between = filtered(150, 250);
   DOUBLES_EQUAL(filtered(200, 200), between, 0.0);
   Config alike = filtered_config();
-  alike.branches.per_kelvin = {0, 0, 0, 0, 0};
+  straight_warmth({0, 0, 0, 0, 0}, alike);
   DOUBLES_EQUAL(filtered(250, 250, alike), filtered(200, 300), 0.0);  // their reference is 25 degC
   CHECK(filtered(150, 150) != between && filtered(250, 250) != between && filtered(0, 0) != between);
 }

@@ -56,9 +56,15 @@ struct Draw {
     // By a tenth over all of the range: the voltage still falls with the current.
     const std::int32_t slope = -static_cast<std::int32_t>(1e5 / (1e-3 * most));
     c.branches.per_ampere = {slope, slope, slope, slope / 2, slope};
-    c.branches.temperature_min = Temperature::from_raw(-100);
-    c.branches.temperature_max = Temperature::from_raw(450);
-    c.branches.per_kelvin = {-10'000, -15'000, -12'000, -5'000, 0};
+    c.branches.warmth_count = 3;
+    const std::int32_t at[] = {-100, 100, 450};  // [0.1 degC]
+    const bms::PartShares shares[] = {{1'600'000, 2'100'000, 1'700'000, 1'300'000, 1'000'000},
+                                      {1'200'000, 1'300'000, 1'250'000, 1'100'000, 1'000'000},
+                                      {800'000, 700'000, 760'000, 900'000, 1'000'000}};
+    for (int i = 0; i < 3; ++i) {
+      c.branches.warmth_at[i] = Temperature::from_raw(at[i]);
+      c.branches.warmth[i] = shares[i];
+    }
     c.heat_capacity_j_per_k = whole(0, 3) == 0 ? 0 : std::max(10, static_cast<int>(25.0 * ah));
     return c;
   }

@@ -93,6 +93,47 @@ TEST(CellModel, PartsChangeWithCurrentAndTemperatureWithinTheirRanges) {
   DOUBLES_EQUAL(unit(cold.r1), unit(factors_of(model.by_temperature, 0).r1), 1e-9);
 }
 
+// A curve that bends: Arrhenius' law of 50 kJ/mol at six temperatures.
+TEST(CellModel, WarmthIsStraightBetweenItsPointsAndAsAtItsEndsBeyondThem) {
+  const std::int32_t shares[] = {7'500'000, 3'800'000, 2'150'000, 1'000'000, 512'000, 280'000};
+  const std::int32_t at[] = {-100, 0, 100, 250, 400, 550};
+  config.branches.warmth_count = 6;
+  for (std::size_t i = 0; i < 6; ++i) {
+    config.branches.warmth_at[i] = Temperature::from_raw(at[i]);
+    config.branches.warmth[i] = {shares[i], 1'000'000, shares[i], 1'000'000, shares[5 - i]};
+  }
+  make_model(config, model);
+  const WarmthCurve& curve = model.by_temperature;
+  double last = 8.0;
+  for (std::int32_t counts = -200; counts <= 700; ++counts) {
+    const double inside = std::clamp<double>(counts, at[0], at[5]);
+    std::size_t i = 0;
+    while (i < 4 && inside >= at[i + 1]) ++i;
+    const double share = shares[i] + (inside - at[i]) / (at[i + 1] - at[i]) * (shares[i + 1] - shares[i]);
+    const PartFactors f = factors_of(curve, counts);
+    DOUBLES_EQUAL(1e-6 * share, unit(f.r0), 8e-6);
+    LONGS_EQUAL(f.r0, f.r2);
+    LONGS_EQUAL(kUnit, f.r1);
+    LONGS_EQUAL(kUnit, f.time1);
+    CHECK(unit(f.r0) <= last);
+    last = unit(f.r0);
+    if (counts < at[0] || counts >= at[5]) continue;
+    const double slope = 1e-6 * (shares[i + 1] - shares[i]) / (at[i + 1] - at[i]);
+    DOUBLES_EQUAL(std::max(slope, -1.0 / 32.0), std::ldexp(slope_of(curve, counts).r0, -kLawBits), 1e-9);
+  }
+  LONGS_EQUAL(0, slope_of(curve, 550).r0);
+  LONGS_EQUAL(slope_of(curve, -100).time2, slope_of(curve, -2'000).time2);
+}
+
+TEST(CellModel, OneTemperatureSaysNothingOfOthers) {
+  config.branches.warmth_count = 1;
+  make_model(config, model);
+  for (const std::int32_t counts : {-400, 0, 250, 900}) {
+    LONGS_EQUAL(static_cast<std::int32_t>(1.25 * kUnit), factors_of(model.by_temperature, counts).r0);
+    LONGS_EQUAL(0, slope_of(model.by_temperature, counts).r0);
+  }
+}
+
 TEST(CellModel, UnitsOfTheBusAreThoseOfTheFilter) {
   DOUBLES_EQUAL(4.1999, 0.25 * std::ldexp(filter_voltage(CellVoltage::from_raw(41'999)), -kVoltageBits), 1e-8);
   DOUBLES_EQUAL(0.123456, unit(filter_soc(Soc::from_raw(123'456))), 1e-8);

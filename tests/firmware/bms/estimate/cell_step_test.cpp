@@ -60,6 +60,7 @@ TEST_GROUP(CellStep) {
     const auto raw = [&](std::size_t i, std::size_t k) { return rounded(p[i][k], kVarianceBits); };
     filter.p = {raw(0, 0), raw(0, 1), raw(0, 2), raw(0, 3), raw(1, 1), raw(1, 2), raw(1, 3), raw(2, 2),
                 raw(2, 3), raw(3, 3), raw(0, 4), raw(1, 4), raw(2, 4), raw(3, 4), raw(4, 4)};
+    filter.apart = rounded(std::pow(uniform(-0.5, 0.5), 3), kUnitBits);
     warm = factors_of(model.by_temperature, static_cast<std::int32_t>(uniform(-100.0, 600.0)));
   }
   /// Of the state [2^-28] and of the covariance [2^-32].
@@ -146,6 +147,55 @@ TEST(CellStep, MissFollowsWhatAReadingIsBesideTheModel) {
   filter.v1 = filter.v2 = 0;
   update_cell(model, warm, {CellVoltage::from_raw(raw), 0}, filter);
   DOUBLES_EQUAL(0.08 * (1.0 - 49.0 / 64.0), std::ldexp(filter.miss, -kUnitBits), 2e-4);
+}
+
+TEST(CellStep, WhatLastsIsTheMeanOf256Readings) {
+  draw();
+  filter.apart = 0;
+  begin_filter({}, filter);
+  CellFilter here = filter;
+  update_cell(model, warm, {CellVoltage::from_raw(45'000), 0}, filter);  // beyond all: 250 mV
+  LONGS_EQUAL(kUnit / 256, filter.apart);
+  const std::int32_t before = filter.apart;
+  filter = here;
+  filter.apart = before;
+  update_cell(model, warm, {CellVoltage::from_raw(20'000), 0}, filter);
+  LONGS_EQUAL(before + (-kUnit - before) / 256, filter.apart);
+}
+
+// BMS-082: the first reading after a start from a record, one step of 0.1 mV on either side of two deviations.
+TEST(CellStep, ARecordThatTheFirstReadingContradictsIsDoubtedByAQuarterOfTheCharge) {
+  int contradicted = 0, believed = 0;
+  for (int k = 0; k < 500; ++k) {
+    draw();
+    filter.apart = 0;
+    filter.from_record = true;
+    const auto ma = static_cast<std::int32_t>(uniform(-100'000.0, 300'000.0));
+    const FilterReading reading{CellVoltage::from_raw(static_cast<std::int32_t>(uniform(30'000.0, 42'000.0))), ma};
+    FilterTwin twin(model);
+    twin.take(filter);
+    twin.update(warm, reading);
+    const CellFilter before = filter;
+    update_cell(model, warm, reading, filter);
+    CHECK(!filter.from_record);
+    if (filter.p.ss == 268'435'456) {
+      ++contradicted;
+      LONGS_EQUAL(before.s, filter.s);
+      LONGS_EQUAL(before.rho, filter.rho);
+      LONGS_EQUAL(before.miss, filter.miss);
+      LONGS_EQUAL(0, filter.apart);
+      LONGS_EQUAL(before.p.v11, filter.p.v11);
+    } else {
+      ++believed;
+    }
+    compare(twin);
+    CellFilter again = before;
+    again.from_record = false;
+    update_cell(model, warm, reading, again);
+    CHECK(again.p.ss != 268'435'456);
+  }
+  check(2'500.0, 250.0);
+  CHECK(contradicted > 50 && believed > 50);
 }
 
 // A filter that is sure learns nothing more.

@@ -7,6 +7,18 @@
 
 namespace voltlap::bms::test {
 
+/// Straight from 0 to 50 degC, 1 at 25 degC [1e-6 / K].
+inline void straight_warmth(const PartSlopes& per_kelvin, Config& c) {
+  c.branches.warmth_count = 2;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::int32_t kelvin = i == 0 ? -25 : 25;
+    const auto share = [kelvin](std::int32_t slope) { return 1'000'000 + slope * kelvin; };
+    c.branches.warmth_at[i] = Temperature::from_raw(i == 0 ? 0 : 500);
+    c.branches.warmth[i] = {share(per_kelvin.series), share(per_kelvin.branch1), share(per_kelvin.branch2),
+                            share(per_kelvin.time1), share(per_kelvin.time2)};
+  }
+}
+
 /// pack_config with an OCV that bends, and a circuit of 1 mOhm at once, 0.4 mOhm with 3 s and 0.6 mOhm with 60 s; more
 /// towards empty, less when it is warm.
 inline Config filtered_config() {
@@ -33,10 +45,8 @@ inline Config filtered_config() {
   }
   c.branches.current_reference = amps(50);
   c.branches.current_max = amps(300);
-  c.branches.temperature_min = Temperature::from_raw(0);
-  c.branches.temperature_max = Temperature::from_raw(500);
   c.branches.per_ampere = {-300, -1'500, 0, -1'000, 0};
-  c.branches.per_kelvin = {-10'000, -15'000, -10'000, -5'000, 0};
+  straight_warmth({-10'000, -15'000, -10'000, -5'000, 0}, c);
   return c;
 }
 

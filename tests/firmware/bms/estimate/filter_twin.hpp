@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "bms/estimate/cell_filter.hpp"
 
@@ -19,9 +20,13 @@ class FilterTwin {
 
   Vector x{0.0, 0.0, 0.0, 1.0, 0.0};
   Matrix p{};
+  double apart = 0.0;
+  bool from_record = false;
 
   void take(const CellFilter& f) {
     x = {unit(f.s), unit(f.v1), unit(f.v2), unit(f.rho), unit(f.fade)};
+    apart = unit(f.apart);
+    from_record = f.from_record;
     const CellCovariance& c = f.p;
     const std::int32_t raw[kStates][kStates] = {{c.ss, c.s1, c.s2, c.sr, c.sf},
                                                 {c.s1, c.v11, c.v12, c.v1r, c.v1f},
@@ -63,12 +68,17 @@ class FilterTwin {
     const double y = bounded(4e-4 * reading.voltage.raw() - ocv + x[1] + x[2] + x[3] * drop, 1.0);
     const Vector h{slope, -1.0, -1.0, -drop, 0.0};
     Vector ph{};
-    double s = 0.12 * 0.12 + 0.04 * drop * drop, seen = 0.0;
+    double s = 0.12 * 0.12 + 0.04 * drop * drop + 128.0 * apart * apart, seen = 0.0;
     for (std::size_t i = 0; i < kStates; ++i) {
       for (std::size_t k = 0; k < kStates; ++k) ph[i] += p[i][k] * h[k];
     }
     for (std::size_t i = 0; i < kStates; ++i) seen += h[i] * ph[i];
     s += std::max(0.0, seen);
+    if (std::exchange(from_record, false) && y * y > 4.0 * s) {
+      p[0][0] = 0.25 * 0.25;
+      return;
+    }
+    apart += (y - apart) / 256.0;
     for (std::size_t i = 0; i < kStates; ++i) x[i] += ph[i] * y / s;
     for (std::size_t i = 0; i < kStates; ++i) {
       for (std::size_t k = 0; k < kStates; ++k) p[i][k] -= ph[i] * ph[k] / s;

@@ -20,7 +20,7 @@ Config changing_config() {
   Config c = filtered_config();
   c.branches.current_min = amps(20);
   c.branches.per_ampere = {-800, -1'500, 700, -1'000, 900};
-  c.branches.per_kelvin = {-10'000, -15'000, -12'000, -8'000, 9'000};
+  straight_warmth({-10'000, -15'000, -12'000, -8'000, 9'000}, c);
   const std::int32_t percent[] = {250, 80, 130};
   for (std::size_t i = 0; i < 3; ++i) {
     c.branches.series[i] = Resistance::from_raw(10 * percent[i]);
@@ -117,7 +117,9 @@ TEST(HorizonEnd, BeyondTheEndsOfItsLawAResistanceDoesNotChangeWithTheCurrent) {
 
 // BMS-045
 TEST(HorizonEnd, AResistanceThatGrowsWithTheHeatGrowsByHalfAtMost) {
-  config.branches.per_kelvin = {60'000, 0, 0, 0, 0};
+  config.branches.warmth_at[0] = Temperature::from_raw(250);
+  config.branches.warmth[0] = config.branches.warmth[1] = PartShares{};
+  config.branches.warmth[1].series = 2'500'000;  // 6 % a kelvin
   config.branches.branch1[0] = config.branches.branch1[1] = config.branches.branch1[2] = Resistance{};
   config.branches.branch2[0] = config.branches.branch2[1] = config.branches.branch2[2] = Resistance{};
   make_model(config, filter.model);
@@ -140,7 +142,7 @@ TEST(HorizonEnd, AResistanceThatGrowsWithTheHeatGrowsByHalfAtMost) {
 
 // BMS-045
 TEST(HorizonEnd, WhatAKelvinChangesIsAShareOfWhatTheResistanceIsNowButOfATenthAtLeast) {
-  const PartFactors& per_count = filter.model.by_temperature.per_count;
+  const PartFactors per_count = slope_of(filter.model.by_temperature, filter.heat_of.raw());
   const auto share = [&](std::int32_t now) {
     filter.warm = {now, now, now, now, now};
     return heat_change(filter);

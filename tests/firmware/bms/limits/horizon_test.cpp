@@ -151,9 +151,9 @@ TEST(Horizon, ACellThatWarmsItselfMayGiveMoreUpToWhereTheLawEnds) {
   CHECK(beyond > warming);
   config.heat_capacity_j_per_k = 10;
   DOUBLES_EQUAL(beyond, limit(cell, kLow, 30'000), 0.005 * beyond);
-  filter.heat_of = config.branches.temperature_max;
+  filter.heat_of = config.branches.warmth_at[1];
   LONGS_EQUAL(cold, limit(cell, kLow, 30'000));
-  filter.heat_of = config.branches.temperature_min - Temperature::from_raw(10'000);  // never as warm as the law's begin
+  filter.heat_of = config.branches.warmth_at[0] - Temperature::from_raw(10'000);  // never as warm as the law's begin
   LONGS_EQUAL(cold, limit(cell, kLow, 30'000));
 }
 

@@ -25,7 +25,8 @@ class HorizonTwin {
   [[nodiscard]] End end(double amperes) const {
     const double drawn = std::clamp(amperes * seconds / 3'600.0 / capacity_ah, -1.0, 1.0) * (1.0 + fade);
     const double at_end = std::clamp(soc - drawn, -0.05, 1.05), halfway = std::clamp(soc - 0.5 * drawn, -0.05, 1.05);
-    const PartFactors &by = model.by_current.per_count, &t = model.by_temperature.per_count;
+    const PartFactors& by = model.by_current.per_count;
+    const PartFactors& t = slope_of(model.by_temperature, static_cast<std::int32_t>(std::lround(10.0 * temperature)));
     const Part zero = part(at_end, &CircuitPoint::r0, by.r0, warm.r0, amperes);
     const Branch one = branch(v1, part(halfway, &CircuitPoint::r1, by.r1, warm.r1, amperes),
                               rate(halfway, &CircuitPoint::rate1, by.time1, warm.time1, amperes));
@@ -97,7 +98,7 @@ class HorizonTwin {
     const double cold = std::min(100.0, std::abs(watts) * seconds / joules_per_k);
     const double rise = cold + by_k * cold * cold / 2.0, now = temperature + warmer;
     const auto within_law = [&](double x) {
-      return std::clamp(x, 0.1 * model.by_temperature.low, 0.1 * model.by_temperature.high);
+      return std::clamp(x, 0.1 * model.by_temperature.low(), 0.1 * model.by_temperature.high());
     };
     return within_law(now + rise) - within_law(now);
   }
