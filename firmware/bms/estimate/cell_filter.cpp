@@ -28,9 +28,11 @@ constexpr std::int32_t kDropMost = 4 * kUnit;        // 1 V
 constexpr std::int32_t kInnovationMost = kUnit;      // 250 mV in one step
 
 // What CellFilter::miss and ::apart are means of; the second, and what it is worth in r, chosen on the recordings of
-// docs/soc_test.md.
-constexpr std::int32_t kMissReadings = 8, kApartReadings = 256;
-constexpr int kApartBits = 7;  // 128 of its square
+// docs/soc_test.md and held against limit-test: a circuit that is right leaves 5 mV for as long, and would be learned
+// the slower for it.
+constexpr std::int32_t kMissReadings = 8, kApartReadings = 128;
+constexpr std::int32_t kApartUsual = 5'368'709;  // 5 mV = 0.02 q
+constexpr int kApartBits = 7;                    // 128 of the square of what is beyond
 
 // BMS-082
 // A record that the first reading contradicts by two standard deviations: its charge may be a quarter off.
@@ -143,7 +145,8 @@ std::int32_t innovation_variance(const Column& c, const Sensitivity& h, std::int
   constexpr int kBits = kUnitBits + kSlopeBits - kInnovationBits;
   const auto hph = static_cast<std::int32_t>(seen(h, c.s, c.v1, c.v2, c.rho) >> kBits);
   const std::int32_t square = part(h.drop, h.drop);  // 2^-20
-  const std::int32_t lasting = scaled(apart, apart, 2 * kUnitBits - kInnovationBits - kApartBits);  // to 128
+  const std::int32_t size = size_of(apart), beyond = size > kApartUsual ? size - kApartUsual : 0;
+  const std::int32_t lasting = scaled(beyond, beyond, 2 * kUnitBits - kInnovationBits - kApartBits);  // to 128
   const std::int32_t r = kReadingVariance + scaled(square, kDropShare, 15) + lasting;
   return r + (hph > 0 ? hph : 0);
 }

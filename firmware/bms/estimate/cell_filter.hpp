@@ -9,7 +9,7 @@
 //             P    = F P F' + Q                    F = 1 but F_kk = 1 - g_k, F_k,rho = g_k R_k I, F_s,f = -dq / C
 //   update    y    = V - OCV(s) + v1 + v2 + rho R0 I       I the current when V was read
 //             H    = (dOCV/ds, -1, -1, -R0 I, 0)
-//             S    = H P H' + r,   r = sigma^2 + (alpha R0 I)^2 + beta m^2       m the mean of y of the last minutes
+//             S    = H P H' + r,   r = sigma^2 + (alpha R0 I)^2 + beta max(0, |m| - m0)^2, m the mean of 128 y
 //             x   += P H' y / S,   P -= P H' H P / S
 // r is not the noise of the reading (1.5 mV) but what the circuit does not say of a cell, seen often: an error that
 // lasts for seconds is told at every step anew, and must not be believed at every step anew. What the circuit is off by
@@ -39,7 +39,7 @@ struct CellFilter {
   std::int32_t s = 0, v1 = 0, v2 = 0, rho = kUnit, fade = 0;  ///< [2^-28]
   CellCovariance p{};
   std::int32_t miss = 0;      ///< mean innovation of the last readings [q 2^-28]
-  std::int32_t apart = 0;     ///< of the last 256
+  std::int32_t apart = 0;     ///< of the last 128
   std::uint8_t interval = 0;  ///< of the OCV table, where the last search ended
   bool from_record = false;   ///< and no reading has been held against it yet
 };

@@ -149,18 +149,18 @@ TEST(CellStep, MissFollowsWhatAReadingIsBesideTheModel) {
   DOUBLES_EQUAL(0.08 * (1.0 - 49.0 / 64.0), std::ldexp(filter.miss, -kUnitBits), 2e-4);
 }
 
-TEST(CellStep, WhatLastsIsTheMeanOf256Readings) {
+TEST(CellStep, WhatLastsIsTheMeanOf128Readings) {
   draw();
   filter.apart = 0;
   begin_filter({}, filter);
   CellFilter here = filter;
   update_cell(model, warm, {CellVoltage::from_raw(45'000), 0}, filter);  // beyond all: 250 mV
-  LONGS_EQUAL(kUnit / 256, filter.apart);
+  LONGS_EQUAL(kUnit / 128, filter.apart);
   const std::int32_t before = filter.apart;
   filter = here;
   filter.apart = before;
   update_cell(model, warm, {CellVoltage::from_raw(20'000), 0}, filter);
-  LONGS_EQUAL(before + (-kUnit - before) / 256, filter.apart);
+  LONGS_EQUAL(before + (-kUnit - before) / 128, filter.apart);
 }
 
 // BMS-082: the first reading after a start from a record, one step of 0.1 mV on either side of two deviations.
