@@ -155,7 +155,7 @@ std::size_t interval_of(const WarmthCurve& curve, std::int32_t counts) {
 }  // namespace
 
 PartFactors factors_of(const WarmthCurve& curve, std::int32_t counts) {
-  const std::int32_t inside = counts < curve.low() ? curve.low() : (counts > curve.high() ? curve.high() : counts);
+  const std::int32_t inside = counts < curve.low() ? curve.low() : counts;
   const std::size_t i = interval_of(curve, inside);
   if (i + 1 == curve.points) return curve.factor[i];
   const PartFactors &a = curve.factor[i], &b = curve.factor[i + 1];

@@ -198,6 +198,15 @@ TEST(CellStep, ARecordThatTheFirstReadingContradictsIsDoubtedByAQuarterOfTheChar
   CHECK(contradicted > 50 && believed > 50);
 }
 
+TEST(CellStep, AStartKnowsOfNoCorrelation) {
+  draw();
+  begin_filter({1 << 20, 1 << 21, 1 << 22, 1 << 23, 1 << 24}, filter);
+  const CellCovariance& p = filter.p;
+  for (const std::int32_t raw : {p.s1, p.s2, p.sr, p.v12, p.v1r, p.v2r, p.sf, p.v1f, p.v2f, p.rf}) LONGS_EQUAL(0, raw);
+  LONGS_EQUAL(1 << 20, p.ss);
+  LONGS_EQUAL(1 << 24, p.ff);
+}
+
 // A filter that is sure learns nothing more.
 TEST(CellStep, NoVarianceFallsBelowItsLeast) {
   constexpr std::int32_t kLeast = 4'096;

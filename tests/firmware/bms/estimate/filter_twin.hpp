@@ -68,7 +68,7 @@ class FilterTwin {
     const double y = bounded(4e-4 * reading.voltage.raw() - ocv + x[1] + x[2] + x[3] * drop, 1.0);
     const Vector h{slope, -1.0, -1.0, -drop, 0.0};
     Vector ph{};
-    const double beyond = std::max(0.0, std::abs(apart) - 0.02);
+    const double beyond = std::max(0.0, std::abs(apart) - 0.024);
     double s = 0.12 * 0.12 + 0.04 * drop * drop + 128.0 * beyond * beyond, seen = 0.0;
     for (std::size_t i = 0; i < kStates; ++i) {
       for (std::size_t k = 0; k < kStates; ++k) ph[i] += p[i][k] * h[k];
