@@ -45,13 +45,14 @@ std::int32_t per_charge(const Config& config, std::uint8_t& bits) {
   return static_cast<std::int32_t>((std::int64_t{1} << (whole - over)) / (full >> over));
 }
 
-void begin_at_ocv(const Config& config, const SocInput& input, std::size_t i, SocFilter& f) {
+/// `interval`: where the search of the cell before it ended, and where this one's ends.
+void begin_at_ocv(const Config& config, const SocInput& input, std::size_t i, std::uint8_t& interval, SocFilter& f) {
   CellFilter& cell = f.cell[i].filter;
   cell.s = filter_soc(interpolate(config.ocv.voltage, config.ocv.soc, config.ocv.count, input.cells[i].value));
   cell.v1 = cell.v2 = 0;
-  cell.interval = i > 0 ? f.cell[i - 1].filter.interval : std::uint8_t{0};  // its neighbour's is where the search ends
   if (!f.restored) cell.rho = kUnit;
-  const OcvNow ocv = ocv_at(f.model, cell.s, cell.interval);
+  const OcvNow ocv = ocv_at(f.model, cell.s, interval);
+  cell.interval = interval;
   begin_filter({soc_doubt(ocv.slope), kBranchDoubt, kBranchDoubt, kScaleDoubt, kFadeDoubt}, cell);
 }
 
@@ -97,12 +98,13 @@ void start(const Config& config, const SocInput& input, SocEstimate& state) {
   const bool from_record = record_holds(config, input, f);
   f.per_charge = per_charge(config, f.charge_bits);
   f.sum = 0;
+  std::uint8_t interval = 0;
   for (std::size_t i = 0; i < config.cells_in_series; ++i) {
     FilteredCell& cell = f.cell[i];
     if (from_record) {
       begin_at_record(cell.filter);
     } else {
-      begin_at_ocv(config, input, i, f);
+      begin_at_ocv(config, input, i, interval, f);
     }
     cell.stepped = input.now;
     cell.charge = 0;

@@ -115,6 +115,7 @@ TEST(SocStart, FromARecordItDoubtsThreePointsAndAllThatTheBranchesHeld) {
   DOUBLES_EQUAL(0.1 * 0.1 + 0.02 * 0.02, variance(p.v22), 2e-5);
   DOUBLES_EQUAL(0.1 * 0.1, variance(p.rr), 1e-9);
   DOUBLES_EQUAL(0.125 * 0.125, variance(p.ff), 1e-9);
+  for (std::size_t i = 0; i < config.cells_in_series; ++i) CHECK(cell(i).from_record);
 }
 
 // BMS-082: ten points, 5 mV and what the branches may still hold, on either side.
