@@ -3,6 +3,7 @@
 ranked as what they are; so are another pack's file, a fault of the car's own unit, what was learned of each cell."""
 import os
 import random
+import re
 
 import pytest
 from straight_pack import CAPACITY, CELLS, MAP, PACK, replayed, rows
@@ -24,7 +25,8 @@ def test_a_hole_of_the_recorder_is_no_fault_of_the_car(tmp_path, length):
     _, out = replayed(tmp_path, table)
     assert "cell 7 falls to 3.050 V" in whats(out)[0], whats(out)
     hole = [what for what in whats(out) if "the recording has a hole there" in what]
-    assert len(hole) == 1 and f"{length:.1f} s" in hole[0] or f"{length + 0.02:.1f} s" in hole[0], (SEED, whats(out))
+    said = [float(re.search(r"hole there, ([\d.]+) s", what).group(1)) for what in hole]
+    assert said and said == pytest.approx([length] * len(said), abs=0.11), (SEED, whats(out))  # in tenths, between rows
 
 
 def test_a_trip_of_a_car_that_stands_ranks_behind_a_cell_beyond_its_limit(tmp_path):
@@ -86,8 +88,8 @@ def test_a_pack_of_another_capacity_is_doubted(tmp_path, factor, found):
     assert any("another cell or capacity" in what for what in whats(out)) == found, whats(out)
 
 
-@pytest.mark.parametrize("climbs_v, found", [(0.0, False), (0.25, True)])
-def test_a_soc_that_rises_while_charge_is_drawn_is_not_believed(tmp_path, climbs_v, found):
+@pytest.mark.parametrize("climbs_v", [0.0, RNG.uniform(0.15, 0.4)])
+def test_cells_that_climb_while_charge_is_drawn_are_said_and_do_not_lead_the_soc(tmp_path, climbs_v):
     """Cells that climb under discharge, as those of another chemistry seem to beside the wrong curve."""
     pack = PACK.replace("[bms]", '[bms]\nsoc_method = "ekf"')
 
@@ -97,7 +99,11 @@ def test_a_soc_that_rises_while_charge_is_drawn_is_not_believed(tmp_path, climbs
         return {name: value + added * weight.get(name, 0.0) for name, value in row.items()}
 
     _, out = replayed(tmp_path, map(climbing, rows(120, soc=0.5)), pack=pack)
-    assert any("the firmware's SOC rises by" in what for what in whats(out)) == found, whats(out)
+    assert any("mV from the open-circuit voltage of" in what for what in whats(out)) == (climbs_v > 0.0), whats(out)
+    if climbs_v > 0.0:
+        pairs = re.findall(r"SOC ([\d.]+) % by the firmware, ([\d.]+) % by the log", " ".join(whats(out)))
+        firmware, log = map(float, pairs[0])
+        assert log - 1.0 < firmware < 45.0, (SEED, whats(out))  # 50 at the start
 
 
 def test_a_fault_of_the_cars_own_unit_stands_beside_those_of_the_firmware(tmp_path):
