@@ -180,8 +180,8 @@ std::string array(const char* name, const char* unit, const Quantity* values, in
 
 /// What the parts are at a temperature.
 std::string warmth_arrays(const bms::BranchTable& b) {
-  std::string out = array("kWarmthAt", "0.1 degC", b.warmth_at, b.warmth_count) +
-                    "inline constexpr PartShares kWarmth[] = {  // R0, R1, R2, tau1, tau2 there, ppm of the reference's\n";
+  std::string out = array("kWarmthAt", "0.1 degC", b.warmth_at, b.warmth_count);
+  out += "inline constexpr PartShares kWarmth[] = {  // R0, R1, R2, tau1, tau2 there, ppm of the reference's\n";
   for (std::size_t i = 0; i < b.warmth_count; ++i) {
     const bms::PartShares& w = b.warmth[i];
     out += fmt::format("    {{{}, {}, {}, {}, {}}},\n", w.series, w.branch1, w.branch2, w.time1, w.time2);
