@@ -65,23 +65,28 @@ void fill_slopes(const VehicleParameters& car, const CellTables& tables, bms::Br
   out.current_max = units<Current>(current.high, 1e3);
 }
 
-/// Where the parts are read over the temperature: at the points of the cell's tables, or, by a law or where these are
-/// too many, over their range.
+/// Where the parts are read over the temperature: at the points of the cell's tables, and, where a law holds between
+/// them, in the middle of the longest ways; where these are too many, evenly over their range.
 std::vector<double> warmth_points(const CellParameters& cell) {
   const std::vector<double>& own = cell.temperature_breakpoints_c;
-  if (own.empty()) return {cell.reference_temperature_c};
-  const double span = own.back() - own.front(), least = 0.1 * bms::check::kWarmthStepMin.raw();
+  const double least = 0.1 * bms::check::kWarmthStepMin.raw();
   std::vector<double> out;
-  if (own.size() <= bms::kMaxWarmthPoints && !cell.kinetic_law) {
-    for (const double c : own) {
-      if (out.empty() || c >= out.back() + least) out.push_back(c);
-    }
+  if (own.size() > bms::kMaxWarmthPoints) {
+    const double step = (own.back() - own.front()) / (bms::kMaxWarmthPoints - 1);
+    for (std::size_t i = 0; i < bms::kMaxWarmthPoints; ++i) out.push_back(own.front() + step * static_cast<double>(i));
     return out;
   }
-  const auto steps = std::clamp<std::size_t>(static_cast<std::size_t>(span / least), 1, bms::kMaxWarmthPoints - 1);
-  if (span < least) return {own.front()};
-  for (std::size_t i = 0; i <= steps; ++i)
-    out.push_back(own.front() + span * static_cast<double>(i) / static_cast<double>(steps));
+  for (const double c : own) {
+    if (out.empty() || c >= out.back() + least) out.push_back(c);
+  }
+  while (cell.kinetic_law && out.size() > 1 && out.size() < bms::kMaxWarmthPoints) {
+    const auto longest = std::max_element(out.begin() + 1, out.end(), [](const double& a, const double& b) {
+      return a - *(&a - 1) < b - *(&b - 1);
+    });
+    const double low = *(longest - 1), high = *longest;
+    if (high - low < 2.0 * least) break;
+    out.insert(longest, 0.5 * (low + high));
+  }
   return out;
 }
 

@@ -81,7 +81,8 @@ BranchEnd branch_end(const HorizonCell& cell, const BranchPart& b, std::int32_t 
   const std::int32_t ms = cell.horizon.ms;
   const std::int32_t gain = ms == 0 ? kOne : long_gain_of(slowed(b.rate, b.time), ms);
   const std::int32_t ohm = own_ohm(b.ohm, cell.filter.rho);
-  const std::int32_t made = scaled(wide_drop(scaled(ohm, b.law.itself, kUnitBits), ma), gain, kLongGainBits);
+  // The gain first: what a slow branch would take in the end may be more than a cell has.
+  const std::int32_t made = wide_drop(scaled(scaled(ohm, b.law.itself, kUnitBits), gain, kLongGainBits), ma);
   const std::int32_t kept = scaled(v >> (kUnitBits - kVoltageBits), kOne - gain, kLongGainBits);
   // A branch that is far from its end gets there sooner when its time falls with its resistance: g falls with tau by
   // x exp(-x) / (1 - exp(-x)) of the share, about (1 - g) (1 + g / 2).

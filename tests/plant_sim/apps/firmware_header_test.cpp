@@ -110,9 +110,10 @@ TEST(FirmwareHeader, EveryFieldOfTheConfigurationIsInIt) {
   // Silent are the unused points of the tables and what the compiler leaves between fields.
   const std::size_t points = 2 * bms::kMaxTablePoints - changed.ocv.count - changed.resistance.count;
   const std::size_t branch_points = bms::kMaxTablePoints - changed.resistance.count;
-  const std::size_t unused = (points * 2 + branch_points * 5) * sizeof(std::int32_t);
+  const std::size_t warmth_points = bms::kMaxWarmthPoints - changed.branches.warmth_count;
+  const std::size_t unused = (points * 2 + branch_points * 5 + warmth_points * 6) * sizeof(std::int32_t);
   CHECK(silent >= unused);
-  CHECK(silent <= unused + 19);
+  CHECK(silent <= unused + 21);
 }
 
 // The same of master_header.cpp.

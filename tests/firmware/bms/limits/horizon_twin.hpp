@@ -27,7 +27,8 @@ class HorizonTwin {
     const double at_end = std::clamp(soc - drawn, -0.05, 1.05), halfway = std::clamp(soc - 0.5 * drawn, -0.05, 1.05);
     const PartFactors& by = model.by_current.per_count;
     const PartFactors& t = slope_of(model.by_temperature, static_cast<std::int32_t>(std::lround(10.0 * temperature)));
-    const Part zero = part(at_end, &CircuitPoint::r0, by.r0, warm.r0, amperes);
+    Part zero = part(at_end, &CircuitPoint::r0, by.r0, warm.r0, amperes);
+    zero.drop = std::clamp(zero.drop, -4.0, 4.0);
     const Branch one = branch(v1, part(halfway, &CircuitPoint::r1, by.r1, warm.r1, amperes),
                               rate(halfway, &CircuitPoint::rate1, by.time1, warm.time1, amperes));
     const Branch two = branch(v2, part(halfway, &CircuitPoint::r2, by.r2, warm.r2, amperes),
@@ -81,7 +82,7 @@ class HorizonTwin {
     const double ohm = std::min(250.0 * std::ldexp(along(at, of), -kUnitBits - kOhmBits) * rho, 250.0 / 256.0);
     const double slope = std::ldexp(per_count, -kLawBits), ma = 1e3 * std::abs(amperes);
     const double factor = 1.0 + slope * above(amperes), bends = law.low < ma && ma < law.high ? slope * ma : 0.0;
-    return {std::clamp(ohm * factor * unit(now) * amperes, -4.0, 4.0), ohm * (factor + bends) * unit(now)};
+    return {ohm * factor * unit(now) * amperes, ohm * (factor + bends) * unit(now)};
   }
   [[nodiscard]] double rate(double at, std::int32_t CircuitPoint::*of, std::int32_t per_count, std::int32_t now,
                             double amperes) const {
@@ -90,7 +91,7 @@ class HorizonTwin {
   }
   [[nodiscard]] Branch branch(double held, const Part& part, double rate) const {
     const double gain = seconds == 0.0 ? 1.0 : -std::expm1(-rate * seconds);
-    return {gain, held * (1.0 - gain), part.drop * gain, part.more * gain};
+    return {gain, held * (1.0 - gain), std::clamp(part.drop * gain, -4.0, 4.0), part.more * gain};
   }
   /// What warms falls with the resistance on the way; the law of the temperature ends on both sides.
   [[nodiscard]] double risen(double watts, double by_k) const {
