@@ -73,7 +73,9 @@ inline constexpr std::int32_t kPartSlopeMaxPpm = 100'000;                       
 // times, which is as far as the filter's numbers go.
 inline constexpr std::int64_t kPartChangeMinPpm = -900'000, kPartChangeMaxPpm = 1'800'000;
 inline constexpr std::int64_t kPartShareMinPpm = 100'000, kPartShareMaxPpm = 7'900'000;
-inline constexpr Temperature kWarmthStepMin = Temperature::from_raw(10), kWarmthStepMax = Temperature::from_raw(1'000);
+inline constexpr Temperature kWarmthStepMin = Temperature::from_raw(10);            // 1 K; chosen
+inline constexpr Temperature kWarmthMin = Temperature::from_raw(-1'000);            // -100 degC; chosen
+inline constexpr Temperature kWarmthMax = Temperature::from_raw(3'000);             // 300 degC; chosen
 inline constexpr Duration kBranchTimeMin = Duration::from_ms(500);                  // less is over within a step
 inline constexpr Duration kBranchTimeMax = Duration::from_ms(100'000'000);          // 28 h; chosen
 
@@ -125,8 +127,8 @@ constexpr bool warmth_fits(const BranchTable& b, std::int64_t low, std::int64_t 
                                most_by_slope(by.branch2, low, high), most_by_slope(by.time1, low, high),
                                most_by_slope(by.time2, low, high)};
   for (std::uint8_t i = 0; i < b.warmth_count; ++i) {
-    const Temperature step = i > 0 ? b.warmth_at[i] - b.warmth_at[i - 1] : kWarmthStepMin;
-    if (step < kWarmthStepMin || step > kWarmthStepMax) return false;
+    if (b.warmth_at[i] < kWarmthMin || b.warmth_at[i] > kWarmthMax) return false;
+    if (i > 0 && b.warmth_at[i] - b.warmth_at[i - 1] < kWarmthStepMin) return false;
     const PartShares& w = b.warmth[i];
     const std::int64_t shares[] = {w.series, w.branch1, w.branch2, w.time1, w.time2};
     for (std::size_t k = 0; k < 5; ++k) {

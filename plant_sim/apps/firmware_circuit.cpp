@@ -68,24 +68,26 @@ void fill_slopes(const VehicleParameters& car, const CellTables& tables, bms::Br
 /// Where the parts are read over the temperature: at the points of the cell's tables, and, where a law holds between
 /// them, in the middle of the longest ways; where these are too many, evenly over their range.
 std::vector<double> warmth_points(const CellParameters& cell) {
+  constexpr double kRounding = 0.1;  // K, of the firmware's temperatures
   const std::vector<double>& own = cell.temperature_breakpoints_c;
-  const double least = 0.1 * bms::check::kWarmthStepMin.raw();
+  const double least = 0.1 * bms::check::kWarmthStepMin.raw() + kRounding, span = own.back() - own.front();
   std::vector<double> out;
   if (own.size() > bms::kMaxWarmthPoints) {
-    const double step = (own.back() - own.front()) / (bms::kMaxWarmthPoints - 1);
-    for (std::size_t i = 0; i < bms::kMaxWarmthPoints; ++i) out.push_back(own.front() + step * static_cast<double>(i));
+    const double parts = std::clamp(std::floor(span / least), 1.0, bms::kMaxWarmthPoints - 1.0);
+    for (double k = 0.0; k <= parts && (k == 0.0 || span >= least); ++k) out.push_back(own.front() + span * k / parts);
     return out;
   }
   for (const double c : own) {
     if (out.empty() || c >= out.back() + least) out.push_back(c);
   }
   while (cell.kinetic_law && out.size() > 1 && out.size() < bms::kMaxWarmthPoints) {
-    const auto longest = std::max_element(out.begin() + 1, out.end(), [](const double& a, const double& b) {
-      return a - *(&a - 1) < b - *(&b - 1);
-    });
-    const double low = *(longest - 1), high = *longest;
+    std::size_t longest = 1;
+    for (std::size_t k = 2; k < out.size(); ++k) {
+      if (out[k] - out[k - 1] > out[longest] - out[longest - 1]) longest = k;
+    }
+    const double low = out[longest - 1], high = out[longest];
     if (high - low < 2.0 * least) break;
-    out.insert(longest, 0.5 * (low + high));
+    out.insert(out.begin() + static_cast<std::ptrdiff_t>(longest), 0.5 * (low + high));
   }
   return out;
 }

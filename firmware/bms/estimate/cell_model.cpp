@@ -37,7 +37,7 @@ std::int32_t rate(Duration time) {
   return saturated32((std::int64_t{1} << kRateBits) / time.ms());
 }
 
-constexpr int kAlongBits = 20;  // of the way between two temperatures, 100 K at most
+constexpr int kAlongBits = 19;  // of the way between two temperatures, 400 K at most
 
 constexpr std::size_t kPointsInTurn = 11;  // chosen: the model is whole after three steps
 static_assert((kCircuitSteps + 1) % kPointsInTurn == 0, "no turn goes beyond the last point");

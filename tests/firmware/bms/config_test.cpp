@@ -268,7 +268,8 @@ TEST(BmsConfig, TheFiltersCircuitIsCheckedWhereThereIsAFilter) {
   refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_count = 0; });
   refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_count = 13; });
   refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_at[1] = Temperature::from_raw(9); });
-  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_at[1] = Temperature::from_raw(1'001); });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_at[1] = Temperature::from_raw(3'001); });
+  refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth_at[0] = Temperature::from_raw(-1'001); });
   refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[0].series = 99'999; });
   refused(E::kBranchWarmth, [](Config& c) { c.branches.warmth[1].branch1 = 99'999; });
   // What the current makes of it at most, at 0 A, beside it: 1 + 0.0003 x 50, 1 + 0.0015 x 50, 1, 1 + 0.001 x 50, 1.
@@ -291,10 +292,12 @@ TEST(BmsConfig, TheFiltersCircuitIsAcceptedAtItsBounds) {
   config = filtered_config();
   config.branches.warmth[0] = {7'783'252, 7'348'838, 7'900'000, 7'523'810, 7'900'000};
   config.branches.warmth[1] = {100'000, 100'000, 100'000, 100'000, 100'000};
-  for (const std::int32_t second : {10, 1'000}) {
+  for (const std::int32_t second : {10, 3'000}) {
     config.branches.warmth_at[1] = Temperature::from_raw(second);
     CHECK(accepted());
   }
+  config.branches.warmth_at[0] = Temperature::from_raw(-1'000);
+  CHECK(accepted());
   config.branches.warmth_count = 1;
   CHECK(accepted());
   config.branches.warmth_count = kMaxWarmthPoints;

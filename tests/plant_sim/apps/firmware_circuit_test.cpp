@@ -93,6 +93,27 @@ TEST(FirmwareCircuit, ATableIsReadAtItsOwnTemperatures) {
   }
 }
 
+// However many temperatures a table has, and however near or far they are: the BMS takes them, from the first on.
+TEST(FirmwareCircuit, AnyTemperaturesOfATableAreTaken) {
+  const std::string what = "VOLTLAP_TEST_SEED=" + std::to_string(seed);
+  for (int draw = 0; draw < 200; ++draw) {
+    const double span = std::exp(uniform(std::log(0.3), std::log(180.0)));
+    const double low = uniform(-60.0, 30.0);
+    std::vector<double> at{low, low + span};
+    for (int more = std::uniform_int_distribution<int>(0, 20)(random); more > 0; --more)
+      at.push_back(low + span * uniform(0.0, 1.0));
+    std::sort(at.begin(), at.end());
+    at.erase(std::unique(at.begin(), at.end()), at.end());
+    car.cell.temperature_breakpoints_c = at;
+    car.cell.kinetic_law = draw % 2 == 0;
+    const bms::WarmthCurve warmth = curve();
+    CHECK_TEXT(warmth.points >= 1 && warmth.points <= bms::kMaxWarmthPoints, what.c_str());
+    CHECK_TEXT(std::abs(0.1 * warmth.low() - low) < 0.06, what.c_str());
+    // What is left out is less than the firmware's least step.
+    CHECK_TEXT(std::abs(0.1 * warmth.high() - at.back()) < 1.2, what.c_str());
+  }
+}
+
 TEST(FirmwareCircuit, OneTemperatureSaysNothingOfOthers) {
   car.cell.temperature_breakpoints_c = {car.cell.reference_temperature_c};
   const bms::WarmthCurve warmth = curve();

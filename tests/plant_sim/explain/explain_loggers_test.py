@@ -80,6 +80,22 @@ def test_without_a_thermistor_a_cold_or_warm_battery_is_no_defect_and_a_contact_
     assert "no thermistor: how warm the battery began the voltage alone tells" in said
 
 
+@pytest.mark.parametrize("number", range(3))
+def test_cells_that_are_rounded_alike_leave_no_rest_without_a_name(tmp_path, number):
+    """Two dozen cells in steps of 10 mV: while they stand, their sum is off by up to 120 mV, and the contact beside it
+    is all that is wrong."""
+    draw = Draw(f"rounded{number}")
+    ohm = draw.random.uniform(2e-3, 5e-3)
+    drive = draw.drive(tmp_path, f"battery.contact_resistance_ohm={ohm:.5f}", vehicle=CAR)
+    names, rows = rows_of(drive)
+    digits = [2 if n.startswith("cell_") and n.endswith("voltage_v") else None for n in names]
+    log = write(tmp_path / "coarse.csv", names,
+                [[x if d is None else f"{float(x):.{d}f}" for x, d in zip(row, digits)] for row in rows])
+    answer, said = explained(tmp_path, log, model=CAR)
+    assert [cause["name"] for cause in answer["causes"]] == ["contact_resistance"], said
+    assert answer["verdict"] == "named", said
+
+
 def test_a_temperature_that_is_stated_tells_a_small_resistance_without_a_thermistor(tmp_path):
     draw = Draw("stated")
     warm, ohm = f"battery.initial_temperature_c={draw.random.uniform(20.0, 35.0):.1f}", draw.random.uniform(1e-4, 2e-4)
