@@ -59,7 +59,7 @@ std::optional<double> mean_of_finite(const std::vector<double>& values) {
 
 IdentifyCommand::IdentifyCommand(CLI::App& app)
     : command_(app.add_subcommand("identify", what_it_does("identify"))) {
-  recordings_.add(*command_);
+  recordings_.add(*command_)->required();
   command_->add_option("--rc", branches_, "RC branches, 1 to 4; default: chosen by held-out pulses")
       ->check(whole_number(1, 4));
   command_

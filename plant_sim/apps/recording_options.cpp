@@ -7,12 +7,10 @@
 
 namespace voltlap::plant {
 
-void RecordingOptions::add(CLI::App& command) {
+CLI::Option* RecordingOptions::add(CLI::App& command, const std::string& name) {
   command_ = &command;
-  command
-      .add_option("data", files,
-                  "Recordings of time, current and voltage: CSV, also gzipped, or a CAN log with its --map or --dbc")
-      ->required();
+  data_ = command.add_option(
+      name, files, "Recordings of time, current and voltage: CSV, also gzipped, or a CAN log with its --map or --dbc");
   command
       .add_option("--map", maps,
                   "Role map: name or path; given again, of the files after it; default: by column names, or a shipped "
@@ -25,6 +23,7 @@ void RecordingOptions::add(CLI::App& command) {
   command.add_option("--cells-in-parallel", cells_in_parallel, "Cells in parallel behind the recorded current")
       ->check(whole_number(1, 1000))
       ->capture_default_str();
+  return data_;
 }
 
 std::vector<std::optional<RoleMap>> RecordingOptions::role_maps(const DataFolder& data) const {
@@ -35,7 +34,7 @@ std::vector<std::optional<RoleMap>> RecordingOptions::role_maps(const DataFolder
   for (const CLI::Option* option : command_->parse_order()) {
     if (option->get_name() == "--map" && maps.size() > 1)
       next = load_role_map(data.find("maps", maps.at(given++), "--map"));
-    if (option->get_name() == "data") out.push_back(next);
+    if (option == data_) out.push_back(next);
   }
   finding.check_needed(std::all_of(out.begin(), out.end(), [](const auto& map) { return map.has_value(); }));
   bool written = false;

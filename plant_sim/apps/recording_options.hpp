@@ -17,8 +17,8 @@ struct RecordingOptions {
   MapFinding finding;
   int cells_in_series = 1, cells_in_parallel = 1;
 
-  /// Adds `data` and the flags.
-  void add(CLI::App& command);
+  /// Adds `data`, or the flag `--data` that is called so in `name`, and the flags of how it is read.
+  CLI::Option* add(CLI::App& command, const std::string& name = "data");
 
   /// The map of each file; none without --map, --dbc and --write-map. One map is that of all files, of several each
   /// holds for the files after it.
@@ -29,6 +29,7 @@ struct RecordingOptions {
 
  private:
   CLI::App* command_ = nullptr;
+  CLI::Option* data_ = nullptr;
 };
 
 }  // namespace voltlap::plant

@@ -102,18 +102,25 @@ void refuse_unjudged(const std::string& vehicle, const SocDriveResult& drive, bo
 
 SocTestCommand::SocTestCommand(CLI::App& app) : command_(app.add_subcommand("soc-test", what_it_does("soc-test"))) {
   car_.add_vehicle(*command_);
-  command_->add_flag("--short", short_, "One course, eight laps, two cars: seconds instead of minutes");
-  CLI::Option* data =
-      command_->add_option("--data", files_, "Recordings of one cell, from a rest on")->type_name("FILE");
+  command_->add_flag("--short", short_, "One course, six laps, two cars: seconds instead of minutes");
+  CLI::Option* data = recordings_.add(*command_, "--data")->type_name("FILE");
   CLI::Option* cell = command_->add_option("--cell", cell_, "Their cell file: name or path")->needs(data);
+  command_
+      ->add_option("--temperature", temperature_c_,
+                   "degC of recordings that have no temperature column; default: the cell file's own")
+      ->check(number_between(-40.0, 80.0, "In degC; correct the number, or leave the flag out"))
+      ->needs(data);
   data->needs(cell);
+  for (const char* how : {"--map", "--dbc", "--write-map", "--cells-in-series", "--cells-in-parallel"})
+    command_->get_option(how)->needs(data);
   command_->add_flag("--only-data", only_recordings_, "The recordings alone, no drive")->needs(data);
   add_output_file(*command_, "--json", json_, "Write every row as JSON");
   command_->footer(
       "Each endurance is driven once, by a BMS that is told the truth; others listen on the same bus, each with an\n"
       "error of its own, by the filter (ekf) and by counting (coulomb). A start that is off is a restart after 30 s\n"
       "of driving from a record that is. An offset of the current comes with the drive: one that is there at rest is\n"
-      "learned. Recordings are judged by the charge that they counted from the open-circuit voltage at their begin.\n"
+      "learned. Recordings begin at a rest, or under load from one, and are judged by the charge that they counted\n"
+      "from the open-circuit voltage at their begin.\n"
       "Example: voltlap soc-test --short --json soc.json\n"
       "Exit code: 0 all was measured, marks met or not, 2 usage or input, 130 interrupted.");
 }
@@ -156,7 +163,7 @@ std::vector<SocDriveResult> SocTestCommand::drive_all(const DataFolder& data, Pr
 
 std::vector<SocRecordingResult> SocTestCommand::read_all(const DataFolder& data, ProgressLine& progress) const {
   std::vector<SocRecordingResult> out;
-  if (files_.empty()) return out;
+  if (recordings_.files.empty()) return out;
   const CellParameters cell = load_cell(data, cell_, "cell");
   CarOptions car = car_;
   const std::string path = std::filesystem::absolute(data.find("cells", cell_, "cell")).string();
@@ -166,9 +173,12 @@ std::vector<SocRecordingResult> SocTestCommand::read_all(const DataFolder& data,
   car.settings.emplace_back("bms.soc_method=ekf");
   const LoadedVehicle loaded = car.load_car(data);
   const bms::Config config = bms_config(loaded.parameters, loaded.origin);
-  for (const std::string& file : files_) {
-    progress.show("reading " + file, static_cast<double>(out.size()) / static_cast<double>(files_.size()));
-    out.push_back(run_soc_recording(read_cell_log(file, nullptr, data), cell, config));
+  const std::vector<std::optional<RoleMap>> maps = recordings_.role_maps(data);
+  for (const std::string& file : recordings_.files) {
+    progress.show("reading " + file, static_cast<double>(out.size()) / static_cast<double>(maps.size()));
+    const std::optional<RoleMap>& map = maps.at(out.size());
+    const CellLog log = read_cell_log(file, map ? &*map : nullptr, data, recordings_.whole());
+    out.push_back(run_soc_recording(log, cell, config, temperature_c_.value_or(cell.reference_temperature_c)));
     if (interrupted()) break;
   }
   return out;

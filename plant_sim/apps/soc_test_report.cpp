@@ -44,6 +44,7 @@ std::string recording_text(const SocRecordingResult& recording) {
       "{}: from {:.0f} %, judged at {:.0f} to {:.0f} %, {:.0f} s; 5 mV of OCV are {:.1f} points\n", recording.file,
       100.0 * recording.begin_soc, 100.0 * recording.low_soc, 100.0 * recording.high_soc, recording.judged_s,
       recording.slope_bound_points);
+  for (const std::string& each : recording.remarks) out += "  " + each + "\n";
   for (const SocRecordingRow& row : recording.rows) {
     const std::string judged = mark ? fmt::format("{:5.2f} {:5.2f}  {:<9}", mark->rms, mark->largest,
                                                   mark_text(met(row.ekf, *mark)))
@@ -82,10 +83,14 @@ Json recording_json(const SocRecordingResult& recording) {
                     {"mark", mark ? mark_json(*mark) : Json()},
                     {"met", mark ? Json(met(row.ekf, *mark)) : Json()}});
   }
-  return {{"file", recording.file},         {"begin_soc", recording.begin_soc},
+  return {{"file", recording.file},
+          {"remarks", recording.remarks},
+          {"begin_soc", recording.begin_soc},
           {"low_soc", recording.low_soc},
-          {"high_soc", recording.high_soc},     {"judged_s", recording.judged_s},
-          {"slope_bound_points", recording.slope_bound_points}, {"rows", rows}};
+          {"high_soc", recording.high_soc},
+          {"judged_s", recording.judged_s},
+          {"slope_bound_points", recording.slope_bound_points},
+          {"rows", rows}};
 }
 
 /// Rows whose mark is met, and all.

@@ -30,7 +30,7 @@ ValidateCommand::ValidateCommand(CLI::App& app)
     : command_(
           app.add_subcommand("validate", what_it_does("validate"))) {
   command_->add_option("cell", cell_, "Cell file: name or path")->required();
-  recordings_.add(*command_);
+  recordings_.add(*command_)->required();
   command_
       ->add_option("--temperature", study_.validation.temperature_c,
                    "degC of recordings that have no temperature column")

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import random
 import subprocess
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 BUILD = pathlib.Path(os.environ["VOLTLAP_BUILD_DIR"])
 CELL = "aesc_e5_2p"
+SEED = int(os.environ.get("VOLTLAP_TEST_SEED", "1"))
 
 
 def soc_test(*arguments):
@@ -61,6 +63,108 @@ def test_a_recording_is_judged_by_its_own_count(tmp_path):
     as_recorded, start_off = recording["rows"]
     assert as_recorded["coulomb"]["max_points"] < 0.5 and start_off["coulomb"]["rms_points"] > 15
     assert as_recorded["ekf"]["max_points"] < 5 and start_off["ekf"]["rms_points"] < 5
+
+
+def ocv(soc):
+    return sum(c * soc ** k for k, c in enumerate([3.00, 5.98, -14.1, 15.2, -6.79, 0.88]))  # aesc_e5_2p.toml
+
+
+def write_cycles(path, offset_a, low, high, cycles=3, ohm=0.0028, rest_s=1200, amps=25.0, rows=None):
+    """A cell between two charges and back, rests between; what is written is off by `offset_a` under current."""
+    soc, t, lines, capacity = high, 0, [], 55.2
+
+    def run(current, seconds):
+        nonlocal soc, t
+        for _ in range(seconds // 10):
+            t += 10
+            soc -= current * 10 / 3600 / capacity
+            lines.append((t, current + (offset_a if current else 0.0), ocv(soc) - ohm * current))
+    run(0.0, rest_s)
+    stroke = int((high - low) * capacity / amps * 3600) // 10 * 10
+    for _ in range(cycles):
+        run(amps, stroke), run(0.0, rest_s), run(-amps, stroke), run(0.0, rest_s)
+    path.write_text("time_s,current_a,voltage_v\n" + "".join(
+        f"{t},{a:.4f},{v:.4f}\n" for t, a, v in (rows(lines) if rows else lines)))
+
+
+def recorded(tmp_path, *arguments):
+    run = soc_test("--only-data", "--cell", CELL, *arguments, "--json", tmp_path / "o.json")
+    assert run.returncode == 0, run.stderr
+    recording, = json.loads((tmp_path / "o.json").read_text())["recordings"]
+    return recording, run.stdout
+
+
+@pytest.mark.parametrize("k", range(6))
+def test_a_count_that_drifts_between_equal_rests_is_no_truth(tmp_path, k):
+    """Drawn offsets of a tester, drawn charges: rests that end alike tell it, and the truth is without it."""
+    draw = random.Random(f"{SEED} {k}")
+    offset = draw.choice([-1, 1]) * draw.uniform(0.05, 0.3) if k else 0.0
+    low, high = draw.uniform(0.05, 0.15), draw.uniform(0.92, 0.99)
+    write_cycles(tmp_path / "cycles.csv", offset, low, high, ohm=draw.uniform(0.001, 0.004))
+    recording, text = recorded(tmp_path, "--data", tmp_path / "cycles.csv")
+    said = [float(r.split("by ")[1].split(" A")[0]) for r in recording["remarks"] if "its count drifts" in r]
+    case = f"VOLTLAP_TEST_SEED={SEED}, case {k}: {offset:+.3f} A from {low:.3f} to {high:.3f}; {recording['remarks']}"
+    if not offset:
+        assert said == [], case
+    else:
+        assert len(said) == 1 and abs(said[0] - offset) < 0.1 * abs(offset) + 0.003, case
+        assert "its count drifts" in text
+    assert abs(recording["low_soc"] - low) < 0.01 and abs(recording["high_soc"] - high) < 0.01, case
+
+
+def test_equal_voltages_where_the_ocv_is_flat_say_nothing_of_the_count(tmp_path):
+    """Between 50 and 55 % the cell's OCV hardly moves: rests 3 points apart look alike there."""
+    draw = random.Random(SEED)
+    flat = draw.uniform(0.50, 0.54)
+    write_cycles(tmp_path / "flat.csv", 0.2, flat, flat + 0.15, cycles=2)
+    recording, _ = recorded(tmp_path, "--data", tmp_path / "flat.csv")
+    assert not [r for r in recording["remarks"] if "drifts" in r], f"VOLTLAP_TEST_SEED={SEED}, from {flat:.3f}"
+
+
+def test_what_flowed_in_a_gap_ends_the_truth(tmp_path):
+    """Twenty minutes lost under current: the part before is judged, and the rest is said."""
+    gap = (9000, 10200)
+    write_cycles(tmp_path / "gap.csv", 0.0, 0.1, 0.95,
+                 rows=lambda lines: [row for row in lines if not gap[0] < row[0] < gap[1]])
+    recording, text = recorded(tmp_path, "--data", tmp_path / "gap.csv")
+    remark, = [r for r in recording["remarks"] if "ends at a gap" in r]
+    assert "at 9000.0 s" in remark and "the BMS cannot know" in text and recording["judged_s"] < 9000
+
+
+def test_a_pack_in_another_units_by_a_map(tmp_path):
+    """24 cells in series, mA and minutes, charge positive: the same rows as of the cell itself."""
+    write_cycles(tmp_path / "cell.csv", 0.0, 0.1, 0.95, cycles=1)
+    alone, _ = recorded(tmp_path, "--data", tmp_path / "cell.csv", "--temperature", 25)
+    rows = [line.split(",") for line in (tmp_path / "cell.csv").read_text().splitlines()[1:]]
+    (tmp_path / "pack.csv").write_text("minutes;I;U\n" + "".join(
+        f"{float(t) / 60:.8f};{-2000 * float(a):.4f};{24 * float(v):.4f}\n" for t, a, v in rows))
+    (tmp_path / "pack.toml").write_text(
+        '[roles]\ntime = {column = "minutes", unit = "min"}\n'
+        'current = {column = "I", unit = "mA", discharge = "-"}\nvoltage = {column = "U", unit = "V"}\n')
+    pack, _ = recorded(tmp_path, "--data", tmp_path / "pack.csv", "--map", tmp_path / "pack.toml",
+                       "--cells-in-series", 24, "--cells-in-parallel", 2, "--temperature", 25)
+    assert abs(pack["begin_soc"] - alone["begin_soc"]) < 1e-3
+    for one, other in zip(alone["rows"], pack["rows"]):
+        assert abs(one["ekf"]["rms_points"] - other["ekf"]["rms_points"]) < 0.05, (one, other)
+        assert abs(one["coulomb"]["rms_points"] - other["coulomb"]["rms_points"]) < 0.05
+
+
+@pytest.mark.skipif("VOLTLAP_DATA" not in os.environ, reason="needs the measured recordings (VOLTLAP_DATA)")
+def test_the_marks_hold_on_the_leaf_cells_recordings(tmp_path):
+    """The cell file is of the pulses alone: what it says of the 1C and the 2C is a prediction."""
+    leaf = pathlib.Path(os.environ["VOLTLAP_DATA"]) / "leaf_cell_ornl"
+    subprocess.run([BUILD / "bin" / "voltlap-learn", "identify", "--map", "leaf_cell_ornl", "--temperature", "25",
+                    leaf / "hppc_25C.csv.gz", "--out", tmp_path / "leaf.toml"], check=True, capture_output=True)
+    run = soc_test("--only-data", "--cell", tmp_path / "leaf.toml", "--json", tmp_path / "o.json",
+                   "--data", *(leaf / f"{name}.csv.gz" for name in ("discharge_1C", "discharge_2C", "hppc_25C")))
+    result = json.loads((tmp_path / "o.json").read_text())
+    assert (result["marks_met"], result["marks"]) == (6, 6), run.stdout
+
+
+@pytest.mark.parametrize("flag", ["--map", "--dbc", "--cells-in-series", "--temperature"])
+def test_how_recordings_are_read_needs_recordings(flag):
+    run = soc_test("--short", flag, __file__ if flag in ("--map", "--dbc") else "2")
+    assert run.returncode == 2 and "--data" in run.stderr and run.stdout == ""
 
 
 def test_a_file_that_is_not_there_is_named():

@@ -52,12 +52,26 @@ std::vector<Block> time_blocks(const MeasuredRun& run, double seconds) {
   return blocks;
 }
 
-MeasuredRun without_every_second(const MeasuredRun& run, const std::vector<Block>& blocks, std::size_t first) {
+std::vector<Block> every_second(const std::vector<Block>& blocks, std::size_t first) {
+  VOLTLAP_DEMAND(first < 2);
+  std::vector<Block> out;
+  for (std::size_t b = first; b < blocks.size(); b += 2) out.push_back(blocks[b]);
+  return out;
+}
+
+std::vector<Block> half_of(const std::vector<Block>& blocks, std::size_t half) {
+  VOLTLAP_DEMAND(half < 2);
+  std::vector<Block> out;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if ((b + 1) / 2 % 2 == half) out.push_back(blocks[b]);
+  }
+  return out;
+}
+
+MeasuredRun without(const MeasuredRun& run, const std::vector<Block>& blocks) {
   VOLTLAP_DEMAND(blocks.empty() || blocks.back().last <= run.rows());
   MeasuredRun out = run;
-  for (std::size_t b = first; b < blocks.size(); b += 2) {
-    out.weight_s.segment(blocks[b].first, blocks[b].last - blocks[b].first).setZero();
-  }
+  for (const Block& block : blocks) out.weight_s.segment(block.first, block.last - block.first).setZero();
   return out;
 }
 
@@ -91,17 +105,16 @@ double standard_error_of_difference(const BlockScore& a, const BlockScore& b) {
   return count > 1.0 ? std::sqrt(scatter * count / (count - 1.0)) / seconds : std::abs(mean);
 }
 
-BlockScore score_every_second(const MeasuredRun& run, const Eigen::VectorXd& error, const std::vector<Block>& blocks,
-                              std::size_t first) {
+BlockScore score_of(const MeasuredRun& run, const Eigen::VectorXd& error, const std::vector<Block>& blocks) {
   VOLTLAP_DEMAND(error.size() == run.rows() && (blocks.empty() || blocks.back().last <= run.rows()));
   BlockScore score;
-  for (std::size_t b = first; b < blocks.size(); b += 2) {
-    const Index n = blocks[b].last - blocks[b].first;
-    const auto w = run.weight_s.segment(blocks[b].first, n).array();
+  for (const Block& block : blocks) {
+    const Index n = block.last - block.first;
+    const auto w = run.weight_s.segment(block.first, n).array();
     const double seconds = w.sum();
     if (seconds <= 0.0) continue;
-    score.parts.push_back(
-        {std::sqrt((w * error.segment(blocks[b].first, n).array().square()).sum() / seconds), seconds});
+    const double squares = (w * error.segment(block.first, n).array().square()).sum();
+    score.parts.push_back({std::sqrt(squares / seconds), seconds});
   }
   return score;
 }
