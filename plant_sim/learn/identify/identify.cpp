@@ -309,7 +309,7 @@ void IdentificationProblem::hold_out_blocks() {
   everything = runs;
   for (MeasuredRun& run : runs) {
     blocks.push_back(time_blocks(run, options.block_s));
-    run = without(run, every_second(blocks.back(), options.fit_even_blocks ? 1 : 0));
+    run = without_every_second(run, blocks.back(), options.fit_even_blocks ? 1 : 0);
   }
 }
 

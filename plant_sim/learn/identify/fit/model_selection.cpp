@@ -18,7 +18,7 @@ constexpr double kWindow = 120.0;  // s of a held-out pulse
 constexpr int kSearchEvaluations = 30;
 constexpr double kWorthIt = 0.95, kMoreThanTwo = 0.9;  // of the error: a branch more must predict better by this
 
-/// Blocks of each recording, of which a half is kept back in turn.
+/// Blocks of each recording, of which every second is kept back in turn.
 using Blocks = std::vector<std::vector<Block>>;
 
 /// Pulses with their first two minutes; without pulses, minutes.
@@ -48,14 +48,14 @@ template <class Fit>
 BlockScore score_by(const Fit& fit, const std::vector<MeasuredRun>& runs, const Blocks& blocks, bool from_onset) {
   VOLTLAP_DEMAND(!runs.empty() && blocks.size() == runs.size());
   BlockScore total;
-  for (const std::size_t half : {std::size_t{0}, std::size_t{1}}) {
-    const auto back = [&](std::size_t k) { return half_of(blocks[k], (half + k) % 2); };
+  for (const std::size_t first : {std::size_t{0}, std::size_t{1}}) {
     std::vector<MeasuredRun> kept;
-    for (std::size_t k = 0; k < runs.size(); ++k) kept.push_back(without(runs[k], back(k)));
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      kept.push_back(without_every_second(runs[k], blocks[k], (first + k) % 2));
     const auto errors = errors_of(fit(kept), runs);
     for (std::size_t k = 0; k < runs.size(); ++k) {
       const Eigen::VectorXd error = from_onset ? since_onset(errors[k], blocks[k]) : errors[k];
-      const BlockScore one = score_of(runs[k], error, back(k));
+      const BlockScore one = score_every_second(runs[k], error, blocks[k], (first + k) % 2);
       total.parts.insert(total.parts.end(), one.parts.begin(), one.parts.end());
     }
   }

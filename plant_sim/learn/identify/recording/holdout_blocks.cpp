@@ -52,26 +52,12 @@ std::vector<Block> time_blocks(const MeasuredRun& run, double seconds) {
   return blocks;
 }
 
-std::vector<Block> every_second(const std::vector<Block>& blocks, std::size_t first) {
-  VOLTLAP_DEMAND(first < 2);
-  std::vector<Block> out;
-  for (std::size_t b = first; b < blocks.size(); b += 2) out.push_back(blocks[b]);
-  return out;
-}
-
-std::vector<Block> half_of(const std::vector<Block>& blocks, std::size_t half) {
-  VOLTLAP_DEMAND(half < 2);
-  std::vector<Block> out;
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if ((b + 1) / 2 % 2 == half) out.push_back(blocks[b]);
-  }
-  return out;
-}
-
-MeasuredRun without(const MeasuredRun& run, const std::vector<Block>& blocks) {
+MeasuredRun without_every_second(const MeasuredRun& run, const std::vector<Block>& blocks, std::size_t first) {
   VOLTLAP_DEMAND(blocks.empty() || blocks.back().last <= run.rows());
   MeasuredRun out = run;
-  for (const Block& block : blocks) out.weight_s.segment(block.first, block.last - block.first).setZero();
+  for (std::size_t b = first; b < blocks.size(); b += 2) {
+    out.weight_s.segment(blocks[b].first, blocks[b].last - blocks[b].first).setZero();
+  }
   return out;
 }
 
@@ -105,16 +91,17 @@ double standard_error_of_difference(const BlockScore& a, const BlockScore& b) {
   return count > 1.0 ? std::sqrt(scatter * count / (count - 1.0)) / seconds : std::abs(mean);
 }
 
-BlockScore score_of(const MeasuredRun& run, const Eigen::VectorXd& error, const std::vector<Block>& blocks) {
+BlockScore score_every_second(const MeasuredRun& run, const Eigen::VectorXd& error, const std::vector<Block>& blocks,
+                              std::size_t first) {
   VOLTLAP_DEMAND(error.size() == run.rows() && (blocks.empty() || blocks.back().last <= run.rows()));
   BlockScore score;
-  for (const Block& block : blocks) {
-    const Index n = block.last - block.first;
-    const auto w = run.weight_s.segment(block.first, n).array();
+  for (std::size_t b = first; b < blocks.size(); b += 2) {
+    const Index n = blocks[b].last - blocks[b].first;
+    const auto w = run.weight_s.segment(blocks[b].first, n).array();
     const double seconds = w.sum();
     if (seconds <= 0.0) continue;
-    const double squares = (w * error.segment(block.first, n).array().square()).sum();
-    score.parts.push_back({std::sqrt(squares / seconds), seconds});
+    score.parts.push_back(
+        {std::sqrt((w * error.segment(blocks[b].first, n).array().square()).sum() / seconds), seconds});
   }
   return score;
 }

@@ -18,14 +18,9 @@ struct Block {
 /// Blocks of equal time from the beginning.
 [[nodiscard]] std::vector<Block> time_blocks(const MeasuredRun& run, double seconds);
 
-/// Every second block, from block `first` (0 or 1).
-[[nodiscard]] std::vector<Block> every_second(const std::vector<Block>& blocks, std::size_t first);
-/// One of two halves, 0 or 1, dealt as 0 1 1 0 0 1 1 0: where charges and discharges take turns, each half has both,
-/// and what one of them alone tells is not asked of the other.
-[[nodiscard]] std::vector<Block> half_of(const std::vector<Block>& blocks, std::size_t half);
-
-/// The same run with the rows of these blocks given no weight.
-[[nodiscard]] MeasuredRun without(const MeasuredRun& run, const std::vector<Block>& blocks);
+/// The same run with the rows of every second block (from block `first`) given no weight.
+[[nodiscard]] MeasuredRun without_every_second(const MeasuredRun& run, const std::vector<Block>& blocks,
+                                               std::size_t first);
 
 /// Error less its value just before each block: what the block itself adds, without the drift of the OCV.
 [[nodiscard]] Eigen::VectorXd since_onset(const Eigen::VectorXd& error, const std::vector<Block>& blocks);
@@ -39,7 +34,8 @@ struct BlockScore {
 };
 /// Standard error of the mean difference of two scores of the same blocks.
 [[nodiscard]] double standard_error_of_difference(const BlockScore& a, const BlockScore& b);
-[[nodiscard]] BlockScore score_of(const MeasuredRun& run, const Eigen::VectorXd& error,
-                                  const std::vector<Block>& blocks);
+/// Score of every second block (from `first`).
+[[nodiscard]] BlockScore score_every_second(const MeasuredRun& run, const Eigen::VectorXd& error,
+                                            const std::vector<Block>& blocks, std::size_t first);
 
 }  // namespace voltlap::plant

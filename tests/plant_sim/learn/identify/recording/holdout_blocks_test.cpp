@@ -38,34 +38,19 @@ TEST(HoldoutBlocks, WindowWithAFreeStateIsLeftOut) {
 TEST(HoldoutBlocks, EverySecondBlockLosesItsWeightAndItsScoreIsItsOwn) {
   const auto blocks = time_blocks(run, 60.0);
   LONGS_EQUAL(15, blocks.size());
-  const MeasuredRun kept = without(run, every_second(blocks, 1));
+  const MeasuredRun kept = without_every_second(run, blocks, 1);
   DOUBLES_EQUAL(0.0, kept.weight_s(70), 0.0);
   DOUBLES_EQUAL(1.0, kept.weight_s(30), 0.0);
   Eigen::VectorXd error = Eigen::VectorXd::Constant(run.rows(), 1.0);
   error.segment(60, 60).setConstant(2.0);
-  DOUBLES_EQUAL((2.0 + 6.0) / 7.0, score_of(run, error, every_second(blocks, 1)).mean(), 1e-9);
-  DOUBLES_EQUAL(1.0, score_of(run, error, every_second(blocks, 0)).mean(), 1e-9);
+  DOUBLES_EQUAL((2.0 + 6.0) / 7.0, score_every_second(run, error, blocks, 1).mean(), 1e-9);
+  DOUBLES_EQUAL(1.0, score_every_second(run, error, blocks, 0).mean(), 1e-9);
   // The same blocks twice as bad: the difference is their own rms, its error from how those scatter.
-  const BlockScore one = score_of(run, error, every_second(blocks, 1)),
-                   two = score_of(run, 2.0 * error, every_second(blocks, 1));
+  const BlockScore one = score_every_second(run, error, blocks, 1),
+                   two = score_every_second(run, 2.0 * error, blocks, 1);
   DOUBLES_EQUAL(0.0, standard_error_of_difference(one, one), 1e-12);
   const double mean = 8.0 / 7.0, squares = (2.0 - mean) * (2.0 - mean) + 6.0 * (1.0 - mean) * (1.0 - mean);
   DOUBLES_EQUAL(std::sqrt(squares / 6.0 / 7.0), standard_error_of_difference(two, one), 1e-9);
-}
-
-TEST(HoldoutBlocks, WhatTakesTurnsIsInBothHalves) {
-  const auto blocks = time_blocks(run, 60.0);
-  std::vector<int> taken(blocks.size(), 0);
-  for (const std::size_t half : {std::size_t{0}, std::size_t{1}}) {
-    std::size_t of_turn[2] = {};
-    for (const Block& block : half_of(blocks, half)) {
-      const std::size_t at = static_cast<std::size_t>(block.first) / 60;
-      ++of_turn[at % 2];
-      ++taken[at];
-    }
-    CHECK(of_turn[0] >= 3 && of_turn[1] >= 3);
-  }
-  for (const int once : taken) LONGS_EQUAL(1, once);
 }
 
 TEST(HoldoutBlocks, ErrorSinceOnsetForgetsWhatWasThereBefore) {
