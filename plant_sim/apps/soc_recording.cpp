@@ -119,7 +119,7 @@ std::vector<std::string> remarks_of(const CellLog& log, std::size_t first, std::
   if (log.temperature_c.empty()) out.push_back(fmt::format("no thermometer: {:.4g} degC", otherwise_c));
   if (end < log.rows()) {
     const double at_s = log.time_s[end - 1];
-    out.push_back(fmt::format("ends at a gap at {:.1f} s, {:.0f} s before its end: the BMS cannot know what flowed in it",
+    out.push_back(fmt::format("ends at a gap at {:.1f} s, {:.0f} s before its end: the BMS cannot know what flowed",
                               at_s, log.time_s.back() - at_s));
   }
   return out;

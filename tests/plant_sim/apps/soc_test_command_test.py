@@ -69,9 +69,10 @@ def ocv(soc):
     return sum(c * soc ** k for k, c in enumerate([3.00, 5.98, -14.1, 15.2, -6.79, 0.88]))  # aesc_e5_2p.toml
 
 
-def write_cycles(path, offset_a, low, high, cycles=3, ohm=0.0028, rest_s=1200, amps=25.0, rows=None):
+def write_cycles(path, offset_a, between, cycles=3, ohm=0.0028, rows=None):
     """A cell between two charges and back, rests between; what is written is off by `offset_a` under current."""
-    soc, t, lines, capacity = high, 0, [], 55.2
+    rest_s, amps, capacity, (low, high) = 1200, 25.0, 55.2, between
+    soc, t, lines = high, 0, []
 
     def run(current, seconds):
         nonlocal soc, t
@@ -100,7 +101,7 @@ def test_a_count_that_drifts_between_equal_rests_is_no_truth(tmp_path, k):
     draw = random.Random(f"{SEED} {k}")
     offset = draw.choice([-1, 1]) * draw.uniform(0.05, 0.3) if k else 0.0
     low, high = draw.uniform(0.05, 0.15), draw.uniform(0.92, 0.99)
-    write_cycles(tmp_path / "cycles.csv", offset, low, high, ohm=draw.uniform(0.001, 0.004))
+    write_cycles(tmp_path / "cycles.csv", offset, (low, high), ohm=draw.uniform(0.001, 0.004))
     recording, text = recorded(tmp_path, "--data", tmp_path / "cycles.csv")
     said = [float(r.split("by ")[1].split(" A")[0]) for r in recording["remarks"] if "its count drifts" in r]
     case = f"VOLTLAP_TEST_SEED={SEED}, case {k}: {offset:+.3f} A from {low:.3f} to {high:.3f}; {recording['remarks']}"
@@ -116,7 +117,7 @@ def test_equal_voltages_where_the_ocv_is_flat_say_nothing_of_the_count(tmp_path)
     """Between 50 and 55 % the cell's OCV hardly moves: rests 3 points apart look alike there."""
     draw = random.Random(SEED)
     flat = draw.uniform(0.50, 0.54)
-    write_cycles(tmp_path / "flat.csv", 0.2, flat, flat + 0.15, cycles=2)
+    write_cycles(tmp_path / "flat.csv", 0.2, (flat, flat + 0.15), cycles=2)
     recording, _ = recorded(tmp_path, "--data", tmp_path / "flat.csv")
     assert not [r for r in recording["remarks"] if "drifts" in r], f"VOLTLAP_TEST_SEED={SEED}, from {flat:.3f}"
 
@@ -124,7 +125,7 @@ def test_equal_voltages_where_the_ocv_is_flat_say_nothing_of_the_count(tmp_path)
 def test_what_flowed_in_a_gap_ends_the_truth(tmp_path):
     """Twenty minutes lost under current: the part before is judged, and the rest is said."""
     gap = (9000, 10200)
-    write_cycles(tmp_path / "gap.csv", 0.0, 0.1, 0.95,
+    write_cycles(tmp_path / "gap.csv", 0.0, (0.1, 0.95),
                  rows=lambda lines: [row for row in lines if not gap[0] < row[0] < gap[1]])
     recording, text = recorded(tmp_path, "--data", tmp_path / "gap.csv")
     remark, = [r for r in recording["remarks"] if "ends at a gap" in r]
@@ -133,7 +134,7 @@ def test_what_flowed_in_a_gap_ends_the_truth(tmp_path):
 
 def test_a_pack_in_another_units_by_a_map(tmp_path):
     """24 cells in series, mA and minutes, charge positive: the same rows as of the cell itself."""
-    write_cycles(tmp_path / "cell.csv", 0.0, 0.1, 0.95, cycles=1)
+    write_cycles(tmp_path / "cell.csv", 0.0, (0.1, 0.95), cycles=1)
     alone, _ = recorded(tmp_path, "--data", tmp_path / "cell.csv", "--temperature", 25)
     rows = [line.split(",") for line in (tmp_path / "cell.csv").read_text().splitlines()[1:]]
     (tmp_path / "pack.csv").write_text("minutes;I;U\n" + "".join(
