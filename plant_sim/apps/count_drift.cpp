@@ -15,6 +15,7 @@ constexpr double kAlike_v = 0.005;
 constexpr double kReading_v = 0.002, kRelaxed = 0.002;  // what such rests differ by: V, and of the charge
 constexpr double kSteep_v = 0.5;  // of OCV over the charge: where it is flatter, rests that end alike may lie far apart
 constexpr double kSure = 3.0;
+constexpr double kMost = 0.01;  // of the largest current: a counter that is further off is no instrument
 
 struct Rest {
   double volts, drawn_ah, hours_on;
@@ -79,6 +80,9 @@ std::optional<CountDrift> count_drift(const CellLog& log, const std::vector<doub
   if (square <= 0.0) return std::nullopt;
   const double rate = product / square;  // of the charge, an hour
   if (std::abs(rate) < kSure / std::sqrt(square)) return std::nullopt;
+  double most_a = 0.0;
+  for (const double current : log.current_a) most_a = std::max(most_a, std::abs(current));
+  if (std::abs(rate) * cell.capacity_ah > kMost * most_a) return std::nullopt;
   CountDrift out{rate * cell.capacity_ah, static_cast<int>(std::count(alike.begin(), alike.end(), true)), drawn_ah};
   for (std::size_t row = 0; row < log.rows(); ++row) out.drawn_ah[row] -= out.current_a * on[row];
   return out;

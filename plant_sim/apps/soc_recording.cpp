@@ -10,6 +10,7 @@
 #include "apps/count_drift.hpp"
 #include "bms/estimate/soc_record.hpp"
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 #include "learn/validate/prediction_error.hpp"
 
 namespace voltlap::plant {
@@ -90,13 +91,59 @@ double slope_bound(const CellTables& tables, double low, double high) {
   return 100.0 * kDoubtedVolts / std::max(slopes[10], 1e-3);
 }
 
-/// The row from which the charge is counted: the first with a voltage.
-std::size_t first_row(const CellLog& log) {
-  for (std::size_t row = 0; row < log.rows(); ++row) {
-    if (!std::isnan(log.voltage_v[row])) return row;
+/// From where the charge is counted.
+struct Begin {
+  std::size_t row = 0;
+  double volts = 0.0;
+  bool rests = false;
+  double rest_s = 0.0;   ///< how long it rests before the current begins
+  double moved_v = 0.0;  ///< in the last minute of that rest
+};
+
+/// The last minute before the current begins: a recorder's first rows may be its own, and a cell relaxes. Without a
+/// rest the first row with a voltage.
+Begin begin_of(const CellLog& log, double rest_a) {
+  constexpr double kLast_s = 60.0;
+  std::size_t first = 0;
+  while (first < log.rows() && std::isnan(log.voltage_v[first])) ++first;
+  if (first == log.rows()) {
+    throw InputError(log.path, "no voltage", "one: the truth is counted from it",
+                     "Give a recording of current and voltage");
   }
-  throw InputError(log.path, "no voltage", "one: the truth is counted from it",
-                   "Give a recording of current and voltage");
+  std::size_t on = first;
+  while (on < log.rows() && std::abs(log.current_a[on]) <= rest_a && !(on > first && log.gap[on])) ++on;
+  if (on == first) return {first, log.voltage_v[first]};
+  Begin out{first, 0.0, true, log.time_s[on - 1] - log.time_s[first]};
+  while (log.time_s[on - 1] - log.time_s[out.row] > kLast_s) ++out.row;
+  std::vector<double> volts;
+  for (std::size_t row = out.row; row < on; ++row) {
+    if (std::isfinite(log.voltage_v[row])) volts.push_back(log.voltage_v[row]);
+  }
+  if (volts.empty()) return {first, log.voltage_v[first], true, out.rest_s};
+  const std::size_t half = (volts.size() + 1) / 2;
+  out.volts = median({volts.end() - static_cast<std::ptrdiff_t>(half), volts.end()});
+  out.moved_v = out.volts - median({volts.begin(), volts.begin() + static_cast<std::ptrdiff_t>(half)});
+  return out;
+}
+
+/// A rest at a voltage that the cell of the file cannot have is another cell's, or another count of cells.
+void require_possible_rest(const CellLog& log, const CellTables& tables, double volts, double c) {
+  constexpr double kBeyond_v = 0.05;
+  const double full = tables.ocv_v(1.0, c), empty = tables.ocv_v(0.0, c);
+  if (volts <= full + kBeyond_v && volts >= empty - kBeyond_v) return;
+  throw InputError(log.path, fmt::format("{:.3f} V a cell at rest", volts),
+                   fmt::format("{:.3f} (empty) to {:.3f} V (full) by the cell file", empty, full),
+                   "Correct --cells-in-series, or give the file of this cell");
+}
+
+void require_possible_charge(const CellLog& log, const SocRecordingResult& out, double capacity_ah) {
+  constexpr double kBeyond = 0.1;
+  if (out.low_soc >= -kBeyond && out.high_soc <= 1.0 + kBeyond) return;
+  throw InputError(log.path,
+                   fmt::format("a charge that counts from {:.0f} % to between {:.0f} and {:.0f} % of {:.4g} Ah",
+                               100.0 * out.begin_soc, 100.0 * out.low_soc, 100.0 * out.high_soc, capacity_ah),
+                   "0 to 100 %",
+                   "Check the current's sign and unit (--map), --cells-in-parallel, and whose the cell file is");
 }
 
 /// One past the last row that the estimators can follow: before the first gap in which, as the recorder's counter has
@@ -110,12 +157,17 @@ std::size_t end_row(const CellLog& log, const std::vector<double>& drawn_ah, std
   return log.rows();
 }
 
-/// What a reader must know of the rows from `first` to `end`.
-std::vector<std::string> remarks_of(const CellLog& log, std::size_t first, std::size_t end, bool rests,
-                                    double otherwise_c) {
+/// What a reader must know of the rows from `begin` to `end`.
+std::vector<std::string> remarks_of(const CellLog& log, const Begin& begin, std::size_t end, double otherwise_c) {
+  constexpr double kShort_s = 60.0, kMoves_v = 0.002;
   std::vector<std::string> out = log.repairs;
-  const double a = log.current_a[first];
-  if (!rests) out.push_back(fmt::format("begins under {:.4g} A: taken as rested before", a));
+  if (!begin.rests)
+    out.push_back(fmt::format("begins under {:.4g} A: taken as rested before", log.current_a[begin.row]));
+  if (begin.rests && begin.rest_s < kShort_s)
+    out.push_back(fmt::format("begins with a rest of {:.0f} s: taken as rested before", begin.rest_s));
+  if (std::abs(begin.moved_v) > kMoves_v)
+    out.push_back(fmt::format("its voltage still moves by {:.0f} mV in the last minute before the current begins",
+                              1e3 * begin.moved_v));
   if (log.temperature_c.empty()) out.push_back(fmt::format("no thermometer: {:.4g} degC", otherwise_c));
   if (end < log.rows()) {
     const double at_s = log.time_s[end - 1];
@@ -149,22 +201,24 @@ SocRecordingResult run_soc_recording(const CellLog& log, const CellParameters& c
   const CellTables tables(cell);
   const auto [hold, hold_from] = hold_of(log, cell, otherwise_c);
   std::vector<double> drawn_ah = charge_drawn_ah(log, hold);
-  const std::size_t first = first_row(log), end = end_row(log, drawn_ah, first, cell.capacity_ah);
-  const double c = temperature_at(log, first, otherwise_c), a = log.current_a[first];
-  const bool rests = std::abs(a) <= kRestShare * cell.capacity_ah;
+  const double rest_a = kRestShare * cell.capacity_ah;
+  const Begin begin = begin_of(log, rest_a);
+  const std::size_t first = begin.row, end = end_row(log, drawn_ah, first, cell.capacity_ah);
+  const double c = temperature_at(log, first, otherwise_c), a = begin.rests ? 0.0 : log.current_a[first];
   SocRecordingResult out;
   out.file = log.path;
-  out.remarks = remarks_of(log, first, end, rests, otherwise_c);
+  out.remarks = remarks_of(log, begin, end, otherwise_c);
   out.remarks.push_back(fmt::format("current {} (from {})", name_of(hold), hold_from));
-  if (auto drift = count_drift(log, drawn_ah, tables, {cell.capacity_ah, c, kRestShare * cell.capacity_ah})) {
+  if (auto drift = count_drift(log, drawn_ah, tables, {cell.capacity_ah, c, rest_a})) {
     out.remarks.push_back(fmt::format("its count drifts by {:+.3f} A: {} rests that end alike say so; taken off",
                                       drift->current_a, drift->rests));
     drawn_ah = std::move(drift->drawn_ah);
   }
+  if (begin.rests) require_possible_rest(log, tables, begin.volts, c);
   // A discharge test begins rested, and its first row may stand under the current already.
-  out.begin_soc = tables.soc_of_ocv(log.voltage_v[first] + a * tables.circuit(1.0, c, std::abs(a)).r0_ohm, c);
-  Listeners listeners(config, rests, out.begin_soc);
-  double clock_ms = 0.0, volts = log.voltage_v[first];
+  out.begin_soc = tables.soc_of_ocv(begin.volts + a * tables.circuit(1.0, c, std::abs(a)).r0_ohm, c);
+  Listeners listeners(config, begin.rests, out.begin_soc);
+  double clock_ms = 0.0, volts = begin.volts;
   bool judged = false;
   for (std::size_t row = first + 1; row < end; ++row) {
     const double dt = log.time_s[row] - log.time_s[row - 1];
@@ -195,6 +249,7 @@ SocRecordingResult run_soc_recording(const CellLog& log, const CellParameters& c
                                       : "less than a tenth of the charge moves",
                      "a recording in which more does", "Give a discharge or a drive");
   }
+  require_possible_charge(log, out, cell.capacity_ah);
   out.slope_bound_points = slope_bound(tables, std::max(0.0, out.low_soc), std::min(1.0, out.high_soc));
   for (std::size_t k = 0; k < listeners.names.size(); ++k) {
     out.rows.push_back({listeners.names[k], listeners.fed[2 * k].score, listeners.fed[2 * k + 1].score});

@@ -46,8 +46,9 @@ std::string recording_text(const SocRecordingResult& recording) {
       recording.slope_bound_points);
   for (const std::string& each : recording.remarks) out += "  " + each + "\n";
   for (const SocRecordingRow& row : recording.rows) {
-    const std::string judged = mark ? fmt::format("{:5.2f} {:5.2f}  {:<9}", mark->rms, mark->largest,
-                                                  mark_text(met(row.ekf, *mark)))
+    const bool judges = mark && row.ekf.samples() > 0;
+    const std::string judged = judges ? fmt::format("{:5.2f} {:5.2f}  {:<9}", mark->rms, mark->largest,
+                                                    mark_text(met(row.ekf, *mark)))
                                     : fmt::format("{:<22}", "not judged");
     out += fmt::format("  {:<34}{:6.2f} {:6.2f}  {:15}{}{:8.2f} {:7.2f}\n", row.name, row.ekf.rms(),
                        row.ekf.largest(), "", judged, row.coulomb.rms(), row.coulomb.largest());
@@ -81,7 +82,7 @@ Json recording_json(const SocRecordingResult& recording) {
                     {"ekf", score_json(row.ekf)},
                     {"coulomb", score_json(row.coulomb)},
                     {"mark", mark ? mark_json(*mark) : Json()},
-                    {"met", mark ? Json(met(row.ekf, *mark)) : Json()}});
+                    {"met", mark && row.ekf.samples() > 0 ? Json(met(row.ekf, *mark)) : Json()}});
   }
   return {{"file", recording.file},
           {"remarks", recording.remarks},
@@ -105,6 +106,7 @@ std::pair<std::size_t, std::size_t> counted(const std::vector<SocDriveResult>& d
     const std::optional<SocMark> mark = mark_of(recording);
     if (!mark) continue;
     for (const SocRecordingRow& row : recording.rows) {
+      if (row.ekf.samples() == 0) continue;  // never under load, so that no record was read
       good += met(row.ekf, *mark) ? 1 : 0;
       ++all;
     }

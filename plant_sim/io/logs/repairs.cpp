@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -13,6 +12,7 @@
 #include "core/errors.hpp"
 #include "core/number_text.hpp"
 #include "core/signal.hpp"
+#include "io/logs/current_sign.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -52,12 +52,6 @@ double sign_evidence(const CellLog& log) {
     size += std::abs(part);
   }
   return size > 0.0 ? with / size : 0.0;
-}
-
-/// Without steps: the mean current against the way the voltage went.
-double drift_evidence(const CellLog& log) {
-  const double charge = std::accumulate(log.current_a.begin(), log.current_a.end(), 0.0);
-  return charge * (log.voltage_v.back() - log.voltage_v.front()) > 0.0 ? 1.0 : -1.0;
 }
 
 /// 1 where the counter counts the way of the current's sign, else -1.
@@ -278,13 +272,11 @@ void bring_to_one_cell(CellLog& log, int series) {
 }
 
 void settle_sign(CellLog& log, DischargeSign declared) {
-  double evidence = sign_evidence(log);
-  constexpr double kClear = 0.2;
-  if (std::abs(evidence) < kClear && std::isfinite(log.voltage_v.front()) && std::isfinite(log.voltage_v.back())) {
-    evidence = declared == DischargeSign::kAuto ? drift_evidence(log) : 0.0;
-  }
+  constexpr double kClear = 0.2, kContradicted = 0.5;
+  const double whole = whole_sign_evidence(log);
+  double evidence = std::abs(whole) < kClear ? sign_evidence(log) : whole;
   if (declared == DischargeSign::kNegative) evidence = -evidence;
-  if (declared != DischargeSign::kAuto && evidence > kClear) {
+  if (declared != DischargeSign::kAuto && evidence > kContradicted) {
     throw InputError(
         log.path, "a voltage that rises when the current rises",
         fmt::format("discharge {} as declared in {}", declared == DischargeSign::kPositive ? "\"+\"" : "\"-\"",
@@ -292,9 +284,11 @@ void settle_sign(CellLog& log, DischargeSign declared) {
         "The recording charges where discharge was declared: change the sign there, or set discharge = \"auto\"");
   }
   const bool flip = declared == DischargeSign::kNegative || (declared == DischargeSign::kAuto && evidence > 0.0);
+  if (declared == DischargeSign::kAuto && std::abs(evidence) < kClear)
+    log.repairs.emplace_back("the voltage hardly says which sign of the current is discharge: declare it in a map");
   if (!flip) return;
   for (double& i : log.current_a) i = -i;
-  if (declared == DischargeSign::kAuto) log.repairs.push_back("sign of the current turned: charge was positive");
+  if (declared == DischargeSign::kAuto) log.repairs.emplace_back("sign of the current turned: charge was positive");
 }
 
 void settle_counter(CellLog& log) {

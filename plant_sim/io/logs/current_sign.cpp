@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/logs/current_sign.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/demand.hpp"
+
+namespace voltlap::plant {
+namespace {
+
+constexpr double kLag_s = 10.0;
+constexpr double kMostOfRow_s = 60.0;  // a row of a rest stands for no more
+constexpr double kExplained = 0.02;    // of the squares: less is chance
+
+struct Point {
+  double q, i, v, weight;
+};
+
+/// Weighted squares and products about the mean of their part.
+struct Sums {
+  double qq = 0.0, qi = 0.0, ii = 0.0, qv = 0.0, iv = 0.0, vv = 0.0;
+
+  void add(const std::vector<Point>& part) {
+    Point mean{};
+    for (const Point& at : part) {
+      mean.weight += at.weight;
+      mean.q += at.weight * at.q;
+      mean.i += at.weight * at.i;
+      mean.v += at.weight * at.v;
+    }
+    if (mean.weight <= 0.0) return;
+    for (const Point& at : part) {
+      const double q = at.q - mean.q / mean.weight, i = at.i - mean.i / mean.weight, v = at.v - mean.v / mean.weight;
+      qq += at.weight * q * q;
+      qi += at.weight * q * i;
+      ii += at.weight * i * i;
+      qv += at.weight * q * v;
+      iv += at.weight * i * v;
+      vv += at.weight * v * v;
+    }
+  }
+};
+
+Sums sums_of(const CellLog& log) {
+  Sums sums;
+  std::vector<Point> part;
+  double q = 0.0, behind = log.rows() > 0 ? log.current_a[0] : 0.0;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    if (log.gap[row]) {
+      sums.add(part);
+      part.clear();
+      behind = log.current_a[row];
+    }
+    const double dt = row > 0 && !log.gap[row] ? log.time_s[row] - log.time_s[row - 1] : 0.0;
+    if (dt > 0.0) {
+      const double mean_a = 0.5 * (log.current_a[row] + log.current_a[row - 1]);
+      q += mean_a * dt;
+      behind += (1.0 - std::exp(-dt / kLag_s)) * (log.current_a[row] - behind);
+    }
+    if (std::isfinite(log.voltage_v[row])) part.push_back({q, behind, log.voltage_v[row], std::min(dt, kMostOfRow_s)});
+  }
+  sums.add(part);
+  return sums;
+}
+
+}  // namespace
+
+double whole_sign_evidence(const CellLog& log) {
+  VOLTLAP_DEMAND(log.voltage_v.size() == log.rows() && log.gap.size() == log.rows());
+  constexpr double kAlike = 1e-6;  // charge and current that cannot be told apart
+  const Sums s = sums_of(log);
+  if (s.vv <= 0.0) return 0.0;
+  double by_q = s.qq > 0.0 ? s.qv * std::abs(s.qv) / s.qq : 0.0, by_i = s.ii > 0.0 ? s.iv * std::abs(s.iv) / s.ii : 0.0;
+  const double det = s.qq * s.ii - s.qi * s.qi;
+  if (det > kAlike * s.qq * s.ii) {
+    const double b = (s.ii * s.qv - s.qi * s.iv) / det, c = (s.qq * s.iv - s.qi * s.qv) / det;
+    by_q = b * std::abs(b) * det / s.ii;  // what the squares would lose without it
+    by_i = c * std::abs(c) * det / s.qq;
+  }
+  const double both = std::abs(by_q) + std::abs(by_i);
+  return both > kExplained * s.vv ? (by_q + by_i) / both : 0.0;
+}
+
+}  // namespace voltlap::plant

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which sign of a current is discharge, as the battery's own voltage says over the whole recording:
+//
+//   V = a + b q + c I'            q = integral of I,  I' the current behind a lag of 10 s
+//
+// by least squares, weighted by time, with an own a for each part between gaps. Of a battery that discharges with a
+// positive current b and c are negative. A voltage that comes late, by a second or two, is early enough for I'; steps
+// of a slow recorder, in whose intervals a cell relaxes, weigh no more than the seconds that they stand for.
+#pragma once
+#include "io/logs/cell_log.hpp"
+
+namespace voltlap::plant {
+
+/// Explained by charge and current, b and c each with its sign, over what both explain: -1 where discharge is positive
+/// as it stands, 1 where it is negative; near 0 where they contradict each other or nothing is explained.
+[[nodiscard]] double whole_sign_evidence(const CellLog& log);
+
+}  // namespace voltlap::plant
