@@ -29,16 +29,26 @@ double mean_ocv(const CellTables& tables, double temperature_c) {
   return sum / kSteps;
 }
 
-/// Greatest power at half charge [W]: the BMS's current, the cells' lowest voltage, the master's limit.
-double power_at_half(const VehicleParameters& car, const CellTables& tables, double open_v) {
+/// What the pack falls by at half charge, at once [ohm].
+double ohm_at_half(const VehicleParameters& car, const CellTables& tables) {
   const BatterySection& battery = car.battery;
   const CircuitParameters cell = tables.circuit(kHalf, battery.initial_temperature_c, car.cell.reference_current_a);
-  const double ohm = battery.cells_in_series * cell.r0_ohm / battery.cells_in_parallel +
-                     battery.contact_resistance_ohm + car.contactors.resistance_ohm;
-  const double lowest = battery.cells_in_series * car.cell.voltage_min_v;
+  return battery.cells_in_series * cell.r0_ohm / battery.cells_in_parallel + battery.contact_resistance_ohm +
+         car.contactors.resistance_ohm;
+}
+
+/// Greatest power at half charge [W]: the BMS's current, the cells' lowest voltage, the master's limit.
+double power_at_half(const VehicleParameters& car, double ohm, double open_v) {
+  const double lowest = car.battery.cells_in_series * car.cell.voltage_min_v;
   const double current = std::min({car.bms.discharge_current_max_a, open_v / (2.0 * ohm),
                                    std::max(0.0, open_v - lowest) / ohm});
   return std::min(kKilowatt * car.master.power_max_kw, current * (open_v - current * ohm));
+}
+
+/// The smaller root of I (V - R I) = P: a power flows at the voltage that its own current leaves.
+double current_of_power(double power_w, double open_v, double ohm) {
+  const double root = std::sqrt(std::max(0.0, open_v * open_v - 4.0 * ohm * power_w));
+  return 2.0 * power_w / (open_v + root);
 }
 
 struct Drive {
@@ -107,8 +117,9 @@ CarSummary summarise_car(const VehicleParameters& car) {
   out.total_mass_kg = total_mass(car);
   out.car_mass_kg = out.total_mass_kg - car.vehicle.driver_mass_kg;
   out.discharge_max_a = car.bms.discharge_current_max_a;
-  out.power_max_kw = power_at_half(car, tables, out.pack_half_v) / kKilowatt;
-  out.power_current_a = kKilowatt * car.master.power_max_kw / out.pack_half_v;
+  const double ohm = ohm_at_half(car, tables);
+  out.power_max_kw = power_at_half(car, ohm, out.pack_half_v) / kKilowatt;
+  out.power_current_a = current_of_power(kKilowatt * out.power_max_kw, out.pack_half_v, ohm);
   const Drive drive{car};
   out.wheel_force_n = drive.force_n(0.0);
   out.wheel_grip_n = drive_grip(car, 0.0, 1.0, rolling_force(car, 1.0));
@@ -126,7 +137,7 @@ std::vector<std::string> car_notes(const VehicleParameters& car, const CarSummar
                                 "battery.cells_in_series", s.pack_full_v, kRuleVoltage));
   }
   const double cells_a = car.cell.current_breakpoints_a.back() * car.battery.cells_in_parallel;
-  if (s.discharge_max_a > 1.001 * cells_a) {
+  if (cells_a > 0.0 && s.discharge_max_a > 1.001 * cells_a) {  // 0: one table for every current
     notes.push_back(fmt::format("the BMS allows {:.0f} A, the cells are known to {:.0f} A ({:g} A each): "
                                 "bms.discharge_current_max_a, or more battery.cells_in_parallel", s.discharge_max_a,
                                 cells_a, car.cell.current_breakpoints_a.back()));
@@ -187,7 +198,7 @@ std::string car_text(const VehicleParameters& car, const CarSummary& s) {
   out += fmt::format("             {:.1f} Ah, {:.2f} kWh, {:.1f} kg\n", s.capacity_ah, s.energy_kwh, s.pack_mass_kg);
   out += fmt::format("  mass       {:.1f} kg, with driver {:.1f} kg\n", s.car_mass_kg, s.total_mass_kg);
   out += fmt::format("  current    {:.0f} A allowed; {:.0f} kW take {:.0f} A at half charge\n", s.discharge_max_a,
-                     car.master.power_max_kw, s.power_current_a);
+                     s.power_max_kw, s.power_current_a);
   const std::string model = car.motor.model.empty() ? "of the car file" : car.motor.model;
   const bool one = car.powertrain.motors == 1;
   out += fmt::format("  {} {}, {:.1f} kN at the wheels up to {:.0f} km/h; the {} hold {:.1f} kN\n",

@@ -15,7 +15,7 @@ struct CarSummary {
   double car_mass_kg, total_mass_kg;              ///< with the pack; with the driver, too
   double discharge_max_a;                         ///< that the BMS allows
   double power_max_kw;                            ///< at half charge: what pack, limit and rules leave, at the bus
-  double power_current_a;                         ///< pack current of master.power_max_kw at half charge
+  double power_current_a;                         ///< pack current of master.power_max_kw, or power_max_kw, at half
   double wheel_force_n, wheel_grip_n;             ///< full torque from standstill; what the driven tyres hold of it
   double full_torque_mps;                         ///< speed up to which the torque stays within 5 % of its largest
   double top_speed_mps;                           ///< on a level road; 0: the car does not move

@@ -184,6 +184,12 @@ void check_beliefs(const VehicleParameters& car, const Origins& origins) {
                      "bms.soc_method coulomb or ekf beside it: without a state of charge there is nothing to spread",
                      "Set bms.soc_method = \"coulomb\" too, or bms.energy_to_go_km = 0");
   }
+  if (own.soc_derating_start != 0.0 && own.soc_method == "none") {
+    throw InputError(place_of(car, origins, "bms.soc_derating_start"),
+                     fmt::format("{:g}, with bms.soc_method none", own.soc_derating_start),
+                     "bms.soc_method coulomb or ekf beside it: without a state of charge nothing says when it is low",
+                     "Set bms.soc_method = \"coulomb\" too, or bms.soc_derating_start = 0");
+  }
   if (own.limit_method == "ahead" && own.soc_method != "ekf") {
     throw InputError(place_of(car, origins, "bms.limit_method"),
                      fmt::format("ahead, with bms.soc_method {}", own.soc_method),

@@ -25,6 +25,11 @@
 namespace voltlap::plant {
 namespace {
 
+/// NaN while the BMS has none.
+double said_soc(const can::BmsStatus& bms) {
+  return bms.soc_ok ? 1e-6 * bms.soc_ppm : std::numeric_limits<double>::quiet_NaN();
+}
+
 constexpr double kTick_s = can::kTickMs * 1e-3;
 constexpr std::uint32_t kTicksPerSample = 10;
 
@@ -256,7 +261,7 @@ class Run {
                          .dc_link_v = car_.dc_link_voltage(), .phase_current_a = car_.phase_current_a(),
                          .discharge_limit_a = commands_.limits().discharge_limit_ma * 1e-3,
                          .charge_limit_a = commands_.limits().charge_limit_ma * 1e-3, .limit_reason = reason,
-                         .soc = pack.soc_mean(), .bms_soc = commands_.bms().soc_ppm * 1e-6,
+                         .soc = pack.soc_mean(), .bms_soc = said_soc(commands_.bms()),
                          .battery_temperature_c = pack.temperature_max_c(),
                          .motor_temperature_c = car_.motor_thermal().copper_c(),
                          .front_rotor_c = car_.rotors().front_c(), .rear_rotor_c = car_.rotors().rear_c(),
@@ -295,6 +300,10 @@ class Run {
   /// The first failure counts.
   void note_failure(std::string cause) {
     if (!result_.failure_cause.empty()) return;
+    const bool is_said = cause.find("inverter.dc_voltage_min_v") != std::string::npos;
+    if (result_.beyond.link_falls > 0 && !is_said)
+      cause += fmt::format("; the DC link had fallen below inverter.dc_voltage_min_v = {:g} V, where the inverter is off",
+                           car_.parameters().inverter.dc_voltage_min_v);
     result_.failure_cause = std::move(cause);
     result_.failure_time_s = run_time();
   }

@@ -29,6 +29,8 @@ struct BeyondLimits {
   double cell_low_s = 0.0;            ///< some cell stood below bms.cell_voltage_min_v, in all
   double over_discharge_s = 0.0;      ///< the pack gave more than any limit of the last 100 ms, by 2 % and 1 A
   double over_discharge_share = 0.0;  ///< at most so much of the limit more [1]
+  double over_discharge_a = 0.0;      ///< at most so much more [A]
+  int link_falls = 0;                 ///< times the DC link fell below what the inverter runs at, ready to drive
 };
 
 struct EnduranceResult {
@@ -46,6 +48,7 @@ struct EnduranceResult {
   double energy_ledger_error_pct = 0.0;  ///< worst lap
   double charge_balance_error_pct = 0.0;  ///< current integrated against SOC times capacity
   double bms_soc_error_pct = 0.0;  ///< largest difference of the firmware's SOC from the plant's
+  bool bms_counts = false;         ///< it ever said its SOC: else there is no difference
   double max_motor_temp_c = 0.0;
   double max_power_w = 0.0;       ///< at the pack's terminals, of an integration step
   double max_power_mean_w = 0.0;  ///< of the moving mean over 500 ms, by control ticks

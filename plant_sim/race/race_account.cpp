@@ -49,6 +49,9 @@ void RaceAccount::note_step(const Car& car, double time_s) {
     result_.min_cell = static_cast<int>(pack.weakest_cell()) + 1;
     at.cell_voltage_s = time_s;
   }
+  const bool low = car.contactors.main_closed() && car.dc_link_voltage() < car.parameters().inverter.dc_voltage_min_v;
+  if (open_ && low && !link_low_) ++result_.beyond.link_falls;
+  link_low_ = low;
 }
 
 void RaceAccount::note_tick(const Car& car, const CommandReceiver& ecus, std::size_t limit_reason, double time_s,
@@ -66,6 +69,7 @@ void RaceAccount::note_tick(const Car& car, const CommandReceiver& ecus, std::si
   if (limit_reason != 0) result_.limit_active_s[limit_reason] += tick_s;
   note_beyond(car, ecus, tick_s);
   if (ecus.bms().soc_ok) {
+    result_.bms_counts = true;
     const double soc_error = ecus.bms().soc_ppm * 1e-6 - car.pack().soc_mean();
     result_.bms_soc_error_pct = std::max(result_.bms_soc_error_pct, 100.0 * std::abs(soc_error));
   }
@@ -84,6 +88,7 @@ void RaceAccount::note_beyond(const Car& car, const CommandReceiver& ecus, doubl
   if (most_a <= 0.0 || car.pack_current_a() <= most_a * (1.0 + kShare) + kFloor_a) return;
   beyond.over_discharge_s += tick_s;
   beyond.over_discharge_share = std::max(beyond.over_discharge_share, car.pack_current_a() / most_a - 1.0);
+  beyond.over_discharge_a = std::max(beyond.over_discharge_a, car.pack_current_a() - most_a);
 }
 
 void RaceAccount::close_laps(const Car& car, int laps_done, double time_s) {

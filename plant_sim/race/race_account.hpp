@@ -56,7 +56,7 @@ class RaceAccount {
 
   EnduranceResult& result_;
   double initial_soc_;
-  bool open_ = false;
+  bool open_ = false, link_low_ = false;
   EnergyLedger start_ledger_, lap_ledger_;
   double start_energy_j_ = 0.0, tick_energy_j_ = 0.0, lap_energy_j_ = 0.0, lap_start_s_ = 0.0, lap_start_m_ = 0.0;
   MovingPower moving_power_;

@@ -39,7 +39,9 @@ std::string tiles(const ReportedRun& reported) {
   out += best_lap(r);
   out += html_tile("Distance", fmt::format("{:.2f}", r.distance_m / 1000.0), "km");
   out += html_tile("Charge left", fmt::format("{:.1f}", r.end_soc_pct), "% SOC",
-              drove ? fmt::format("BMS estimate off by {:.2f} points at most", r.bms_soc_error_pct) : "");
+              !drove         ? ""
+              : r.bms_counts ? fmt::format("BMS estimate off by {:.2f} points at most", r.bms_soc_error_pct)
+                             : "the BMS keeps no count");
   out += html_tile("Energy out", fmt::format("{:.3f}", r.energy_out_kwh), "kWh", "at the pack's terminals");
   if (r.energy_back_kwh >= 5e-4) {
     out += html_tile("Regenerated", fmt::format("{:.3f}", r.energy_back_kwh), "kWh",

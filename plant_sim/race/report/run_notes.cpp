@@ -59,7 +59,7 @@ void note_tables(const VehicleParameters& car, const EnduranceResult& r, std::ve
   if (car.battery.initial_temperature_c < coldest) {
     held(fmt::format("cells began at {:.1f} degC", car.battery.initial_temperature_c), coldest, "degC");
   }
-  if (current > most) held(fmt::format("a cell gave {:.1f} A", current), most, "A");
+  if (most > 0.0 && current > most) held(fmt::format("a cell gave {:.1f} A", current), most, "A");
 }
 
 void note_beyond(const RunDescription& run, const VehicleParameters& car, const EnduranceResult& r,
@@ -72,8 +72,15 @@ void note_beyond(const RunDescription& run, const VehicleParameters& car, const 
                                 least_v, r.beyond.cell_low_s, r.min_cell_voltage_v));
   }
   if (r.beyond.over_discharge_s > 0.0) {
-    notes.push_back(fmt::format("the pack gave more than its BMS allowed for {:.2f} s in all, {:.0f} % more at most",
-                                r.beyond.over_discharge_s, 100.0 * r.beyond.over_discharge_share));
+    notes.push_back(fmt::format("the pack gave more than its BMS allowed for {:.2f} s in all, {:.1f} A more at most",
+                                r.beyond.over_discharge_s, r.beyond.over_discharge_a));
+  }
+  if (r.beyond.link_falls > 0) {
+    notes.push_back(fmt::format("the DC link fell below inverter.dc_voltage_min_v = {:g} V {}, where the inverter "
+                                "switches off and the torque ends: no limit keeps above it; a smaller "
+                                "master.power_max_kw or bms.discharge_current_max_a, or more battery.cells_in_series",
+                                car.inverter.dc_voltage_min_v,
+                                r.beyond.link_falls == 1 ? "once" : fmt::format("{} times", r.beyond.link_falls)));
   }
 }
 

@@ -58,7 +58,8 @@ std::string limits_text(const EnduranceResult& result) {
   std::string out;
   for (std::size_t i = 1; i < kLimitReasons; ++i) {
     if (result.limit_active_s[i] <= 0.0) continue;
-    out += fmt::format("{}{} {:.1f} s", out.empty() ? "" : ", ", limit_reason_name(i), result.limit_active_s[i]);
+    out += fmt::format("{}{} ", out.empty() ? "" : ", ", limit_reason_name(i));
+    out += result.limit_active_s[i] < 0.05 ? "under 0.1 s" : fmt::format("{:.1f} s", result.limit_active_s[i]);
   }
   return out.empty() ? "none" : out;
 }

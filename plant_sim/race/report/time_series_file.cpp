@@ -56,8 +56,10 @@ void TimeSeriesFile::add(const TimeSample& s) {
                  s.time_s, s.distance_m, s.lap, s.speed_mps, s.target_mps, s.accelerator, s.brake, s.pack_current_a,
                  s.pack_voltage_v, s.dc_link_v, s.phase_current_a, s.discharge_limit_a, s.charge_limit_a,
                  limit_reason_name(s.limit_reason));
-  fmt::format_to(out, "{:.6f},{:.6f},{:.3f},{:.3f},{:.2f},{:.2f}", s.soc, s.bms_soc, s.battery_temperature_c,
-                 s.motor_temperature_c, s.front_rotor_c, s.rear_rotor_c);
+  fmt::format_to(out, "{:.6f},", s.soc);
+  if (!std::isnan(s.bms_soc)) fmt::format_to(out, "{:.6f}", s.bms_soc);  // none: an empty field
+  fmt::format_to(out, ",{:.3f},{:.3f},{:.2f},{:.2f}", s.battery_temperature_c, s.motor_temperature_c, s.front_rotor_c,
+                 s.rear_rotor_c);
   for (const double voltage : *s.cell_voltage_v) fmt::format_to(out, ",{:.4f}", voltage);
   for (const double temperature : *s.cell_temperature_c) fmt::format_to(out, ",{:.3f}", temperature);
   fmt::format_to(out, ",{:.3f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.6f}\n", s.lap_distance_m, 3.6 * s.speed_mps,

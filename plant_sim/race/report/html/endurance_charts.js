@@ -225,7 +225,9 @@
       digits: 2,
       series: [
         { name: "plant", color: "blue", values: percent(column.soc), extreme: extreme("soc", 1, "%", 100) },
-        { name: "BMS estimate", color: "orange", role: "reference", values: percent(column.bms_soc) },
+        ...(data.bms_counts
+          ? [{ name: "BMS estimate", color: "orange", role: "reference", values: percent(column.bms_soc) }]
+          : []),
       ],
     },
     {
