@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/car_options.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "apps/flag_checks.hpp"
 #include "car/powertrain/motor_voltage.hpp"
+#include "core/errors.hpp"
 
 namespace voltlap::plant {
 
@@ -35,6 +40,18 @@ LoadedVehicle CarOptions::load_car(const DataFolder& data) const {
   LoadedVehicle car = load_vehicle(data, vehicle, settings);
   check_motor_voltage(car);
   return car;
+}
+
+void CarOptions::refuse_own(const char* command, std::initializer_list<const char*> keys) const {
+  for (const std::string& setting : settings) {
+    const std::size_t equals = setting.find('=');
+    if (equals == std::string::npos) continue;  // its own error
+    const std::string key = setting.substr(0, equals);
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) continue;
+    throw InputError("--set " + key, setting.substr(equals + 1),
+                     fmt::format("a key that {} does not set by itself: this one would change nothing", command),
+                     "Leave it out");
+  }
 }
 
 Track CarOptions::load_course(const DataFolder& data) const {

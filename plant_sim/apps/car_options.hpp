@@ -2,6 +2,7 @@
 // The flags that choose a car and a course, the same for every command that needs them.
 #pragma once
 #include <CLI/CLI.hpp>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct CarOptions {
   CLI::Option* add_lap_start(CLI::App& command);
 
   [[nodiscard]] LoadedVehicle load_car(const DataFolder& data) const;
+  /// Throws InputError for a --set of what a command draws or fixes by itself: it would change nothing.
+  void refuse_own(const char* command, std::initializer_list<const char*> keys) const;
   [[nodiscard]] Track load_course(const DataFolder& data) const;
   [[nodiscard]] LapStart start() const { return lap_start == "standing" ? LapStart::kStanding : LapStart::kFlying; }
 };

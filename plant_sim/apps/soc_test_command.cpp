@@ -39,13 +39,26 @@ std::vector<Condition> conditions(bool all) {
   return out;
 }
 
-/// What an OCV as flat as 0.16 V over the charge, the flattest of the Leaf's, makes of so many volts.
-SocMark voltage_mark(double volts) {
-  constexpr double kFlattest_v = 0.16;
-  return {std::max(kMarkOne.rms, 100.0 * volts / kFlattest_v), std::max(kMarkOne.largest, 100.0 * volts / kFlattest_v)};
+/// Slope of the OCV where it is flattest over a twentieth of the charge [V over the charge].
+double flattest_slope_v(const CellParameters& cell) {
+  constexpr double kWidth = 0.05;
+  constexpr int kPlaces = 90;
+  const CellTables tables(cell);
+  const double c = cell.reference_temperature_c;
+  double least = 1e300;
+  for (int k = 0; k <= kPlaces; ++k) {
+    const double low = 0.05 + (0.9 - kWidth) * k / kPlaces;
+    least = std::min(least, (tables.ocv_v(low + kWidth, c) - tables.ocv_v(low, c)) / kWidth);
+  }
+  return std::max(least, 1e-3);
 }
 
-std::vector<SocJudgedCase> single_errors() {
+/// What so many volts are worth where the OCV is flattest.
+SocMark voltage_mark(double volts, double flattest_v) {
+  return {std::max(kMarkOne.rms, 100.0 * volts / flattest_v), std::max(kMarkOne.largest, 100.0 * volts / flattest_v)};
+}
+
+std::vector<SocJudgedCase> single_errors(double flattest_v) {
   constexpr double kHalfVoltage_v = 3.8;
   return {{{"nothing wrong", {}}, kMarkOne},
           {{"start -20 points", {.start_points = -20, .restarted = true}}, kMarkOne},
@@ -59,8 +72,8 @@ std::vector<SocJudgedCase> single_errors() {
           {{"capacity -10 %", {.capacity = 0.9}}, kMarkOne},
           {{"noise", {.noise = true}}, kMarkOne},
           {{"quantisation", {.quantisation = true}}, kMarkOne},
-          {{"cell voltage +5 mV", {.voltage_offset_v = 0.005}}, voltage_mark(0.005)},
-          {{"cell voltage +0.2 %", {.voltage_gain = 1.002}}, voltage_mark(0.002 * kHalfVoltage_v)}};
+          {{"cell voltage +5 mV", {.voltage_offset_v = 0.005}}, voltage_mark(0.005, flattest_v)},
+          {{"cell voltage +0.2 %", {.voltage_gain = 1.002}}, voltage_mark(0.002 * kHalfVoltage_v, flattest_v)}};
 }
 
 /// All but those of the voltage; `sensor` and `belief`: the sign of the errors of current, and of resistance and
@@ -78,8 +91,9 @@ SocJudgedCase together(double sensor, double belief) {
           kMarkTogether};
 }
 
-std::vector<SocJudgedCase> cases_of(bool every_one) {
-  std::vector<SocJudgedCase> out = every_one ? single_errors() : std::vector<SocJudgedCase>{single_errors().front()};
+std::vector<SocJudgedCase> cases_of(bool every_one, double flattest_v) {
+  std::vector<SocJudgedCase> out = single_errors(flattest_v);
+  if (!every_one) out.resize(1);
   for (const double sensor : {1.0, -1.0}) {
     for (const double belief : {1.0, -1.0}) out.push_back(together(sensor, belief));
   }
@@ -126,12 +140,12 @@ SocTestCommand::SocTestCommand(CLI::App& app) : command_(app.add_subcommand("soc
 }
 
 std::vector<SocDriveResult> SocTestCommand::drive_all(const DataFolder& data, ProgressLine& progress) const {
+  car_.refuse_own("soc-test", {"bms.soc_method"});
   std::vector<SocDriveResult> out;
   const std::size_t tracks = short_ ? 1 : std::size(kTracks);
   const std::vector<Condition> cars = conditions(!short_);
   for (std::size_t t = 0; t < tracks; ++t) {
     for (const Condition& condition : cars) {
-      const std::vector<SocJudgedCase> judged = cases_of(condition.settings.empty());
       CarOptions car = car_;
       car.settings.insert(car.settings.end(), condition.settings.begin(), condition.settings.end());
       car.settings.emplace_back("bms.soc_method=ekf");
@@ -141,6 +155,8 @@ std::vector<SocDriveResult> SocTestCommand::drive_all(const DataFolder& data, Pr
       options.track = load_track(data.path(fmt::format("tracks/{}.csv", kTracks[t])));
       options.laps = short_ ? kShortLaps : laps_of_endurance(options.track);
       options.pedal_sensors = pedal_sensors(master_config(options.vehicle, loaded.origin));
+      const std::vector<SocJudgedCase> judged =
+          cases_of(condition.settings.empty(), flattest_slope_v(options.vehicle.cell));
       std::vector<SocCase> told;
       std::vector<SocMark> marks;
       for (const SocJudgedCase& each : judged) {

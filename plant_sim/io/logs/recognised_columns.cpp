@@ -65,7 +65,9 @@ const std::array<RoleNames, 9> kRoleNames{
               {Names{"cell temperature", "cell temp", "t cell", "tcell", "zelltemperatur", "surface temperature",
                      "t surface", "battery temperature", "aux temperature 1", "temperature 1", "temp 1", "temp1", "t1",
                      "aux t1", "aux.t1", "auxt1", "température cellule"},
-               Names{"temperature", "temp", "temperatur", "température", "temperatura", "温度"}, Names{}, Names{}}},
+               Names{"temperature", "temp", "temperatur", "température", "temperatura", "温度"},
+               Names{"t", "theta", "ϑ", "θ"},  // a letter: only with a unit of temperature
+               Names{}}},
     RoleNames{"ambient",
               Quantity::kTemperature,
               {Names{"ambient", "ambient temperature", "ambient temp", "chamber temperature", "chamber temp", "t amb",
@@ -144,7 +146,9 @@ std::vector<Candidate> named(const MeasuredTable& table, const Names& names, Qua
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     const std::string name = column_name(table.columns[k]).name;
     if (std::find(names.begin(), names.end(), name) == names.end() || !has_numbers(table, k)) continue;
-    if (const auto candidate = candidate_of(table, k, quantity)) out.push_back(*candidate);
+    const auto candidate = candidate_of(table, k, quantity);
+    if (!candidate || (name == "t" && quantity == Quantity::kTemperature && !candidate->unit_told)) continue;
+    out.push_back(*candidate);
   }
   return out;
 }

@@ -176,6 +176,13 @@ void IdentificationProblem::make_runs() {
                       options.ocv},
                      result.notes);
   result.capacity = prepared.front().capacity;
+  constexpr double kLeast_ah = 0.1, kMost_ah = 1000.0;  // as a cell file takes it
+  if (const double ah = prepared.front().run.capacity_ah; ah < kLeast_ah || ah > kMost_ah) {
+    const CellLog& log = logs.front();
+    throw InputError(log.path, fmt::format("{:.3g} Ah in {:.4g} s", ah, log.time_s.back() - log.time_s.front()),
+                     fmt::format("a cell of {:g} to {:g} Ah", kLeast_ah, kMost_ah),
+                     "Check the unit of the time and of the current in the role map, or tell the capacity (--capacity)");
+  }
   priors.ocv = options.ocv;
   priors.constant = options.constant;
   runs = runs_of(prepared, every_row);

@@ -199,6 +199,25 @@ def test_a_recorders_first_rows_are_not_where_the_charge_begins(tmp_path):
     assert abs(rose["begin_soc"] - sound["begin_soc"]) < 1e-6, f"VOLTLAP_TEST_SEED={SEED}, {rising} rows"
 
 
+def test_a_letter_with_a_unit_of_temperature_is_a_thermometer_and_without_it_none(tmp_path):
+    write_cycles(tmp_path / "cell.csv", 0.0, (0.1, 0.95), cycles=1)
+    _, *rows = (tmp_path / "cell.csv").read_text().splitlines()
+    for head, is_read in (("t [s],I [A],U [V],T [°C]", True), ("t,I,U,T", False), ("time,I,U,T", False)):
+        (tmp_path / "letters.csv").write_text("\n".join([head, *(row + ",31" for row in rows)]) + "\n")
+        run = soc_test("--only-data", "--cell", CELL, "--data", tmp_path / "letters.csv")
+        if head.startswith("t,"):
+            continue  # two columns of one name: either is refused or taken, never read as degrees
+        assert run.returncode == 0 and ("no thermometer" not in run.stdout) == is_read, (head, run.stdout, run.stderr)
+
+
+def test_minutes_that_are_taken_for_seconds_are_told_from_a_recording_of_nothing(tmp_path):
+    write_cycles(tmp_path / "cell.csv", 0.0, (0.1, 0.95), cycles=1)
+    head, *rows = (tmp_path / "cell.csv").read_text().splitlines()
+    minutes = [f"{float(t) / 60:.6f},{a},{v}" for t, a, v in (row.split(",") for row in rows)]
+    (tmp_path / "minutes.csv").write_text("\n".join(["time,current,voltage", *minutes]) + "\n")
+    assert "unit of its time" in refused(tmp_path, "--data", tmp_path / "minutes.csv")
+
+
 @pytest.mark.parametrize("flag", ["--map", "--dbc", "--cells-in-series", "--temperature"])
 def test_how_recordings_are_read_needs_recordings(flag):
     run = soc_test("--short", flag, __file__ if flag in ("--map", "--dbc") else "2")
@@ -220,6 +239,21 @@ def test_it_explains_itself():
     assert run.returncode == 0
     for word in ("--short", "--data", "--cell", "--json", "Exit code"):
         assert word in run.stdout
+
+
+def test_what_it_sets_itself_is_refused_with_a_word():
+    run = soc_test("--short", "--set", "bms.soc_method=none")
+    assert run.returncode == 2 and "bms.soc_method" in run.stderr and "Leave it out" in run.stderr and run.stdout == ""
+
+
+def test_the_marks_of_a_voltages_error_are_those_of_the_cars_own_cell(short_form, tmp_path):
+    """5 mV of OCV are worth less charge where it is steep: a steep cell is held to more than the shipped one."""
+    run = soc_test("--short", "--set", "battery.cell=sony_vtc6", "battery.cells_in_series=39",
+                   "battery.cells_in_parallel=16", "sensors.temperature_count=36", "--json", tmp_path / "o.json")
+    assert run.returncode == 0, run.stderr
+    steep = rows_of(json.loads((tmp_path / "o.json").read_text()), "the cells as believed")["cell voltage +5 mV"]
+    flat = rows_of(short_form[1], "the cells as believed")["cell voltage +5 mV"]
+    assert steep["mark"]["rms_points"] < flat["mark"]["rms_points"] and steep["met"]
 
 
 @pytest.mark.parametrize("settings, words", [

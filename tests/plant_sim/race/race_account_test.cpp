@@ -62,6 +62,19 @@ TEST(RaceAccount, MoreThanWasAllowedInTheLastTenthOfASecondIsCounted) {
   for (int t = 0; t < 9; ++t) DOUBLES_EQUAL(0.0, tick(0.5 * flows_a), 0.0);  // the old limit is 90 ms old
   DOUBLES_EQUAL(0.01, tick(0.5 * flows_a), 1e-12);
   DOUBLES_EQUAL(1.0, result.beyond.over_discharge_share, 1e-3);
+  DOUBLES_EQUAL(0.5 * flows_a, result.beyond.over_discharge_a, 0.01 * flows_a);
+}
+
+TEST(RaceAccount, EachFallOfTheLinkBelowTheInverterCountsOnceAndOpenContactorsNot) {
+  account.open(car);
+  account.note_step(car, 0.001);  // an empty link behind open contactors
+  LONGS_EQUAL(0, result.beyond.link_falls);
+  car.contactors.air_minus.command(true);
+  car.contactors.air_plus.command(true);
+  for (int t = 0; t < 10; ++t) car.renew(0.1);
+  CHECK(car.dc_link_voltage() < car.parameters().inverter.dc_voltage_min_v);
+  for (int t = 2; t < 5; ++t) account.note_step(car, 1e-3 * t);
+  LONGS_EQUAL(1, result.beyond.link_falls);
 }
 
 TEST(RaceAccount, TimeBelowTheLeastVoltageIsCounted) {

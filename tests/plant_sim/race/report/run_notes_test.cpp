@@ -48,6 +48,20 @@ TEST(RunNotes, AMotorOfItsOwnRotorSaysThatTheOldOneMayCountTwice) {
   STRCMP_EQUAL("", said().c_str());
 }
 
+TEST(RunNotes, ALinkThatFellBelowTheInverterIsSaidWithItsTimes) {
+  result.beyond.link_falls = 1;
+  STRCMP_CONTAINS("fell below inverter.dc_voltage_min_v = ", said().c_str());
+  STRCMP_CONTAINS(" V once, where the inverter switches off", said().c_str());
+  result.beyond.link_falls = 41;
+  STRCMP_CONTAINS(" V 41 times, ", said().c_str());
+}
+
+TEST(RunNotes, OneTableForEveryCurrentIsLeftByNone) {
+  car.cell.current_breakpoints_a = {0.0};
+  result.max_battery_current_a = 300.0;
+  STRCMP_EQUAL("", said().c_str());
+}
+
 TEST(RunNotes, TablesThatWereLeftAreSaidWithTheirEnds) {
   result.max_battery_temp_c = 40.1;
   STRCMP_EQUAL("cells reached 40.1 degC, the tables of aesc_e5_2p end at 40 degC: their last values were taken\n",
