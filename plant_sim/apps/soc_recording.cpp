@@ -248,7 +248,7 @@ SocRecordingResult run_soc_recording(const CellLog& log, const CellParameters& c
                      fmt::format("less than a tenth of {:.4g} Ah moves in {:.4g} s{}", cell.capacity_ah,
                                  log.time_s[end - 1] - log.time_s[first], end < log.rows() ? ", to its first gap" : ""),
                      "a recording in which more does",
-                     "Give a discharge or a drive; if it is one, check the unit of its time and of its current (--map)");
+                     "Give a discharge or a drive; if it is one, check the unit of its time and current (--map)");
   }
   require_possible_charge(log, out, cell.capacity_ah);
   out.slope_bound_points = slope_bound(tables, std::max(0.0, out.low_soc), std::min(1.0, out.high_soc));

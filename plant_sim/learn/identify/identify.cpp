@@ -181,7 +181,7 @@ void IdentificationProblem::make_runs() {
     const CellLog& log = logs.front();
     throw InputError(log.path, fmt::format("{:.3g} Ah in {:.4g} s", ah, log.time_s.back() - log.time_s.front()),
                      fmt::format("a cell of {:g} to {:g} Ah", kLeast_ah, kMost_ah),
-                     "Check the unit of the time and of the current in the role map, or tell the capacity (--capacity)");
+                     "Check the unit of time and current in the role map, or tell the capacity (--capacity)");
   }
   priors.ocv = options.ocv;
   priors.constant = options.constant;
