@@ -26,8 +26,8 @@ struct CountedCell {
   double rest_a;  ///< at more current nothing rests
 };
 
-/// Nothing where no two rests end alike, where it is more than a hundredth of the largest current, or where it is within
-/// three times of what such rests may differ by.
+/// Nothing where no two rests end alike, where it is more than a hundredth of the largest current, or where it is
+/// within three times of what such rests may differ by.
 /// `drawn_ah`: as it was counted.
 [[nodiscard]] std::optional<CountDrift> count_drift(const CellLog& log, const std::vector<double>& drawn_ah,
                                                     const CellTables& tables, const CountedCell& cell);

@@ -302,7 +302,7 @@ class Run {
     if (!result_.failure_cause.empty()) return;
     const bool is_said = cause.find("inverter.dc_voltage_min_v") != std::string::npos;
     if (result_.beyond.link_falls > 0 && !is_said)
-      cause += fmt::format("; the DC link had fallen below inverter.dc_voltage_min_v = {:g} V: the inverter is off there",
+      cause += fmt::format("; the DC link had fallen below inverter.dc_voltage_min_v = {:g} V: the inverter is off",
                            car_.parameters().inverter.dc_voltage_min_v);
     result_.failure_cause = std::move(cause);
     result_.failure_time_s = run_time();

@@ -15,7 +15,8 @@ SEED = int(os.environ.get("VOLTLAP_TEST_SEED", "1"))
 
 
 def voltlap(*arguments):
-    return subprocess.run([BUILD / "bin" / "voltlap", *map(str, arguments)], capture_output=True, text=True, timeout=300)
+    return subprocess.run([BUILD / "bin" / "voltlap", *map(str, arguments)], capture_output=True, text=True,
+                          timeout=300)
 
 
 def rows_of(path):
