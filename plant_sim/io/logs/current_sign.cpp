@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/demand.hpp"
+#include "core/signal.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -46,12 +47,13 @@ struct Sums {
 Sums sums_of(const CellLog& log) {
   Sums sums;
   std::vector<Point> part;
-  double q = 0.0, behind = log.rows() > 0 ? log.current_a[0] : 0.0;
+  double q = 0.0, behind = log.rows() > 0 ? log.current_a[0] : 0.0, since_voltage_s = 0.0;
   for (std::size_t row = 0; row < log.rows(); ++row) {
     if (log.gap[row]) {
       sums.add(part);
       part.clear();
       behind = log.current_a[row];
+      since_voltage_s = 0.0;
     }
     const double dt = row > 0 && !log.gap[row] ? log.time_s[row] - log.time_s[row - 1] : 0.0;
     if (dt > 0.0) {
@@ -59,13 +61,55 @@ Sums sums_of(const CellLog& log) {
       q += mean_a * dt;
       behind += (1.0 - std::exp(-dt / kLag_s)) * (log.current_a[row] - behind);
     }
-    if (std::isfinite(log.voltage_v[row])) part.push_back({q, behind, log.voltage_v[row], std::min(dt, kMostOfRow_s)});
+    since_voltage_s += dt;
+    if (!std::isfinite(log.voltage_v[row])) continue;
+    part.push_back({q, behind, log.voltage_v[row], std::min(since_voltage_s, kMostOfRow_s)});
+    since_voltage_s = 0.0;
   }
   sums.add(part);
   return sums;
 }
 
+/// More than this between two samples is a gap.
+double gap_after_s(const Channel& channel) {
+  constexpr double kLeast_s = 60.0, kTimes = 50.0;
+  return std::max(kLeast_s, kTimes * median(differences(channel.time_s)));
+}
+
+/// A row for each sample of either.
+CellLog rows_of(const Channel& current, const Channel& voltage) {
+  VOLTLAP_DEMAND(current.time_s.size() == current.value.size() && voltage.time_s.size() == voltage.value.size());
+  CellLog out;
+  const double current_gap_s = gap_after_s(current), voltage_gap_s = gap_after_s(voltage);
+  double held = std::nan(""), current_s = 0.0, voltage_s = 0.0;
+  bool gap = false;
+  std::size_t i = 0, v = 0;
+  while (i < current.size() || v < voltage.size()) {
+    const bool is_current = v >= voltage.size() || (i < current.size() && current.time_s[i] <= voltage.time_s[v]);
+    const Channel& from = is_current ? current : voltage;
+    std::size_t& at = is_current ? i : v;
+    const double t = from.time_s[at], value = from.value[at];
+    ++at;
+    if (!std::isfinite(value)) continue;
+    double& last_s = is_current ? current_s : voltage_s;
+    gap = gap || (!out.time_s.empty() && t - last_s > (is_current ? current_gap_s : voltage_gap_s));
+    last_s = t;
+    if (is_current) held = value;
+    if (!std::isfinite(held)) continue;
+    out.time_s.push_back(t);
+    out.current_a.push_back(held);
+    out.voltage_v.push_back(is_current ? std::nan("") : value);
+    out.gap.push_back(gap && out.time_s.size() > 1);
+    gap = false;
+  }
+  return out;
+}
+
 }  // namespace
+
+double whole_sign_evidence(const Channel& current, const Channel& voltage) {
+  return whole_sign_evidence(rows_of(current, voltage));
+}
 
 double whole_sign_evidence(const CellLog& log) {
   VOLTLAP_DEMAND(log.voltage_v.size() == log.rows() && log.gap.size() == log.rows());

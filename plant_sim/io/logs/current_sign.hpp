@@ -15,4 +15,8 @@ namespace voltlap::plant {
 /// as it stands, 1 where it is negative; near 0 where they contradict each other or nothing is explained.
 [[nodiscard]] double whole_sign_evidence(const CellLog& log);
 
+/// The same of two channels with rates of their own, the current held from its last sample; a silence of either of more
+/// than a minute and fifty usual intervals is a gap.
+[[nodiscard]] double whole_sign_evidence(const Channel& current, const Channel& voltage);
+
 }  // namespace voltlap::plant

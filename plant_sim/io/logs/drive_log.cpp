@@ -15,6 +15,7 @@
 #include "core/signal.hpp"
 #include "io/logs/can/can_recording.hpp"
 #include "io/logs/channel_builder.hpp"
+#include "io/logs/current_sign.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -94,7 +95,7 @@ void check_overlap(const DriveLog& log, const std::string& path, const std::map<
                    "Give shift_s, the seconds to be added to that file's clock, in the map");
 }
 
-constexpr double kClearSign = 0.2;  // of sign_evidence
+constexpr double kClearSign = 0.2, kContradictedSign = 0.5;  // of sign_evidence
 
 /// The battery's own voltages by rank; a bus is behind contactors, and an inverter's is its own affair.
 const Channel* own_voltage_of(const DriveLog& log) {
@@ -109,8 +110,12 @@ const Channel* own_voltage_of(const DriveLog& log) {
 /// a voltage to which they add current times resistance: where the two contradict each other, the charge decides.
 double battery_sign_evidence(const DriveLog& log, const Channel& current) {
   const Channel *own = own_voltage_of(log), *bus = log.find("bus_voltage");
-  const double by_own = own == nullptr ? 0.0 : sign_evidence(current, *own),
-               by_bus = bus == nullptr ? 0.0 : sign_evidence(current, *bus);
+  const auto whole_or_steps = [&](const Channel& voltage) {
+    const double whole = whole_sign_evidence(current, voltage);
+    return std::abs(whole) < kClearSign ? sign_evidence(current, voltage) : whole;
+  };
+  const double by_own = own == nullptr ? 0.0 : whole_or_steps(*own),
+               by_bus = bus == nullptr ? 0.0 : whole_or_steps(*bus);
   if (std::abs(by_own) < kClearSign) return std::abs(by_bus) < kClearSign && own != nullptr ? by_own : by_bus;
   const bool contradicted = std::abs(by_bus) >= kClearSign && by_own * by_bus < 0.0;
   return contradicted && charge_evidence(current, *own) * by_bus > 0.0 ? by_bus : by_own;
@@ -135,7 +140,7 @@ void settle_sign(DriveLog& log, const RoleMap& map) {
   Channel& current = found->second;
   double evidence = battery_sign_evidence(log, current);
   if (log.declared == DischargeSign::kNegative) evidence = -evidence;
-  log.sign_contradicted = log.declared != DischargeSign::kAuto && evidence > kClearSign;
+  log.sign_contradicted = log.declared != DischargeSign::kAuto && evidence > kContradictedSign;
   const bool turn =
       log.declared == DischargeSign::kNegative || (log.declared == DischargeSign::kAuto && evidence > 0.0);
   if (log.declared == DischargeSign::kAuto) {

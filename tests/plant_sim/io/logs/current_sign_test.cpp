@@ -117,6 +117,29 @@ TEST(CurrentSign, AnyRecordingOfACellTellsItAlsoWhereTheVoltageComesLate) {
   CHECK_TEXT(open * 20 <= judged, count.asCharString());
 }
 
+TEST(CurrentSign, ChannelsWithRatesOfTheirOwnTellTheSame) {
+  std::mt19937 random(seed());
+  for (int trial = 0; trial < 60; ++trial) {
+    Drawn drawn(random);
+    const CellLog log = drawn.log();
+    if (log.rows() < 100) continue;
+    Channel current, voltage;
+    for (std::size_t row = 0; row < log.rows(); ++row) {
+      current.time_s.push_back(log.time_s[row]);
+      current.value.push_back(row % 17 == 16 ? std::nan("") : log.current_a[row]);
+      if (row % 2 != 0) continue;
+      voltage.time_s.push_back(log.time_s[row]);
+      voltage.value.push_back(log.voltage_v[row]);
+    }
+    const double evidence = whole_sign_evidence(current, voltage);
+    const auto said = StringFromFormat("VOLTLAP_TEST_SEED=%u, trial %d: %s, evidence %.3f", seed(), trial,
+                                       drawn.text().c_str(), evidence);
+    CHECK_TEXT(evidence * drawn.sign < 0.0 || std::abs(evidence) < 0.2, said.asCharString());
+    const double of_rows = whole_sign_evidence(log);
+    CHECK_TEXT(std::abs(of_rows) < 0.4 || std::abs(evidence) > 0.2, said.asCharString());
+  }
+}
+
 TEST(CurrentSign, APartAfterAGapHasItsOwnCharge) {
   CellLog log;
   for (int k = 0; k < 400; ++k) {
