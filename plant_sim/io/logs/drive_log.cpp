@@ -114,8 +114,9 @@ double battery_sign_evidence(const DriveLog& log, const Channel& current) {
     const double whole = whole_sign_evidence(current, voltage);
     return std::abs(whole) < kClearSign ? sign_evidence(current, voltage) : whole;
   };
+  // A bus is charged and discharged behind its contactors: over the whole recording it says that.
   const double by_own = own == nullptr ? 0.0 : whole_or_steps(*own),
-               by_bus = bus == nullptr ? 0.0 : whole_or_steps(*bus);
+               by_bus = bus == nullptr ? 0.0 : sign_evidence(current, *bus);
   if (std::abs(by_own) < kClearSign) return std::abs(by_bus) < kClearSign && own != nullptr ? by_own : by_bus;
   const bool contradicted = std::abs(by_bus) >= kClearSign && by_own * by_bus < 0.0;
   return contradicted && charge_evidence(current, *own) * by_bus > 0.0 ? by_bus : by_own;
