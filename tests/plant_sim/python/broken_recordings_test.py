@@ -69,6 +69,35 @@ def test_a_recording_with_damaged_bytes_never_ends_in_python_s_words(key, tmp_pa
         assert answer.code != 2 or len(answer.err.splitlines()) <= 2, (told(draw), answer.err)
 
 
+def test_a_library_that_a_signal_ends_is_a_file_that_breaks_off():
+    """What it gave before counts, what was counted, too; its own words and an unknown error stay behind."""
+    from voltlap_logs.errors import BrokenOff
+    from voltlap_logs.isolated import isolated
+    from voltlap_logs.tally import Tally
+
+    def ends(last):
+        def lines(tally):
+            tally.skip("rows of signals", count=3)
+            yield "one\n"
+            last()
+            yield "two\n"
+        return lines
+
+    def segfault():
+        os.kill(os.getpid(), signal.SIGSEGV)
+
+    def unknown():
+        raise ValueError("zip() argument 2\nis shorter")
+
+    for last, words, counted in ((segfault, "ends the library", 0), (unknown, "argument 2 is shorter", 3)):
+        tally, given = Tally("MF4"), []
+        with pytest.raises(BrokenOff, match=words):
+            for text in isolated(ends(last), tally):
+                given.append(text)
+        assert given == ["one\n"] and tally.skipped["rows of signals"] == counted
+    assert list(isolated(ends(lambda: None), Tally("MF4"))) == ["one\n", "two\n"]
+
+
 @pytest.mark.parametrize("pack", [gzip.compress, zstandard.ZstdCompressor().compress])
 @pytest.mark.parametrize("key", ("blf", "trc", "csv"))
 def test_a_packing_that_breaks_off_gives_what_was_in_it(key, pack, tmp_path, capsys, monkeypatch):

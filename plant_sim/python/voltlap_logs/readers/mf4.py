@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..candump import BUS_ERROR, ERROR, EXTENDED, FD_LENGTHS, ID_MASK, LINE_ERRORS, PROTOCOL_ERROR, identifier, stamp
 from ..errors import BrokenOff, LogError, need
+from ..isolated import isolated
 from ..source import Source
 from ..tally import Tally
 
@@ -49,6 +50,8 @@ class Group:
         if name not in self._at:
             return np.zeros(rows, np.uint8)  # type: ignore[no-any-return]
         samples, _ = self._mdf.get(group=self._number, index=self._at[name], samples_only=True)
+        if len(samples) != rows:  # a damaged block: asammdf gives what it finds of each channel
+            raise ValueError(f"{len(samples)} values of {self.kind}.{name} for {rows} frames")
         return samples  # type: ignore[no-any-return]
 
     def _bus(self, rows: int) -> np.ndarray[Any, Any]:
@@ -167,6 +170,10 @@ def merged(groups: list[Group]) -> Iterator[str]:
 
 def read(source: Source, tally: Tally) -> Iterator[str]:
     path = source.file()
+    yield from isolated(lambda counted: frames_of(source, path, counted), tally)
+
+
+def frames_of(source: Source, path: Path, tally: Tally) -> Iterator[str]:
     mdf = opened(path)
     try:
         numbers = bus_groups(mdf, tally)
