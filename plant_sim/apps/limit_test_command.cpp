@@ -105,8 +105,6 @@ EnduranceOptions LimitTestCommand::drive_of(const DataFolder& data, const std::s
 }
 
 void LimitTestCommand::ask_states(const DataFolder& data, ProgressLine& progress, LimitTestResult& out) const {
-  car_.refuse_own("limit-test", {"bms.soc_method", "bms.limit_method", "environment.ambient_c", "battery.initial_soc",
-                                 "battery.initial_temperature_c"});
   const int cells = car_.load_car(data).parameters.battery.cells_in_series;
   const auto wanted = static_cast<std::size_t>(states_) * 2 * kTriedHorizons;
   int barren = 0;
@@ -138,8 +136,6 @@ void LimitTestCommand::ask_states(const DataFolder& data, ProgressLine& progress
 }
 
 void LimitTestCommand::drive_races(const DataFolder& data, ProgressLine& progress, LimitTestResult& out) const {
-  car_.refuse_own("limit-test", {"bms.soc_method", "bms.limit_method", "environment.ambient_c",
-                                 "battery.initial_temperature_c", "bms.cell_voltage_min_v"});
   const VehicleParameters given = car_.load_car(data).parameters;
   const int cells = given.battery.cells_in_series;
   const double least_v = given.bms.cell_voltage_min_v.value_or(given.cell.voltage_min_v) + kRaised_v;
@@ -170,6 +166,11 @@ void LimitTestCommand::drive_races(const DataFolder& data, ProgressLine& progres
 }
 
 int LimitTestCommand::run(const DataFolder& data) {
+  // Before anything is measured: states take minutes.
+  car_.refuse_own("limit-test",
+                  {"bms.soc_method", "bms.limit_method", "environment.ambient_c", "battery.initial_temperature_c"});
+  if (only_ != "races") car_.refuse_own("limit-test", {"battery.initial_soc"});
+  if (only_ != "states") car_.refuse_own("limit-test", {"bms.cell_voltage_min_v"});
   catch_interrupt();
   std::optional<AtomicFile> json;
   if (!json_.empty()) json.emplace(json_);

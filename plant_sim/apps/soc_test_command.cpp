@@ -140,7 +140,6 @@ SocTestCommand::SocTestCommand(CLI::App& app) : command_(app.add_subcommand("soc
 }
 
 std::vector<SocDriveResult> SocTestCommand::drive_all(const DataFolder& data, ProgressLine& progress) const {
-  car_.refuse_own("soc-test", {"bms.soc_method"});
   std::vector<SocDriveResult> out;
   const std::size_t tracks = short_ ? 1 : std::size(kTracks);
   const std::vector<Condition> cars = conditions(!short_);
@@ -201,6 +200,7 @@ std::vector<SocRecordingResult> SocTestCommand::read_all(const DataFolder& data,
 }
 
 int SocTestCommand::run(const DataFolder& data) {
+  car_.refuse_own("soc-test", {"bms.soc_method"});
   catch_interrupt();
   std::optional<AtomicFile> json;
   if (!json_.empty()) json.emplace(json_);

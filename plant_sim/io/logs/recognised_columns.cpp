@@ -141,13 +141,19 @@ bool same_values(const MeasuredTable& table, const Candidate& a, const Candidate
                                role, table.columns[a.column], unit));
 }
 
+/// Which is a temperature only where a unit says so: a time, an angle else.
+bool is_letter(std::string_view name) {
+  const Names letters{"t", "theta", "ϑ", "θ"};
+  return std::find(letters.begin(), letters.end(), name) != letters.end();
+}
+
 std::vector<Candidate> named(const MeasuredTable& table, const Names& names, Quantity quantity) {
   std::vector<Candidate> out;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     const std::string name = column_name(table.columns[k]).name;
     if (std::find(names.begin(), names.end(), name) == names.end() || !has_numbers(table, k)) continue;
     const auto candidate = candidate_of(table, k, quantity);
-    if (!candidate || (name == "t" && quantity == Quantity::kTemperature && !candidate->unit_told)) continue;
+    if (!candidate || (quantity == Quantity::kTemperature && is_letter(name) && !candidate->unit_told)) continue;
     out.push_back(*candidate);
   }
   return out;

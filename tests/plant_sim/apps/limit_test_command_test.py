@@ -63,6 +63,7 @@ def test_the_same_seed_gives_the_same_states(some_states, tmp_path):
     (["--set", "bms.limit_horizon_s=2"], ["bms.limit_horizon_s", "1, 10 or 30 s"]),
     (["--only", "states", "--set", "battery.initial_soc=0.5"], ["battery.initial_soc", "Leave it out"]),
     (["--only", "races", "--set", "bms.limit_method=table"], ["bms.limit_method", "Leave it out"]),
+    (["--set", "bms.cell_voltage_min_v=3"], ["bms.cell_voltage_min_v", "Leave it out"]),
     (["--json", "/nowhere/limits.json"], ["/nowhere"]),
 ])
 def test_bad_input_is_named(arguments, words):

@@ -203,8 +203,9 @@ def test_a_letter_with_a_unit_of_temperature_is_a_thermometer(tmp_path):
     write_cycles(tmp_path / "cell.csv", 0.0, (0.1, 0.95), cycles=1)
     _, *rows = (tmp_path / "cell.csv").read_text().splitlines()
     for head, is_read in (("t [s],I [A],U [V],T [°C]", True), ("t [s],I [A],U [V],T [K]", True),
+                          ("t [s],I [A],U [V],theta [degC]", True), ("t [s],I [A],U [V],theta", False),
                           ("t [s],I [A],U [V],x", False)):
-        (tmp_path / "letters.csv").write_text("\n".join([head, *(row + ",301" for row in rows)]) + "\n")
+        (tmp_path / "letters.csv").write_text("\n".join([head, *(row + ",31" for row in rows)]) + "\n")
         run = soc_test("--only-data", "--cell", CELL, "--data", tmp_path / "letters.csv")
         assert ("no thermometer" in run.stdout) != is_read, (head, run.stdout, run.stderr)
 
