@@ -11,9 +11,9 @@
 namespace voltlap::plant {
 namespace {
 
-constexpr double kLag_s = 10.0;
 constexpr double kMostOfRow_s = 60.0;  // a row of a rest stands for no more
 constexpr double kExplained = 0.02;    // of the squares: less is chance
+constexpr double kNoise = 0.02;        // of the largest current: what moves by less is not switched but noisy
 
 struct Point {
   double q, i, v, weight;
@@ -22,6 +22,7 @@ struct Point {
 /// Weighted squares and products about the mean of their part.
 struct Sums {
   double qq = 0.0, qi = 0.0, ii = 0.0, qv = 0.0, iv = 0.0, vv = 0.0;
+  double weight = 0.0, most_i = 0.0;
 
   void add(const std::vector<Point>& part) {
     Point mean{};
@@ -32,6 +33,7 @@ struct Sums {
       mean.v += at.weight * at.v;
     }
     if (mean.weight <= 0.0) return;
+    weight += mean.weight;
     for (const Point& at : part) {
       const double q = at.q - mean.q / mean.weight, i = at.i - mean.i / mean.weight, v = at.v - mean.v / mean.weight;
       qq += at.weight * q * q;
@@ -40,6 +42,7 @@ struct Sums {
       qv += at.weight * q * v;
       iv += at.weight * i * v;
       vv += at.weight * v * v;
+      most_i = std::max(most_i, std::abs(at.i));
     }
   }
 };
@@ -47,23 +50,18 @@ struct Sums {
 Sums sums_of(const CellLog& log) {
   Sums sums;
   std::vector<Point> part;
-  double q = 0.0, behind = log.rows() > 0 ? log.current_a[0] : 0.0, since_voltage_s = 0.0;
+  double q = 0.0, since_voltage_s = 0.0;
   for (std::size_t row = 0; row < log.rows(); ++row) {
     if (log.gap[row]) {
       sums.add(part);
       part.clear();
-      behind = log.current_a[row];
       since_voltage_s = 0.0;
     }
     const double dt = row > 0 && !log.gap[row] ? log.time_s[row] - log.time_s[row - 1] : 0.0;
-    if (dt > 0.0) {
-      const double mean_a = 0.5 * (log.current_a[row] + log.current_a[row - 1]);
-      q += mean_a * dt;
-      behind += (1.0 - std::exp(-dt / kLag_s)) * (log.current_a[row] - behind);
-    }
+    if (dt > 0.0) q += 0.5 * (log.current_a[row] + log.current_a[row - 1]) * dt;
     since_voltage_s += dt;
     if (!std::isfinite(log.voltage_v[row])) continue;
-    part.push_back({q, behind, log.voltage_v[row], std::min(since_voltage_s, kMostOfRow_s)});
+    part.push_back({q, log.current_a[row], log.voltage_v[row], std::min(since_voltage_s, kMostOfRow_s)});
     since_voltage_s = 0.0;
   }
   sums.add(part);
@@ -114,11 +112,12 @@ double whole_sign_evidence(const Channel& current, const Channel& voltage) {
 double whole_sign_evidence(const CellLog& log) {
   VOLTLAP_DEMAND(log.voltage_v.size() == log.rows() && log.gap.size() == log.rows());
   constexpr double kAlike = 1e-6;  // charge and current that cannot be told apart
-  const Sums s = sums_of(log);
+  Sums s = sums_of(log);
   if (s.vv <= 0.0) return 0.0;
+  if (s.ii < kNoise * kNoise * s.most_i * s.most_i * s.weight) s.ii = s.qi = s.iv = 0.0;
   double by_q = s.qq > 0.0 ? s.qv * std::abs(s.qv) / s.qq : 0.0, by_i = s.ii > 0.0 ? s.iv * std::abs(s.iv) / s.ii : 0.0;
   const double det = s.qq * s.ii - s.qi * s.qi;
-  if (det > kAlike * s.qq * s.ii) {
+  if (det > kAlike * s.qq * s.ii && det > 0.0) {
     const double b = (s.ii * s.qv - s.qi * s.iv) / det, c = (s.qq * s.iv - s.qi * s.qv) / det;
     by_q = b * std::abs(b) * det / s.ii;  // what the squares would lose without it
     by_i = c * std::abs(c) * det / s.qq;

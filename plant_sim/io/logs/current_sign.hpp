@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which sign of a current is discharge, as the battery's own voltage says over the whole recording:
 //
-//   V = a + b q + c I'            q = integral of I,  I' the current behind a lag of 10 s
+//   V = a + b q + c I             q = integral of I
 //
 // by least squares, weighted by time, with an own a for each part between gaps. Of a battery that discharges with a
-// positive current b and c are negative. A voltage that comes late, by a second or two, is early enough for I'; steps
-// of a slow recorder, in whose intervals a cell relaxes, weigh no more than the seconds that they stand for.
+// positive current b and c are negative. Levels are held against levels, so that a voltage that comes late by a second
+// or two, and a step of a slow recorder in whose interval a cell relaxes, do not decide as they do step by step.
 #pragma once
 #include "io/logs/cell_log.hpp"
 

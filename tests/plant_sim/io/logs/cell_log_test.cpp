@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "plant_sim/core/scratch.hpp"
 
@@ -69,6 +71,28 @@ TEST(CellLog, SignOfTheCurrentIsFoundAndSaid) {
   const CellLog log = log_of(Square{-1.0}.table());
   DOUBLES_EQUAL(10.0, log.current_a[15], 0.0);
   CHECK(has_repair(log, "sign of the current turned"));
+}
+
+TEST(CellLog, AVoltageThatComesARowLateTurnsNoSign) {
+  // A current that changes with every row, and a voltage that answers to the row before: step by step it rises with it.
+  for (const double sign : {1.0, -1.0}) {
+    MeasuredTable table = Square{}.table();
+    for (auto& values : table.values) values.clear();
+    table.lines.clear();
+    std::mt19937 random(5);
+    double now = 0.0, drawn = 0.0;
+    for (int k = 0; k < 600; ++k) {
+      const double before = now;
+      now = static_cast<double>(random() % 400) / 10.0;
+      drawn += now;
+      table.values[0].push_back(k);
+      table.values[1].push_back(sign * now);
+      table.values[2].push_back(4.0 - 0.002 * before - drawn / 4e4);
+      table.lines.push_back(static_cast<std::size_t>(k) + 2);
+    }
+    const CellLog log = log_of(table);
+    CHECK(*std::max_element(log.current_a.begin(), log.current_a.end()) > 30.0);
+  }
 }
 
 TEST(CellLog, SignIsFoundWhereCurrentAndVoltageComeInTurn) {

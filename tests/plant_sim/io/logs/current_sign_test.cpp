@@ -117,6 +117,24 @@ TEST(CurrentSign, AnyRecordingOfACellTellsItAlsoWhereTheVoltageComesLate) {
   CHECK_TEXT(open * 20 <= judged, count.asCharString());
 }
 
+TEST(CurrentSign, MinutesOfADriveTellItThoughTheVoltageIsASecondLate) {
+  // Little charge, so that the current must say it: step by step a late voltage answers to the step before.
+  std::mt19937 random(seed());
+  for (int trial = 0; trial < 40; ++trial) {
+    Drawn drawn(random);
+    drawn.kind = Kind::kDrive;
+    drawn.every_s = 0.1;
+    drawn.rows = 1500;
+    drawn.late_s = std::uniform_real_distribution(0.8, 1.5)(random);
+    drawn.amps = 10.0;
+    drawn.ohm = 0.03;
+    const double evidence = whole_sign_evidence(drawn.log());
+    const auto said = StringFromFormat("VOLTLAP_TEST_SEED=%u, trial %d: %s, evidence %.3f", seed(), trial,
+                                       drawn.text().c_str(), evidence);
+    CHECK_TEXT(evidence * drawn.sign < -0.2, said.asCharString());
+  }
+}
+
 TEST(CurrentSign, ChannelsWithRatesOfTheirOwnTellTheSame) {
   std::mt19937 random(seed());
   for (int trial = 0; trial < 60; ++trial) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <random>
 
 #include "io/logs/cell_log.hpp"
 #include "plant_sim/core/scratch.hpp"
@@ -249,6 +250,47 @@ TEST(DriveLog, TheBatterysOwnVoltageDecidesTheSignAndABusOnlyWithoutIt) {
   map.roles["current"].discharge = DischargeSign::kAuto;
   map.roles.erase("pack_voltage");
   DOUBLES_EQUAL(-20.0, read(text(1), map).channels.at("current").value[600], 1e-9);
+}
+
+TEST(DriveLog, AVoltageThatComesASecondLateTurnsNoSign) {
+  // The current changes each second, and the voltage answers to the second before: step by step it rises with it.
+  for (const int sign : {1, -1}) {
+    std::string text;
+    std::mt19937 random(5);
+    int now = 0, before = 0;
+    double drawn = 0.0;
+    for (int k = 0; k < 6000; ++k) {
+      if (k % 100 == 0) {
+        before = now;
+        now = static_cast<int>(random() % 400);
+      }
+      drawn += now;
+      text += pack_frame(1.0 + 0.01 * k, sign * now, 1000 - before / 20 - static_cast<int>(drawn / 3e4), k);
+    }
+    const RoleMap map = pack_map();
+    const DriveLog log = read(text, map);
+    double sum = 0.0;
+    for (const double value : log.channels.at("current").value) sum += value;
+    CHECK(sum > 0.0);
+  }
+}
+
+TEST(DriveLog, ABusThatIsPrechargedTellsTheSignByItsStepsAlone) {
+  // It rises for a minute while a little is drawn, then the car drives: over the whole recording it rises with the
+  // charge that is drawn, and the published pack voltage with the current.
+  RoleMap map = pack_map();
+  map.roles["bus_voltage"] =
+      map_of("bus_voltage = {frame = 0x101, signal = \"V\", dbc = \"a.dbc\"}\n").roles["bus_voltage"];
+  for (const int sign : {1, -1}) {
+    std::string text;
+    for (int k = 0; k < 9000; ++k) {
+      const bool driven = k >= 6000, on = driven && k / 250 % 2 == 1;
+      const int bus = driven ? (on ? 9700 : 10000) : k * 10000 / 6000;
+      text += pack_frame(1.0 + 0.01 * k, sign * (on ? 200 : 5), on ? 1010 : 1000, k);
+      text += cell_frame(1.0 + 0.01 * k, 0, bus);
+    }
+    DOUBLES_EQUAL(20.0, read(text, map).channels.at("current").value[6300], 1e-9);
+  }
 }
 
 TEST(DriveLog, WhereAPublishedVoltageRisesWithTheCurrentTheBusIsTheBatterys) {
