@@ -39,7 +39,7 @@ inline std::string cell_frame(double time_s, int id, int raw) {
 struct DriveFrames : Utest {
   Scratch scratch;
   voltlap::plant::DataFolder data{VOLTLAP_DATA_FOLDER};
-  void setup() override { voltlap::plant::use_dbc_cache_of_this_run(); }
+  void setup() override { use_dbc_cache_of_this_run(); }
   voltlap::plant::RoleMap map_of(const std::string& roles) {
     scratch.write("a.dbc", kDbc);
     return voltlap::plant::load_role_map(scratch.write("map.toml", "[roles]\n" + roles));
