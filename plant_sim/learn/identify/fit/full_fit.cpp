@@ -45,9 +45,10 @@ std::size_t drop_outliers(std::vector<MeasuredRun>& runs, const std::vector<Eige
   return dropped;
 }
 
-/// Whether the current under load has rates that differ: those of a tenth of the charge at either end by half.
+/// Whether the current under load has rates that differ: by half in one recording. Between recordings less counts:
+/// what a little more current does would else be an energy, and a sure one where they are a few kelvin apart.
 bool has_several_rates(const std::vector<MeasuredRun>& runs) {
-  constexpr double kLoad = 0.05, kSeveral = 1.5;  // of the largest; ratio
+  constexpr double kLoad = 0.05, kInOne = 1.5, kBetween = 1.05;  // of the largest; ratios
   constexpr double kFewestSeconds = 5.0;
   double most = 0.0;
   for (const MeasuredRun& run : runs) most = std::max(most, run.current_a.cwiseAbs().maxCoeff());
@@ -69,7 +70,7 @@ bool has_several_rates(const std::vector<MeasuredRun>& runs) {
     return 0.0;
   };
   const double low = reached(rates.begin(), rates.end()), high = reached(rates.rbegin(), rates.rend());
-  return low > 0.0 && high > kSeveral * low;
+  return low > 0.0 && high > (runs.size() > 1 ? kBetween : kInOne) * low;
 }
 
 /// One recording, one course of decisions.
