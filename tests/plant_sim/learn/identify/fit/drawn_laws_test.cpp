@@ -102,7 +102,7 @@ TEST(DrawnLaws, TwoRecordingsTogetherPredictAThirdAsWellAsTheBetterOne) {
     ratios.push_back(together / alone);
     if (together <= kWorst * alone + kNoise_v) continue;
     ++worse;
-    found += about(k, StringFromFormat("%.2f mV together, %.2f mV alone\n", 1e3 * together, 1e3 * alone).asCharString());
+    found += about(k, StringFromFormat("%.2f mV together, %.2f alone\n", 1e3 * together, 1e3 * alone).asCharString());
   }
   // One rate at each of two temperatures: what the current does and what the temperature does are told apart by what
   // is believed of cells, which may be wrong for one of them. Of 730 drawn here, five were; two of seven are no chance.
