@@ -71,17 +71,24 @@ bool rests_exactly(const VectorXd& current, Index first, Index last) {
   return same > 0.9 * static_cast<double>(last - first);
 }
 
-/// Does it go up and down from step to step, as what is noisy does, and not up or down for long?
+/// Does it go up and down from step to step, as what is noisy does, and not up or down for long? By more than its
+/// least step now and then: what only goes to and fro between two readings has coarser steps than noise.
 bool is_noisy(const VectorXd& values) {
   constexpr double kOften = 0.1;  // of the steps; half of them where there is nothing but noise
-  double last = std::numeric_limits<double>::quiet_NaN(), step = 0.0, steps = 0.0, turns = 0.0;
+  constexpr double kMore = 1.5, kNowAndThen = 0.02;
+  double last = std::numeric_limits<double>::quiet_NaN(), step = 0.0, turns = 0.0;
+  std::vector<double> steps;
   for (const double v : values) {
     if (!std::isfinite(v) || v == last) continue;
     if (step * (v - last) < 0.0) turns += 1.0;
-    if (std::isfinite(last)) step = v - last, steps += 1.0;
+    if (std::isfinite(last)) step = v - last, steps.push_back(std::abs(step));
     last = v;
   }
-  return turns > kOften * steps;
+  if (steps.empty()) return false;
+  const double least = *std::min_element(steps.begin(), steps.end());
+  const auto more = std::count_if(steps.begin(), steps.end(), [&](double s) { return s > kMore * least; });
+  const auto all = static_cast<double>(steps.size());
+  return turns > kOften * all && static_cast<double>(more) > kNowAndThen * all;
 }
 
 }  // namespace

@@ -193,14 +193,7 @@ void put_members(Observed& out, double volts_bin_s) {
   }
 }
 
-/// RMS of what a sensor's steps hide, of the finest of these.
-double step_error(const plant::Recording& log, const std::vector<std::string>& roles) {
-  double least = 1e300;
-  for (const std::string& role : roles) least = std::min(least, plant::step_of(*log.find(role)));
-  return least < 1e300 ? least / std::sqrt(12.0) : 0.0;
-}
-
-/// The same of a channel, in practical sizes. Cells that are alike are rounded alike, and their sum by as many steps as
+/// RMS of what the steps of a channel's sensors hide, in practical sizes. Cells that are alike are rounded alike, and their sum by as many steps as
 /// there are cells.
 double hidden_by_steps(const Observed& log, const ReadChannel& channel) {
   const std::vector<std::string> cells = log.read.numbered("cell_voltage_");
@@ -238,7 +231,7 @@ double practical_size(const std::string& channel, const plant::World& model, con
   const double volts = is_between_rows(comparison.facts.current_a) ? kCoarse * kCell_v : kCell_v;
   if (channel == "voltage") return volts;
   if (channel == "temperature") {
-    return std::max(kHeat_k, step_error(read, read.numbered("temperature_")));
+    return std::max(kHeat_k, step_error_of_heat(read));
   }
   if (channel == "soc") return kSoc;
   const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty();

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "explain/gate/integrity.hpp"
+
 namespace voltlap::explain {
 namespace {
 
@@ -104,6 +106,25 @@ plant::Recording unstepped(plant::Recording log) {
 bool was_read_in_steps(const plant::Recording& log, const std::string& role) {
   const auto values = log.signals.find(role);
   return log.passed_s.count(role) > 0 || (values != log.signals.end() && is_coarse(values->second));
+}
+
+double step_error(const plant::Recording& log, const std::vector<std::string>& roles) {
+  double least = 1e300;
+  for (const std::string& role : roles) least = std::min(least, plant::step_of(*log.find(role)));
+  return least < 1e300 ? least / std::sqrt(12.0) : 0.0;
+}
+
+double step_error_of_heat(const plant::Recording& read) {
+  constexpr double kUsual_k = 1.0;
+  double least = kUsual_k;
+  const std::vector<std::string> roles = read.numbered("temperature_");
+  bool tells = false;
+  for (const std::string& role : roles) {
+    const double step = least_change(*read.find(role));
+    if (std::isfinite(step)) least = tells ? std::min(least, step) : step;
+    tells = tells || std::isfinite(step);
+  }
+  return roles.empty() ? 0.0 : least / std::sqrt(12.0);
 }
 
 }  // namespace voltlap::explain

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What coarse steps of a thermistor say: exactly where it was when the reading changed, and little in between.
 #pragma once
+#include <string>
+#include <vector>
+
 #include "explain/balances/recording.hpp"
 
 namespace voltlap::explain {
@@ -23,5 +26,10 @@ inline constexpr double kCoarse_k = 0.35;  ///< smaller steps hide less than is 
 
 /// Of an unstepped recording: was this thermistor read in coarse steps, whether they could be taken away or not?
 [[nodiscard]] bool was_read_in_steps(const plant::Recording& log, const std::string& role);
+
+/// RMS of what the steps of sensors hide, of the finest of these.
+[[nodiscard]] double step_error(const plant::Recording& log, const std::vector<std::string>& roles);
+/// The same of thermistors [K]. One that never changes does not tell its step: a kelvin is the coarsest that is usual.
+[[nodiscard]] double step_error_of_heat(const plant::Recording& read);
 
 }  // namespace voltlap::explain

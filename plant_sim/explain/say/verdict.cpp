@@ -9,6 +9,7 @@
 
 #include "explain/gate/rail.hpp"
 #include "explain/model/held.hpp"
+#include "explain/model/unstepped.hpp"
 #include "explain/say/numbers.hpp"
 #include "explain/say/words.hpp"
 
@@ -185,6 +186,33 @@ void put_sentence(const Saying& s, const std::vector<std::string>& sentences, pl
   }
 }
 
+/// Of a log whose thermistors hardly tell how warm the battery was: how little. Empty where one of them tells it.
+std::string told_of_heat(const Observed& log) {
+  const std::vector<std::string> roles = log.read.numbered("temperature_");
+  double step_k = std::numeric_limits<double>::infinity();
+  bool passed = false;
+  for (const std::string& role : roles) {
+    const double step = least_change(*log.read.find(role));
+    if (step < kCoarse_k) return "";
+    step_k = std::min(step_k, step);
+    passed = passed || log.read.passed_s.count(role) > 0;
+  }
+  const auto heat = std::find_if(log.channels.begin(), log.channels.end(),
+                                 [](const ReadChannel& channel) { return channel.name == "temperature"; });
+  if (roles.empty() || heat == log.channels.end()) return "";
+  constexpr const char* kTest = "a longer or harder drive, or finer readings, tell it";
+  if (heat->reader.size() == 0)
+    return fmt::format("no reading of the thermistors can be used: nothing of the battery's heat is judged; {}", kTest);
+  if (passed) return "";
+  if (!std::isfinite(step_k))
+    return fmt::format("the thermistors read the same from beginning to end, as in steps of 1 K they may: an error of "
+                       "the battery's heat that would not have changed them is not seen; {}",
+                       kTest);
+  return fmt::format("the thermistors are read in steps of {:.2g} K and pass too few: an error of the battery's heat "
+                     "of less than a step is not seen; {}",
+                     step_k, kTest);
+}
+
 }  // namespace
 
 std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer) {
@@ -226,6 +254,7 @@ plant::Explanation said(const Saying& s, const plant::Gated& gated, const Observ
         "battery.initial_temperature_c=C says it, and smaller errors of the resistances are found",
         s.model.world.car.battery.initial_temperature_c));
   }
+  if (std::string heat = told_of_heat(rest); !heat.empty()) out.notes.push_back(std::move(heat));
   std::vector<std::string> sentences, units;
   for (const ReadChannel& channel : rest.channels) units.push_back(channel.unit);
   for (const AnswerOf* answer : s.global) put_causes(s, *answer, sentences, out);

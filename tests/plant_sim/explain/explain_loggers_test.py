@@ -138,3 +138,17 @@ def test_cells_without_a_pack_voltage_are_found_whatever_they_are_called(tmp_pat
     answer, said = explained(tmp_path, renamed(draw, tmp_path, draw.drive(tmp_path, *keys, vehicle=CAR)), model=CAR)
     assert [cause["name"] for cause in answer["causes"]] == (["series_resistance"] if hidden else []), said
     assert answer["verdict"] == ("named" if hidden else "no_discrepancy"), said
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_thermistors_that_hardly_tell_the_heat_are_said(tmp_path, number):
+    """Of steps that nobody passed twice nothing small can be seen: that is no proof that all is right."""
+    draw = Draw(f"heat{number}")
+    step = draw.random.choice([0.1, 0.5, 1.0, 2.0])
+    names, rows = rows_of(draw.drive(tmp_path, laps=draw.random.choice([1, 2, 4]), vehicle=CAR))
+    warm = [n.endswith("temperature_c") and (n.startswith("cell_") or n == "battery_temperature_c") for n in names]
+    rows = [[f"{round(float(x) / step) * step:.1f}" if w else x for x, w in zip(row, warm)] for row in rows]
+    passed = min(len({row[k] for row in rows}) - 1 for k, w in enumerate(warm) if w)
+    answer, said = explained(tmp_path, write(tmp_path / "steps.csv", names, rows), model=CAR)
+    assert answer["verdict"] == "no_discrepancy", (step, said)
+    assert ("battery's heat" in said) == (step > 0.35 and passed < 2), (step, passed, said)
