@@ -22,12 +22,15 @@ def logged(draw, folder, log, thin, missing):
     names, rows = rows_of(log)
     digits = {"cell_": draw.random.choice([5, 3, 2]), "pack_voltage_v": draw.random.choice([3, 1]),
               "pack_current_a": draw.random.choice([3, 1, 0])}
-    print(f"every {thin} rows, {digits}, without {sorted(missing)}")
+    warm_digits = draw.random.choice([2, 1, 0])
+    print(f"every {thin} rows, {digits}, {warm_digits} of temperatures, without {sorted(missing)}")
     columns = [k for k, name in enumerate(names) if name not in missing and
                not (CELLS in missing and name.startswith("cell_") and name.endswith("voltage_v")) and
                not (THERMISTORS in missing and name.endswith("temperature_c"))]
 
     def field(name, text):
+        if name.endswith("temperature_c"):
+            return f"{float(text):.{warm_digits}f}"
         for stem, decimals in digits.items():
             if name.startswith(stem) and (stem != "cell_" or name.endswith("voltage_v")):
                 return f"{float(text):.{decimals}f}"

@@ -141,6 +141,27 @@ class FullFitter {
     const Eigen::MatrixXd taus = taus_.transpose().replicate(cost.fit().r_count(), 1);
     return cost.pack(cost.fit().solve(taus), taus);
   }
+  /// A fit of tables with laws. Over temperatures that are far apart branches may take each other's place: a fast one
+  /// that slows down much in the cold beside a slow one that does not. From energies that are all alike a fit may end
+  /// with each the other's; the best of three is taken.
+  [[nodiscard]] TableFit fit_from_several_energies() const {
+    constexpr double kApart = 30.0;  // kJ/mol of the first and of the last branch from what is believed
+    TableFit best = table_fit(coarse_, taus_, priors_);
+    if (runs_.size() < 2 || branches_ < 2) return best;
+    const ResistanceLaws believed = assumed_laws(priors_.laws.reference_temperature_c);
+    for (const double apart : {kApart, -kApart}) {
+      CircuitModel from = best.fit.model;
+      for (Index k = 0; k < branches_; ++k) {
+        const double place = 1.0 - 2.0 * static_cast<double>(k) / static_cast<double>(branches_ - 1);
+        ResistanceLaws::BranchEnergies& of = from.laws.branch_kj_per_mol[static_cast<std::size_t>(k)];
+        of = believed.branch_kj_per_mol[static_cast<std::size_t>(k)];
+        of.time_constant += apart * place;
+      }
+      TableFit other = table_fit(coarse_, taus_, priors_, &from);
+      if (other.cost < best.cost) best = std::move(other);
+    }
+    return best;
+  }
   /// The laws, where the recordings have more than one temperature or rate. With several rates a charge transfer that
   /// bends R0 over the current is among them: in one recording if that is decisively better, in several unless it is
   /// decisively worse. Without it the energies of tests that differ in both would hold what the current does, and be
@@ -148,9 +169,10 @@ class FullFitter {
   void settle_laws() {
     if (priors_.law_priors.fixed) return;
     constexpr double kDecisive = 6.0;  // of the noise density: twice ln 20
+    constexpr double kHardlyAny = 10.0;  // times the exchange current that is believed
     say("laws over temperature and current");
     // Twice: before there are laws, what is left is far from noise, and what is believed beforehand counts too much.
-    TableFit plain = table_fit(coarse_, taus_, priors_);
+    TableFit plain = fit_from_several_energies();
     for (int pass = 0; pass < 2; ++pass) {
       priors_.laws = plain.fit.model.laws;
       search(taus_);
@@ -162,8 +184,16 @@ class FullFitter {
     if (!has_several_rates(runs_)) return;
     FitPriors bent = priors_;
     bent.laws.exchange_a = std::exp(bent.law_priors.mean(ResistanceLaws::kLogExchange));
-    const TableFit with = table_fit(coarse_, taus_, bent);
+    TableFit with = table_fit(coarse_, taus_, bent);
     const double decisive = kDecisive * priors_.noise_v2_s;
+    if (with.cost >= plain.cost) {
+      // From what is believed a fit may end far off. From the plain one, with a charge transfer that takes next to
+      // nothing, it can become better only.
+      CircuitModel from = plain.fit.model;
+      from.laws.exchange_a = kHardlyAny * bent.laws.exchange_a;
+      TableFit again = table_fit(coarse_, taus_, bent, &from);
+      if (again.cost < with.cost) with = std::move(again);
+    }
     if (with.cost >= plain.cost + (runs_.size() > 1 ? decisive : -decisive)) return;
     priors_.laws = with.fit.model.laws;
     left_v2_s_ = noise_density(coarse_, errors_of(with.fit, coarse_));

@@ -36,7 +36,7 @@ struct LawsCell {
     cell.tau2_kj = cell.r2_kj + uniform(-15.0, 10.0);
     cell.exchange_a = 2.0 * kThermal_v / (uniform(0.3, 0.8) * cell.r0_ohm);
     cell.entropy_mv_per_k = uniform(-0.2, 0.2);
-    cell.seed = from();
+    cell.seed = static_cast<unsigned>(from());
     return cell;
   }
 

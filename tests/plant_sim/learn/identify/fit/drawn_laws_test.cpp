@@ -51,6 +51,22 @@ TEST_GROUP(DrawnLaws) {
   }
 };
 
+/// The laws that a fit found less the true ones, with their deviations [kJ/mol], [mV/K]. Of recordings at one rate R0
+/// holds the charge transfer, and its energy is of both.
+static std::vector<std::pair<double, double>> laws_off(const IdentifyResult& result, const LawsCell& cell) {
+  const ResistanceLaws& laws = result.model.laws;
+  const Eigen::VectorXd sigma = result.uncertainty.sigma.tail(ResistanceLaws::kCount);
+  std::vector<std::pair<double, double>> out{
+          {laws.branch_kj_per_mol[0].resistance - cell.r1_kj, sigma(ResistanceLaws::resistance(0))},
+          {laws.branch_kj_per_mol[1].resistance - cell.r2_kj, sigma(ResistanceLaws::resistance(1))},
+          {laws.branch_kj_per_mol[0].time_constant - cell.tau1_kj, sigma(ResistanceLaws::time_constant(0))},
+          {laws.branch_kj_per_mol[1].time_constant - cell.tau2_kj, sigma(ResistanceLaws::time_constant(1))},
+          {laws.entropy_mv_per_k - cell.entropy_mv_per_k, sigma(ResistanceLaws::kEntropy)}};
+  if (laws.has_charge_transfer())
+    out.emplace_back(laws.ohmic_kj_per_mol - cell.ohmic_kj, sigma(ResistanceLaws::kOhmic));
+  return out;
+}
+
 TEST(DrawnLaws, AreWithinTheirIntervalsAndPredictAColderFasterTest) {
   constexpr int kDraws = 10;
   int inside = 0, all = 0;
@@ -60,16 +76,7 @@ TEST(DrawnLaws, AreWithinTheirIntervalsAndPredictAColderFasterTest) {
     const CellIdentification found =
         identified({cell.record(plan, 25.0), cell.record(plan, 8.0), cell.record(plan, 42.0)});
     const IdentifyResult& result = found.points[0].result;
-    const ResistanceLaws& laws = result.model.laws;
-    const Eigen::VectorXd sigma = result.uncertainty.sigma.tail(ResistanceLaws::kCount);
-    const std::pair<double, double> pairs[] = {
-        {laws.ohmic_kj_per_mol - cell.ohmic_kj, sigma(ResistanceLaws::kOhmic)},
-        {laws.branch_kj_per_mol[0].resistance - cell.r1_kj, sigma(ResistanceLaws::resistance(0))},
-        {laws.branch_kj_per_mol[1].resistance - cell.r2_kj, sigma(ResistanceLaws::resistance(1))},
-        {laws.branch_kj_per_mol[0].time_constant - cell.tau1_kj, sigma(ResistanceLaws::time_constant(0))},
-        {laws.branch_kj_per_mol[1].time_constant - cell.tau2_kj, sigma(ResistanceLaws::time_constant(1))},
-        {laws.entropy_mv_per_k - cell.entropy_mv_per_k, sigma(ResistanceLaws::kEntropy)}};
-    for (const auto& [off, one_sigma] : pairs) {
+    for (const auto& [off, one_sigma] : laws_off(result, cell)) {
       ++all;
       inside += std::abs(off) <= 1.96 * one_sigma ? 1 : 0;
       CHECK_TRUE_TEXT(std::abs(off) <= 5.0 * one_sigma, about(k, "a law five sigma off").asCharString());
@@ -129,6 +136,56 @@ TEST(DrawnLaws, RatesAndTemperaturesThatHardlyDifferAreSureOfNoEnergy) {
                                                 rate, at_c, more, warmer_c, off, sigma);
     CHECK_TRUE_TEXT(std::abs(off) <= 3.0 * sigma, about(k, found.asCharString()).asCharString());
   }
+}
+
+TEST(DrawnLaws, OfAnyRatesAndTemperaturesAreWithinTheirIntervals) {
+  constexpr int kDraws = 10;
+  int inside = 0, all = 0, far = 0;
+  SimpleString told;
+  for (int k = 0; k < kDraws; ++k) {
+    const LawsCell cell = LawsCell::draw(draw);
+    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(draw); };
+    const auto recordings = std::uniform_int_distribution<std::size_t>(2, 4)(draw);
+    std::vector<CellLog> logs;
+    SimpleString plan;
+    while (logs.size() < recordings) {
+      std::vector<double> rates(std::uniform_int_distribution<std::size_t>(1, 3)(draw));
+      for (double& rate : rates) rate = std::exp(uniform(std::log(0.3), std::log(4.0)));
+      logs.push_back(cell.record(cell.pulses(rates), uniform(-5.0, 45.0)));
+      plan += StringFromFormat(" %.1f degC", logs.back().temperature_c.front());
+      for (const double rate : rates) plan += StringFromFormat(" %.2fC", rate);
+    }
+    const IdentifyResult result = identified(logs).points[0].result;
+    int number = 0;
+    for (const auto& [off, sigma] : laws_off(result, cell)) {
+      ++all;
+      inside += std::abs(off) <= 1.96 * sigma ? 1 : 0;
+      ++number;
+      if (std::abs(off) <= 5.0 * sigma) continue;
+      ++far;
+      told += about(k, StringFromFormat("law %d off %.3g +- %.3g:%s\n", number, off, sigma, plan.asCharString())
+                           .asCharString());
+    }
+  }
+  // A slow branch in the cold outlasts rests of ten minutes: of 1100 laws drawn here one was six deviations off.
+  CHECK_TRUE_TEXT(far <= 1, told.asCharString());
+  const SimpleString found = StringFromFormat("%d of %d laws inside", inside, all);
+  CHECK_TRUE_TEXT(inside >= 0.85 * all, about(kDraws, found.asCharString()).asCharString());
+}
+
+TEST(DrawnLaws, OfAColdSlowRecordingBesideAWarmOneHaveTheirChargeTransfer) {
+  // From what is believed of the exchange current the fit ended far off; without one R0's energy was sure and wrong.
+  LawsCell cell;
+  cell.capacity_ah = 10.0;
+  cell.r0_ohm = 4e-3;
+  cell.r1_ohm = cell.r2_ohm = 3e-3;
+  cell.exchange_a = 30.0;
+  const IdentifyResult result =
+      identified({cell.record(cell.pulses({0.81}), 40.7), cell.record(cell.pulses({0.49, 0.34, 0.99}), -2.0)})
+          .points[0]
+          .result;
+  CHECK(result.model.laws.has_charge_transfer());
+  for (const auto& [off, sigma] : laws_off(result, cell)) CHECK(std::abs(off) <= 4.0 * sigma);
 }
 
 TEST(DrawnLaws, OfOneTemperatureAreAssumedAndSaySo) {
