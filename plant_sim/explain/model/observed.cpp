@@ -193,8 +193,8 @@ void put_members(Observed& out, double volts_bin_s) {
   }
 }
 
-/// RMS of what the steps of a channel's sensors hide, in practical sizes. Cells that are alike are rounded alike, and their sum by as many steps as
-/// there are cells.
+/// RMS of what the steps of a channel's sensors hide, in practical sizes. Cells that are alike are rounded alike, and
+/// their sum by as many steps as there are cells.
 double hidden_by_steps(const Observed& log, const ReadChannel& channel) {
   const std::vector<std::string> cells = log.read.numbered("cell_voltage_");
   double error = 0.0;
