@@ -27,6 +27,9 @@ namespace voltlap::plant {
 /// InputError where two columns may play the same role.
 [[nodiscard]] RoleMap recognised_map(const MeasuredTable& table);
 
+/// The pack's voltage of a table of which time, current and cells have plain names, and it has not.
+void add_pack_voltage(const MeasuredTable& table, RoleMap& map);
+
 /// Time, current and a voltage.
 [[nodiscard]] bool is_enough(const RoleMap& map);
 

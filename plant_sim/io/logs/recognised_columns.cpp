@@ -11,7 +11,9 @@
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 #include "io/logs/plain_columns.hpp"
+#include "io/logs/role_source.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -94,6 +96,10 @@ constexpr std::array<std::string_view, 34> kNotMeasured{
     "limit", "max",  "min",    "set",   "ref",    "target", "command", "cmd",    "request", "phase",  "heater", "aux",
     "dcl",   "ccl",  "charger", "12v",  "low",    "lv",     "control", "end",    "cut",     "avg",    "average",
     "sensor", "dv",  "delta",  "motor", "pump",   "fan",    "supply",  "ripple", "error",   "offset", "soll"};
+
+// Whose a voltage is.
+constexpr std::array<std::string_view, 6> kPack{"pack", "batt", "total", "hv", "akku", "accu"};
+constexpr std::array<std::string_view, 6> kNotThePack{"cell", "zell", "bus", "link", "inv", "zwischenkreis"};
 
 struct Candidate {
   std::size_t column = 0;
@@ -259,13 +265,46 @@ void add_voltage(const MeasuredTable& table, RoleMap& map) {
     const auto found = only(table, "voltage", all);
     if (!found) return;
     const std::string name = column_name(table.columns[found->column]).name;
-    const auto in = [&](const char* word) { return name.find(word) != std::string::npos; };
-    const bool is_pack = !in("cell") && (in("pack") || in("batt") || in("total") || in("hv"));
-    (is_pack ? pack : cell) = found;
+    const auto in = [&](std::string_view word) { return name.find(word) != std::string::npos; };
+    (!in("cell") && std::any_of(kPack.begin(), kPack.end(), in) ? pack : cell) = found;
   }
   if (cell && pack && !same_values(table, *cell, *pack)) refuse_both(table, "voltage", *cell, *pack);
   const Candidate& voltage = cell ? *cell : *pack;
   map.roles[cell ? "voltage" : "pack_voltage"] = source_of(table, voltage);
+}
+
+/// The pack's voltage beside cells: by its name, by words that say whose it is, or a voltage beyond any cell's. Nothing
+/// where two that differ could be it.
+std::optional<Candidate> pack_voltage_beside_cells(const MeasuredTable& table, const RoleMap& map) {
+  const auto free = [&](std::vector<Candidate> all) {
+    std::erase_if(all, [&](const Candidate& c) {
+      return is_of_family(table, c.column) ||
+             std::any_of(map.roles.begin(), map.roles.end(),
+                         [&](const auto& entry) { return entry.second.column == table.columns[c.column]; });
+    });
+    return all;
+  };
+  const auto unlike = [&](const std::vector<Candidate>& all) {
+    return std::any_of(all.begin(), all.end(), [&](const Candidate& c) { return !same_values(table, all[0], c); });
+  };
+  const auto says_whose = [&](const Candidate& c) {
+    const std::string name = column_name(table.columns[c.column]).name;
+    const auto in = [&](std::string_view word) { return name.find(word) != std::string::npos; };
+    return std::none_of(kNotThePack.begin(), kNotThePack.end(), in) && std::any_of(kPack.begin(), kPack.end(), in);
+  };
+  std::vector<Candidate> worded_so = worded(table, {"voltage", "spannung", "volt", "电压"}, Quantity::kVoltage);
+  std::erase_if(worded_so, [&](const Candidate& c) { return !says_whose(c); });
+  std::vector<Candidate> voltages = named(table, kRoleNames[2].tiers[0], Quantity::kVoltage);
+  std::erase_if(voltages, [&](const Candidate& c) {
+    std::vector<double> values = table.values[c.column];
+    std::erase_if(values, [](double v) { return !std::isfinite(v); });
+    return !(median(std::move(values)) * c.unit.scale > role_range("cell_voltage_1").max);
+  });
+  for (const auto& tier : {named(table, kRoleNames[3].tiers[0], Quantity::kVoltage), worded_so, voltages}) {
+    const std::vector<Candidate> all = free(tier);
+    if (!all.empty()) return unlike(all) ? std::nullopt : std::optional(all.front());
+  }
+  return std::nullopt;
 }
 
 /// It only grows, but where it begins anew.
@@ -307,6 +346,16 @@ void note_columns(RoleMap& map) {
 }
 
 }  // namespace
+
+void add_pack_voltage(const MeasuredTable& table, RoleMap& map) {
+  if (map.find("cell_voltage_1") == nullptr || map.find("pack_voltage") != nullptr || map.find("voltage") != nullptr)
+    return;
+  const auto found = pack_voltage_beside_cells(table, map);
+  if (!found) return;
+  map.roles["pack_voltage"] = source_of(table, *found);
+  map.notes.push_back(
+      fmt::format("column recognised by its name: pack_voltage from \"{}\"", table.columns[found->column]));
+}
 
 RoleMap recognised_map(const MeasuredTable& table) {
   RoleMap map;

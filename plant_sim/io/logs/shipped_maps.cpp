@@ -13,6 +13,7 @@
 #include "io/logs/frame_checksum.hpp"
 #include "io/logs/drive_columns.hpp"
 #include "io/logs/map_proposal.hpp"
+#include "io/logs/plain_columns.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -171,7 +172,9 @@ RoleMap role_map_for_drive(const std::string& path, const DataFolder& data) {
   if (is_can_recording(path)) return map_for_can(path, shipped_maps(data));
   const MeasuredTable table = read_measured_table(path);
   auto [map, shipped] = map_for_table(table, data);
-  if (!shipped) add_other_roles(signals_of(table), map);
+  if (shipped) return map;
+  add_pack_voltage(table, map);
+  add_other_roles(signals_of(table), map);
   return map;
 }
 

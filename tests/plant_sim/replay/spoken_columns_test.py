@@ -70,3 +70,19 @@ def test_a_table_in_any_words_gives_all_that_it_says(tmp_path, case):
     assert [violation["cell"] for violation in out["limit_violations"]] == [5], about
     assert out["soc_start_pct"] == pytest.approx(40.0, abs=0.6), about
     assert not extra or "gear lever" in run.stdout, f"{about}\n{run.stdout}"
+
+
+@pytest.mark.parametrize("pack", [*(name for name, _ in PACK_VOLTAGE), "Akkuspannung (V)", "Total voltage [V]", "vbat"])
+def test_a_pack_voltage_in_any_words_is_found_beside_plain_columns(tmp_path, pack):
+    """Time, current and cells that are called as we call them were enough: what else they had was not looked at."""
+    scale = 1000 if "mV" in pack else 1
+    lines = [",".join(["time_s", "current_a", pack, *(f"cell_voltage_{n}_v" for n in range(1, CELLS + 1))])]
+    for row in rows(9, soc=0.40):
+        cells = [row[f"cell_voltage_{n}_v"] for n in range(1, CELLS + 1)]
+        values = (row["time_s"], row["current_a"], scale * sum(cells), *cells)
+        lines.append(",".join(f"{value:.5f}" for value in values))
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (tmp_path / "pack.toml").write_text(PACK)
+    run = voltlap("replay", log, "--pack", tmp_path / "pack.toml")
+    assert run.returncode == 0 and "no pack voltage" not in run.stdout, run.stdout + run.stderr
