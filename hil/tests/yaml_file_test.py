@@ -13,14 +13,15 @@ GOOD = "scenario: x\nwhen:\n  - run: 10 ms\nthen:\n  - torque_zero_within: 1 s\n
 
 @pytest.fixture
 def complaint_of(tmp_path, dbc):
-    """What is said of a file's bytes, without the name of the file; within two seconds."""
+    """What is said of a file's bytes, without the name of the file. What runs away takes minutes, or never ends; the
+    longest of these a second or three, by the machine."""
     def reading(data):
         path = tmp_path / "s.yaml"
         path.write_bytes(data if isinstance(data, bytes) else data.encode())
         begin = time.process_time()
         with pytest.raises(InputError) as error:
             load(path, dbc)
-        assert time.process_time() - begin < 2.0
+        assert time.process_time() - begin < 30.0
         assert str(error.value).startswith(f"{path}:")
         return str(error.value).removeprefix(f"{path}:").strip()
     return reading

@@ -93,7 +93,7 @@ def test_a_document_that_cannot_take_the_table_is_told_before_the_work(tmp_path,
     begin = time.monotonic()
     done = tool("image_budgets.py", "--laps", 1, "--write", name, cwd=tmp_path)
     assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
-    assert time.monotonic() - begin < 5.0 and not done.stdout
+    assert time.monotonic() - begin < 30.0 and not done.stdout  # the work takes minutes
 
 
 def test_laps_that_are_none_are_refused():
