@@ -75,7 +75,7 @@ bool rests_exactly(const VectorXd& current, Index first, Index last) {
 /// least step now and then: what only goes to and fro between two readings has coarser steps than noise.
 bool is_noisy(const VectorXd& values) {
   constexpr double kOften = 0.1;  // of the steps; half of them where there is nothing but noise
-  constexpr double kMore = 1.5, kNowAndThen = 0.02;
+  constexpr double kMore = 1.5, kNowAndThen = 0.02;  // times the least step; of the steps, as noise of 0.3 of one has
   double last = std::numeric_limits<double>::quiet_NaN(), step = 0.0, turns = 0.0;
   std::vector<double> steps;
   for (const double v : values) {

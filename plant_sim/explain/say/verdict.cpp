@@ -189,21 +189,20 @@ void put_sentence(const Saying& s, const std::vector<std::string>& sentences, pl
 /// Of a log whose thermistors hardly tell how warm the battery was: how little. Empty where one of them tells it.
 std::string told_of_heat(const Observed& log) {
   const std::vector<std::string> roles = log.read.numbered("temperature_");
-  double step_k = std::numeric_limits<double>::infinity();
-  bool passed = false;
-  for (const std::string& role : roles) {
-    const double step = least_change(*log.read.find(role));
-    if (step < kCoarse_k) return "";
-    step_k = std::min(step_k, step);
-    passed = passed || log.read.passed_s.count(role) > 0;
-  }
   const auto heat = std::find_if(log.channels.begin(), log.channels.end(),
                                  [](const ReadChannel& channel) { return channel.name == "temperature"; });
   if (roles.empty() || heat == log.channels.end()) return "";
   constexpr const char* kTest = "a longer or harder drive, or finer readings, tell it";
   if (heat->reader.size() == 0)
-    return fmt::format("no reading of the thermistors can be used: nothing of the battery's heat is judged; {}", kTest);
-  if (passed) return "";
+    return fmt::format("at no time do the thermistors tell together how warm the battery was: nothing of its heat is "
+                       "judged; {}",
+                       kTest);
+  double step_k = std::numeric_limits<double>::infinity();
+  for (const std::string& role : roles) {
+    const double step = least_change(*log.read.find(role));
+    if (step < kCoarse_k || log.read.passed_s.count(role) > 0) return "";
+    step_k = std::min(step_k, step);
+  }
   if (!std::isfinite(step_k))
     return fmt::format("the thermistors read the same from beginning to end, as in steps of 1 K they may: an error of "
                        "the battery's heat that would not have changed them is not seen; {}",

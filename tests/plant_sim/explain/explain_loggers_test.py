@@ -155,3 +155,16 @@ def test_thermistors_that_hardly_tell_the_heat_are_said(tmp_path, number):
     answer, said = explained(tmp_path, write(tmp_path / "steps.csv", names, rows), model=CAR)
     assert answer["verdict"] == "no_discrepancy", (step, said)
     assert ("battery's heat" in said) == (step > 0.35 and passed < 2), (step, passed, said)
+
+
+def test_thermistors_that_never_tell_the_heat_together_are_said(tmp_path):
+    """A reading in whole kelvins tells the warmth between two of its changes: of some early, of the others late."""
+    draw = Draw("apart")
+    names, rows = rows_of(draw.drive(tmp_path, vehicle=CAR))
+    for k, name in enumerate(names):
+        if name.startswith("cell_") and name.endswith("temperature_c"):
+            first = (0.1 if int(name.split("_")[1]) % 2 else 0.6) * len(rows)
+            for at, row in enumerate(rows):
+                row[k] = str(30 + (at > first) + (at > first + 0.3 * len(rows)))
+    answer, said = explained(tmp_path, write(tmp_path / "apart.csv", names, rows), model=CAR)
+    assert "nothing of its heat is judged" in said, said

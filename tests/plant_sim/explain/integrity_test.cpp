@@ -99,6 +99,14 @@ TEST(Integrity, AThermistorWithoutNoiseMayStandWhereItIsWarm) {
   DOUBLES_EQUAL(0.0, frozen_s(gated(warms)), 0.0);
 }
 
+TEST(Integrity, AThermistorThatGoesToAndFroBetweenTwoStepsMayHaveStoodBefore) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  VectorXd warms(kRows);  // it stands for two and a half minutes, then is where noise of 0.05 K changes the reading
+  for (Index row = 0; row < kRows; ++row) warms(row) = std::round((row < 1500 ? 31.2 : 31.5) + 0.05 * normal(random));
+  DOUBLES_EQUAL(0.0, frozen_s(gated(warms)), 0.0);
+}
+
 TEST(Integrity, AFewRowsWithoutAValueAreNoFindingWhereReferencesHaveNone) {
   const auto lost = [](double count, bool worth_telling) {
     return std::vector<GateFinding>{{"dropped_or_late_frames", "soc", "count", count, "1", worth_telling}};

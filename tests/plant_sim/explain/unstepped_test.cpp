@@ -31,6 +31,20 @@ plant::Recording read_by(const VectorXd& truth, double noise_k, double step_k, u
 
 TEST_GROUP(Unstepped){};
 
+TEST(Unstepped, AReadingThatNeverChangesMayHideAKelvinAndOneThatChangesOnceItsStep) {
+  const double kHidden = 1.0 / std::sqrt(12.0);  // of a step
+  plant::Recording log;
+  DOUBLES_EQUAL(0.0, step_error_of_heat(log), 0.0);
+  VectorXd& first = log.signals["temperature_1"] = VectorXd::Constant(100, 25.0);
+  DOUBLES_EQUAL(kHidden, step_error_of_heat(log), 1e-12);
+  first.tail(40).setConstant(27.0);
+  DOUBLES_EQUAL(2.0 * kHidden, step_error_of_heat(log), 1e-12);
+  log.signals["temperature_2"] = VectorXd::Constant(100, 25.0);
+  DOUBLES_EQUAL(2.0 * kHidden, step_error_of_heat(log), 1e-12);
+  log.signals["temperature_2"].tail(20).setConstant(25.5);
+  DOUBLES_EQUAL(0.5 * kHidden, step_error_of_heat(log), 1e-12);
+}
+
 TEST(Unstepped, StepsOfAThermistorAreTakenAwayToATenthOfThem) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     std::mt19937 random(seed);

@@ -143,7 +143,7 @@ class FullFitter {
   }
   /// A fit of tables with laws. Over temperatures that are far apart branches may take each other's place: a fast one
   /// that slows down much in the cold beside a slow one that does not. From energies that are all alike a fit may end
-  /// with each the other's; the best of three is taken.
+  /// with each the other's; the best of three is taken. It needs time constants that a fit has settled.
   [[nodiscard]] TableFit fit_from_several_energies() const {
     constexpr double kApart = 30.0;  // kJ/mol of the first and of the last branch from what is believed
     TableFit best = table_fit(coarse_, taus_, priors_);
@@ -172,12 +172,12 @@ class FullFitter {
     constexpr double kHardlyAny = 10.0;  // times the exchange current that is believed
     say("laws over temperature and current");
     // Twice: before there are laws, what is left is far from noise, and what is believed beforehand counts too much.
-    TableFit plain = fit_from_several_energies();
+    TableFit plain = table_fit(coarse_, taus_, priors_);
     for (int pass = 0; pass < 2; ++pass) {
       priors_.laws = plain.fit.model.laws;
       search(taus_);
       priors_.noise_v2_s = noise_density(coarse_, errors_of(linear_fit(coarse_, taus_, priors_), coarse_));
-      plain = table_fit(coarse_, taus_, priors_);
+      plain = fit_from_several_energies();
     }
     priors_.laws = plain.fit.model.laws;
     left_v2_s_ = noise_density(coarse_, errors_of(plain.fit, coarse_));
