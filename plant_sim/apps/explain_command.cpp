@@ -20,6 +20,7 @@
 #include "explain/explain.hpp"
 #include "explain/extend/extended_model.hpp"
 #include "explain/say/explanation_json.hpp"
+#include "explain/say/numbers.hpp"
 #include "explain/say/page/explanation_report.hpp"
 #include "io/atomic_file.hpp"
 
@@ -44,8 +45,9 @@ void print(std::FILE* to, const Explanation& e) {
   }
   if (!e.gain.empty()) fmt::print(to, "\nRMS error on blocks that were kept back\n");
   for (const auto& [channel, gain] : e.gain) {
-    fmt::print(to, "  {:<18} {:9.4g} to {:9.4g} {} (noise {:.3g})\n", channel, gain.before, gain.after, gain.unit,
-               gain.floor);
+    const ShownUnit shown = shown_unit(gain.unit, gain.before);
+    fmt::print(to, "  {:<18} {:9.4g} to {:9.4g} {} (noise {:.3g})\n", channel, shown.scale * gain.before,
+               shown.scale * gain.after, shown.unit, shown.scale * gain.floor);
   }
   for (const RunnerUp& rival : e.runners_up) {
     fmt::print(to, "  runner-up {}: {:.1f} {} in ln evidence, {}\n", fmt::join(rival.names, " + "),

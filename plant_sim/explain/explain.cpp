@@ -9,6 +9,7 @@
 #include "explain/causes/list.hpp"
 #include "explain/decide/members.hpp"
 #include "explain/decide/rounds.hpp"
+#include "explain/decide/settle.hpp"
 #include "explain/gate/integrity.hpp"
 #include "explain/say/verdict.hpp"
 
@@ -29,18 +30,6 @@ Minutes minutes_of(const std::string& fit_blocks) {
   return fit_blocks == "even" ? Minutes::kEven : fit_blocks == "odd" ? Minutes::kOdd : Minutes::kAll;
 }
 
-constexpr double kNear_k = 0.5, kFar_k = 2.0, kFarthest_k = 24.0;  // of warmth that nobody measured
-constexpr int kWarmings = 4;
-constexpr double kBeside = 0.9;  // of the squares in the first minutes: where all is right, charge takes none
-
-/// A log of which nothing is wrong but perhaps how it begins.
-Held held_sound(const plant::World& model, plant::Recording log, Holding how) {
-  Held out = held_against(model, std::move(log), how);
-  if (out.seen.begins_charged || out.seen.left_beside_charge > kBeside) return out;
-  how.begins_charged = true;
-  return held_against(model, out.log(), how);
-}
-
 /// What is left of another log, or of the minutes that were not fitted, by the model as it was given and with what
 /// was found: both begin as the latter says.
 std::map<std::string, plant::ChannelGain> gain_on(const plant::World& model, const plant::Recording& log,
@@ -49,8 +38,8 @@ std::map<std::string, plant::ChannelGain> gain_on(const plant::World& model, con
   for (const AnswerOf* answer : saying.global) found = world_with(std::move(found), *answer);
   const Held other = held_against(model, log, how);
   const Held with = held_sound(found, corrected(other.log(), effects_of(other, saying.members)), how);
-  how.begins_charged = with.seen.begins_charged;
-  const bool alike = other.seen.begins_charged == how.begins_charged;
+  how.beginning = with.seen.begins_charged ? Beginning::kCharged : Beginning::kAtRest;
+  const bool alike = other.seen.begins_charged == with.seen.begins_charged;
   const std::map<std::string, LeftOf> before = left_of(alike ? other.seen : held_against(model, log, how).seen);
   std::map<std::string, plant::ChannelGain> out;
   for (const auto& [channel, after] : left_of(with.seen)) {
@@ -98,97 +87,6 @@ void take_back_if_least(Saying& saying, std::deque<Round>& rounds) {
   const Unnamed whole = error_of(answer, rounds.front().held->seen);
   const double share = std::pow(saying.unnamed->practical / whole.practical, 2);
   if (saying.unnamed->channel == whole.channel && share > kLeast) take_back(saying, rounds, whole);
-}
-
-/// Beside what was found, the first minutes may tell that the log begins in a drive, which they did not before; and a
-/// drive before the log may be all that is wrong. With it nothing may be left that has no name.
-void settle_beginning(Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
-                      Holding how, std::deque<Round>& rounds) {
-  if (log.seen.begins_charged) return;
-  const auto finds = [](const std::deque<Round>& of) { return !of.front().answer.sets.empty(); };
-  const bool unnamed = unnamed_beside(rounds, references).has_value();  // which may find something after all
-  const bool found = finds(rounds);
-  if (!found && !unnamed) return;
-  plant::World world = log.world;
-  for (const Round& round : rounds) world = world_with(std::move(world), round.answer);
-  const bool beside = held_against(world, log.log(), how).seen.left_beside_charge < kBeside;
-  if (!unnamed && !beside && log.seen.left_beside_charge > kBeside) return;
-  how.begins_charged = true;
-  Held charged = held_against(log.world, log.log(), how);
-  std::deque<Round> again;
-  put_rounds(charged, references, causes, how, again);
-  if (unnamed_beside(again, references)) return;
-  const bool sound = !finds(again);
-  if (!sound && found && !unnamed && !beside) return;
-  log = std::move(charged);
-  again.front().held = &log;
-  rounds = std::move(again);
-}
-
-/// By how much warmer it began, by a fit of where it began.
-double warmer_by(const Held& log, const Fit& fit) {
-  plant::World world = log.world;
-  begin_at(world, log.seen, fit.plain_starts);
-  return world.initial_warmth_k - log.world.initial_warmth_k;
-}
-
-Held held_warmer(const Held& log, double by_k, const Holding& how) {
-  plant::World world = log.world;
-  world.initial_warmth_k += by_k;
-  return held_against(world, log.log(), how);
-}
-
-/// A log that is held as warm as is told of it, and what was found so.
-struct Warmed {
-  Held log;
-  std::deque<Round> rounds;
-};
-
-/// How much it takes to say what is wrong.
-std::size_t said_by(std::deque<Round>& rounds, const std::vector<Held>& references) {
-  std::size_t out = unnamed_beside(rounds, references) ? 1 : 0;
-  for (const Round& round : rounds) {
-    if (!round.answer.sets.empty()) out += round.answer.sets.front().members.size();
-  }
-  return out;
-}
-
-/// As warm as a battery without any error would have been.
-Held warm_if_sound(Held log, const Holding& how) {
-  for (int k = 0; k < kWarmings; ++k) {
-    const double by_k = warmer_by(log, fit_of(global_family(log.seen, {}, all_suspects).problem, {}));
-    if (std::abs(by_k) < kNear_k || std::abs(log.world.initial_warmth_k + by_k) > kFarthest_k) break;
-    log = held_warmer(log, by_k, how);
-  }
-  return log;
-}
-
-/// Where nobody says how warm the battery was, all begins again with what was told of it: a resistance is no straight
-/// line over the temperature. From where a sound battery would be, too: what needs less to be said is believed.
-void settle_warmth(Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
-                   Holding how, std::deque<Round>& rounds) {
-  how.begins_charged = log.seen.begins_charged;
-  if (log.seen.comparison.facts.temperature_known || said_by(rounds, references) == 0) return;
-  const auto settled = [&](Held from) {
-    auto out = std::make_unique<Warmed>();
-    out->log = std::move(from);
-    for (int k = 0;; ++k) {
-      out->rounds.clear();
-      put_rounds(out->log, references, causes, how, out->rounds);
-      const AnswerOf& answer = out->rounds.front().answer;
-      const double by_k = warmer_by(out->log, answer.sets.empty() ? answer.nothing : answer.sets.front().fit);
-      if (std::abs(by_k) < kFar_k || k == kWarmings) return out;
-      Held next = held_warmer(out->log, by_k, how);
-      out->rounds.clear();
-      out->log = std::move(next);
-    }
-  };
-  std::unique_ptr<Warmed> best = settled(log), other = settled(warm_if_sound(log, how));
-  if (said_by(other->rounds, references) < said_by(best->rounds, references)) best = std::move(other);
-  rounds.clear();
-  log = std::move(best->log);
-  rounds = std::move(best->rounds);
-  rounds.front().held = &log;
 }
 
 }  // namespace
@@ -249,6 +147,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   saying.left_s = times_of(rounds.back().held->seen);
   take_back_if_least(saying, rounds);
   if (!saying.unnamed) saying.unnamed = unnamed_member(held, references, causes, saying.members);
+  how.beginning = Beginning::kByItself;
   if (options.holdout) {
     how.minutes = Minutes::kAll;
     plant::Gated theirs = plant::integrity_gate(std::move(*options.holdout), model);

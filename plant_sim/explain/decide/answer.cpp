@@ -33,22 +33,8 @@ bool all_unlike(const Family& family, const Fit& nothing, const Set& set, const 
                      [&](std::size_t m) { return unlike_of(family, set, m, asked).is; });
 }
 
-/// Decisively, and by more of the plain error than what models miss anyway: a likelihood of exact models would
-/// decide by errors that nobody can see, and one of rough models by those that sound logs have.
 bool is_clearly_better(const Family& family, const Set& best, const Set& other, const Asked& asked) {
-  if (!lead_of(best.fit, other.fit).decisive) return false;
-  double won = 0.0;  // what is better in one channel and worse in another tells nothing
-  for (std::size_t c = 0; c < family.channel.size(); ++c) {
-    won +=
-        std::pow(use_in(family, c, best.fit, other.fit), 2) - std::pow(use_in(family, c, other.fit, best.fit), 2);
-  }
-  if (won < 0.0) return false;
-  for (std::size_t c = 0; c < family.channel.size(); ++c) {
-    const double least = std::max(
-        {kTells, kTellsOfWhole * best.use.practical, kTellsOfSound * asked.error(family.channel[c]).usual});
-    if (use_in(family, c, best.fit, other.fit) > least) return true;
-  }
-  return false;
+  return is_clearly_better(family, best.fit, other.fit, best.use.practical, asked);
 }
 
 /// What a set takes from one channel's plain squares.
@@ -242,6 +228,26 @@ class Standing {
   std::map<std::vector<std::size_t>, Set> known_;
 };
 
+/// Does the best not tell itself from it? One of fewer causes it has to beat as it beats its own subsets: what two
+/// causes follow better than the one that is there may be what no model has.
+bool is_rival(const Family& family, const Set& best, const Set& set, const Asked& asked) {
+  if (set.members.size() > best.members.size()) return false;
+  if (set.members.size() < best.members.size()) return !is_worth_more(family, best, set);
+  return !is_clearly_better(family, best, set, asked);
+}
+
+/// The smallest of them, without those that the most probable of these clearly beats.
+void keep_smallest(const Family& family, const Asked& asked, std::vector<Set>& rivals) {
+  std::size_t least = rivals.front().members.size();
+  for (const Set& set : rivals) least = std::min(least, set.members.size());
+  if (least == rivals.front().members.size()) return;
+  std::erase_if(rivals, [&](const Set& set) { return set.members.size() > least; });
+  const Set first = rivals.front();
+  std::erase_if(rivals, [&](const Set& set) {
+    return set.members != first.members && is_clearly_better(family, first, set, asked);
+  });
+}
+
 /// The most probable set and those that it does not clearly beat at the same job. What sound logs show as well is
 /// left out of it; where that is all of it, what it beats is the same usual error under another name (`usual`: the
 /// first such sets).
@@ -261,19 +267,35 @@ std::vector<Set> most_probable(const Family& family, const Fit& nothing, const A
         done.push_back(set.members);
       } else if (does_the_same(nothing, *best, set)) {
         done.push_back(set.members);
-        if (set.members.size() <= best->members.size() && !is_clearly_better(family, *best, set, asked))
-          rivals.push_back(set);
+        if (is_rival(family, *best, set, asked)) rivals.push_back(set);
       }
     }
     const bool said = std::any_of(rivals.begin(), rivals.end(),
                                   [&](const Set& set) { return all_unlike(family, nothing, set, asked); });
-    if (said) return rivals;
+    if (said) {
+      keep_smallest(family, asked, rivals);
+      return rivals;
+    }
     if (usual.empty()) usual = std::move(rivals);
     standing.keep([&](const Set& set) { return std::find(done.begin(), done.end(), set.members) == done.end(); });
   }
 }
 
 }  // namespace
+
+bool is_clearly_better(const Family& family, const Fit& best, const Fit& other, double use, const Asked& asked) {
+  if (!lead_of(best, other).decisive) return false;
+  double won = 0.0;  // what is better in one channel and worse in another tells nothing
+  for (std::size_t c = 0; c < family.channel.size(); ++c)
+    won += std::pow(use_in(family, c, best, other), 2) - std::pow(use_in(family, c, other, best), 2);
+  if (won < 0.0) return false;
+  for (std::size_t c = 0; c < family.channel.size(); ++c) {
+    const double least =
+        std::max({kTells, kTellsOfWhole * use, kTellsOfSound * asked.error(family.channel[c]).usual});
+    if (use_in(family, c, best, other) > least) return true;
+  }
+  return false;
+}
 
 plant::World world_with(plant::World world, const AnswerOf& answer) {
   if (answer.sets.empty()) return world;

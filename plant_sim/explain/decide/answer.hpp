@@ -25,6 +25,12 @@ using Refine = std::function<Set(const Family&, const Set&)>;
 /// Says the sets that are usual by themselves after all: sound logs do not have the error that they take.
 void say_usual(AnswerOf& answer);
 
+/// Decisively, and by more of the plain error than what models miss anyway: a likelihood of exact models would decide
+/// by errors that nobody can see, and one of rough models by those that sound logs have. `use`: what the better one
+/// takes, in practical sizes.
+[[nodiscard]] bool is_clearly_better(const Family& family, const Fit& best, const Fit& other, double use,
+                                     const Asked& asked);
+
 /// A world with the causes of an answer's first set; the world as it is where there is none.
 [[nodiscard]] plant::World world_with(plant::World world, const AnswerOf& answer);
 

@@ -69,15 +69,20 @@ std::vector<double> asked_alone(const Observed& log) {
   return out;
 }
 
+std::vector<Sound> sounds_of(const std::vector<Held>& references, const std::vector<plant::Cause>& causes) {
+  std::vector<Sound> out;
+  for (const Held& reference : references) {
+    out.push_back(sound([&](const Wanted& asked) { return global_family(reference.seen, causes, asked); }));
+  }
+  return out;
+}
+
 void answer_round(Round& round, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
                   const Wanted& wanted) {
   const Held& held = *round.held;
   round.family = global_family(held.seen, causes, wanted);
   Family& family = round.family;
-  std::vector<Sound> theirs;
-  for (const Held& reference : references) {
-    theirs.push_back(sound([&](const Wanted& asked) { return global_family(reference.seen, causes, asked); }));
-  }
+  const std::vector<Sound> theirs = sounds_of(references, causes);
   bound_noise(family, theirs);
   if (theirs.empty()) family.asked = asked_alone(held.seen);
   Search search(family, causes);
@@ -279,6 +284,14 @@ void put_rounds(const Held& log, const std::vector<Held>& references, const std:
     // from there.
     if (open.empty() && round.held->seen.comparison.facts.starts_at_rest) return;
   }
+}
+
+bool explains_more(const AnswerOf& better, const AnswerOf& worse, const std::vector<Held>& references,
+                   const std::vector<plant::Cause>& causes) {
+  if (better.sets.empty()) return false;
+  const Set& set = better.sets.front();
+  const Fit& other = worse.sets.empty() ? worse.nothing : worse.sets.front().fit;
+  return is_clearly_better(*better.family, set.fit, other, set.use.practical, Asked(sounds_of(references, causes)));
 }
 
 std::optional<Unnamed> remainder_of(const AnswerOf& answer, const Observed& log,

@@ -8,10 +8,13 @@
 namespace voltlap::explain {
 
 double least_noise(const ReadChannel& channel) {
-  constexpr double kBestSensor = 0.1, kFinest_k = 0.1;  // of a practical size; that of a thermistor without steps
+  // Of a practical size: no sensor is better, and no model of a cell: cells differ by a part of a percent, and starts
+  // that may be anything would follow a tenth of a millivolt of it.
+  constexpr double kBestSensor = 0.1, kBestCell = 0.25;
+  constexpr double kFinest_k = 0.1;  // of a thermistor without steps
   // Coarse steps of a thermistor make more worth a word, not its readings between them noisier.
-  const bool heat = channel.balance == plant::Balance::kHeat;
-  return kBestSensor * (heat ? std::min(kFinest_k, channel.practical) : channel.practical);
+  if (channel.balance == plant::Balance::kHeat) return kBestSensor * std::min(kFinest_k, channel.practical);
+  return (channel.name == "voltage" ? kBestCell : kBestSensor) * channel.practical;
 }
 
 Problem problem_of(const std::vector<const ReadChannel*>& channels, const Observed& log, const Collected& columns,

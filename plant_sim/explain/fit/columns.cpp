@@ -169,14 +169,32 @@ std::vector<VectorXd> effect_of_start(const Observed& log, const Start& start) {
   return out;
 }
 
+const std::vector<VectorXd>& known_effect_of_start(const Observed& log, const Start& start, std::size_t number) {
+  return known(log, fmt::format("start {}", number), [&] { return effect_of_start(log, start); });
+}
+
+}  // namespace
+
+void take_straight_starts(const Observed& log, const VectorXd& starts, std::vector<VectorXd>& moved) {
+  const std::vector<Start> kinds = starts_of(log);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    const std::vector<VectorXd>& effect = known_effect_of_start(log, kinds[k], k);
+    const double size = starts(static_cast<Index>(k));
+    for (std::size_t c = 0; c < moved.size(); ++c) {
+      if (effect[c].size() == 0) continue;
+      moved[c] = moved[c].size() > 0 ? VectorXd(moved[c] - size * effect[c]) : VectorXd(-size * effect[c]);
+    }
+  }
+}
+
+namespace {
+
 /// Where the log began, how full and how warm beside its thermistors, the air that it does not say, and how full it
 /// was after each gap.
 void add_starts(const Observed& log, Collected& columns, std::vector<Index>& nuisances) {
   const std::vector<Start> starts = starts_of(log);
   for (std::size_t k = 0; k < starts.size(); ++k) {
-    const Start& start = starts[k];
-    const auto effect = [&] { return effect_of_start(log, start); };
-    nuisances.push_back(columns.add(known(log, fmt::format("start {}", k), effect), start.sigma, 1.0));
+    nuisances.push_back(columns.add(known_effect_of_start(log, starts[k], k), starts[k].sigma, 1.0));
   }
 }
 
@@ -266,10 +284,20 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   plant::World world = log.model;
   for (std::size_t k = 0; k < at.members.size(); ++k) out.suspects[at.members[k]].form.apply(world, at.values[k]);
   const Acts acts = acts_of(log, causes, out, at.members, world);
-  const std::vector<VectorXd> moved = log.effect_of(predicted(log, world, acts));
+  plant::World begun = log.model;
+  begin_at(begun, log, at.starts);
+  begin_at(world, log, at.starts);
+  const plant::Prediction battery =
+      acts == Acts::kOnCar ? predicted(log, begun, Acts::kOnBattery) : plant::Prediction{};
+  const auto at_start = [&](const plant::World& of) {  // causes of the car leave the battery as it began
+    return acts == Acts::kOnCar ? plant::predict(of, log.comparison, battery, acts) : predicted(log, of, acts);
+  };
+  const std::vector<VectorXd> moved = log.effect_of(at_start(world));
+  std::vector<VectorXd> beyond_starts = moved;
+  take_straight_starts(log, at.starts, beyond_starts);
   std::vector<ReadChannel> channels = log.channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (moved[c].size() > 0) channels[c].residual -= moved[c];
+    if (beyond_starts[c].size() > 0) channels[c].residual -= beyond_starts[c];
   }
   Collected columns;
   std::vector<Index> nuisances;
@@ -285,8 +313,9 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
         if (m == k) values[p] += kStep * cause.parameters[p].typical;
         out.suspects[at.members[m]].form.apply(stepped, values);
       }
-      suspect.columns.push_back(columns.add(slope(log.effect_of(predicted(log, stepped, acts)), moved, kStep),
-                                            kWide, cause.parameters[p].typical));
+      begin_at(stepped, log, at.starts);
+      suspect.columns.push_back(columns.add(slope(log.effect_of(at_start(stepped)), moved, kStep), kWide,
+                                            cause.parameters[p].typical));
     }
     columns.put_curve(suspect.form, suspect.columns);
   }

@@ -33,6 +33,9 @@ struct Family {
 
 /// Changes how a world begins, and begins again after gaps, by the sizes of the nuisances of a global family.
 void begin_at(plant::World& world, const Observed& log, const VectorXd& starts);
+/// Takes from what a log was moved by, by channel, what these starts add as straight lines from where the model as
+/// given begins: the nuisances of all families are these lines.
+void take_straight_starts(const Observed& log, const VectorXd& starts, std::vector<VectorXd>& moved);
 /// Which suspects are asked for.
 using Wanted = std::function<bool(const Suspect&)>;
 /// Everything that acts on the whole car. `causes`: the catalogue.
@@ -56,6 +59,7 @@ using Wanted = std::function<bool(const Suspect&)>;
 struct SetValues {
   std::vector<std::size_t> members;         ///< of family.suspects
   std::vector<std::vector<double>> values;  ///< all parameters of each
+  VectorXd starts;                          ///< where the log began beside them: bends are followed from there
 };
 [[nodiscard]] Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, const Family& family,
                                const SetValues& at);

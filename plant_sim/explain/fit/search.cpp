@@ -316,7 +316,7 @@ Set refined(const std::vector<plant::Cause>& causes, const Family& family, const
   for (int step = 0; step < kSteps; ++step) {
     for (std::size_t m = 0; m < set.members.size(); ++m) hold_inside(family, causes, set.members[m], out.values[m]);
     const std::vector<std::vector<double>> before = out.values;
-    Family there = at_values({set.members, out.values});
+    Family there = at_values({set.members, out.values, out.fit.plain_starts});
     out.fit = fit_of(there.problem, columns_of(there, set.members));
     // What is too small to decide still tells how large a cause is.
     for (double& sigma : there.problem.least_sigma) sigma *= kFiner;

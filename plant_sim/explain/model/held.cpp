@@ -42,7 +42,7 @@ Held held_against(const plant::World& model, plant::Recording read, const Holdin
     comparison = plant::comparison_of(model, std::move(comparison.log), how.compared);
   }
   out.seen = observed(model, std::move(comparison));
-  out.seen.begins_charged = out.seen.begins_charged || how.begins_charged;
+  if (how.beginning != Beginning::kByItself) out.seen.begins_charged = how.beginning == Beginning::kCharged;
   if (how.minutes == Minutes::kAll) return out;
   const double from_s = out.log().time_s(0);
   for (ReadChannel& channel : out.seen.channels) keep_minutes(channel, from_s, how.minutes);

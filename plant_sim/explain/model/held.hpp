@@ -14,11 +14,14 @@ namespace voltlap::explain {
 /// Which minutes of a log are looked at.
 enum class Minutes { kAll, kEven, kOdd };
 
+/// How a log begins: at rest or after a drive that is not in it; by itself, as its first minutes tell: beginning.hpp.
+enum class Beginning { kByItself, kAtRest, kCharged };
+
 /// How logs are held against models.
 struct Holding {
   plant::ComparisonOptions compared;
   Minutes minutes = Minutes::kAll;
-  bool begins_charged = false;  ///< whatever the log's first minutes tell against the model: beginning.hpp
+  Beginning beginning = Beginning::kByItself;
 };
 
 struct Held {

@@ -18,9 +18,16 @@ int decimals_of(double half) {
 std::string channel_words(const std::string& channel) {
   if (channel.starts_with("cell_voltage_")) return "cell " + channel.substr(13);
   if (channel.starts_with("temperature_")) return "thermistor " + channel.substr(12);
+  if (channel == "soc") return "SOC";
   std::string words = channel;
   std::replace(words.begin(), words.end(), '_', ' ');
   return words;
+}
+
+ShownUnit shown_unit(const std::string& unit, double size) {
+  constexpr double kSmall = 0.5;  // V, below it millivolts
+  if (unit == "V" && size < kSmall) return {1e3, "mV"};
+  return unit == "1" ? ShownUnit{1e2, "%"} : ShownUnit{1.0, unit};
 }
 
 std::string gain_text(const Explanation& out) {
@@ -33,10 +40,9 @@ std::string gain_text(const Explanation& out) {
         std::sqrt(gain.before * gain.before - gain.after * gain.after) / std::max(gain.floor, 1e-12);
     if (gone <= most) continue;
     most = gone;
-    const bool milli = gain.unit == "V" && gain.before < 0.5;
-    const double scale = milli ? 1e3 : 1.0;
+    const ShownUnit shown = shown_unit(gain.unit, gain.before);
     best = fmt::format("with it, {:.3g} become {:.3g} {} of {} error on blocks that it did not see",
-                       scale * gain.before, scale * gain.after, milli ? "mV" : gain.unit, channel_words(name));
+                       shown.scale * gain.before, shown.scale * gain.after, shown.unit, channel_words(name));
   }
   return best;
 }

@@ -215,17 +215,18 @@ std::string told_of_heat(const Observed& log) {
 }  // namespace
 
 std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer) {
-  const Fit& fit = answer.sets.empty() ? answer.nothing : answer.sets.front().fit;
-  const plant::World world = world_with(log.model, answer);
-  plant::World begun = log.model;  // as the fit has it: what a start does is told by the model that it was fitted in
-  begin_at(begun, log, fit.plain_starts);
-  const std::vector<VectorXd> moved = log.effect_of(plant::predict(world, log.comparison)),
-                              start = log.effect_of(plant::predict(begun, log.comparison));
+  std::vector<VectorXd> moved(log.channels.size());
+  if (answer.sets.empty()) {  // as it was fitted: starts are straight lines
+    take_straight_starts(log, -answer.nothing.plain_starts, moved);
+  } else {
+    plant::World world = world_with(log.model, answer);
+    begin_at(world, log, answer.sets.front().fit.plain_starts);
+    moved = log.effect_of(plant::predict(world, log.comparison));
+  }
   std::vector<VectorXd> out;
   for (std::size_t c = 0; c < log.channels.size(); ++c) {
     out.push_back(log.channels[c].residual);
     if (moved[c].size() > 0) out[c] -= moved[c];
-    if (start[c].size() > 0) out[c] -= start[c];
   }
   return out;
 }

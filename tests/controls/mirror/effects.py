@@ -131,10 +131,10 @@ def capacity_keys(scene, size):
     return (f"{key}={scene.car.cell.capacity_ah * (1.0 + size):.6g}",)
 
 
-def warmth(scene, watts):
-    """Kelvin that more heat, by row, has made of the cell."""
+def warmth(scene, watts, mass=1.0, cooled=1.0):
+    """Kelvin that more heat, by row, has made of a cell of so many times the heat capacity and cooling."""
     cell = scene.car.cell
-    return lagged(watts / cell.cooling_w_per_k, cell.cooling_s, scene.truth.step_s)
+    return lagged(watts / (cooled * cell.cooling_w_per_k), cell.cooling_s * mass / cooled, scene.truth.step_s)
 
 
 def entropy(scene, size):
@@ -148,7 +148,8 @@ def above_air(scene):
 
 
 def cooling(scene, size):
-    return {"temperature": warmth(scene, -size * scene.car.cell.cooling_w_per_k * above_air(scene))}
+    watts = -size * scene.car.cell.cooling_w_per_k * above_air(scene)
+    return {"temperature": warmth(scene, watts, cooled=1.0 + size)}
 
 
 def cooling_keys(scene, size):
@@ -158,7 +159,7 @@ def cooling_keys(scene, size):
 
 def mass_of_heat(scene, size):
     rate = np.gradient(scene.truth.temperature_c, scene.truth.step_s)
-    return {"temperature": warmth(scene, -size / (1.0 + size) * scene.car.cell.heat_j_per_k * rate)}
+    return {"temperature": warmth(scene, -size * scene.car.cell.heat_j_per_k * rate, mass=1.0 + size)}
 
 
 def heat_keys(scene, size):
@@ -204,7 +205,7 @@ def reading(change):
         cell = error / car.parallel
         drawn = car.cell.drawn(cell, t.step_s)
         out = {"voltage": car.cell.answer(cell, t.step_s) + car.cell.ocv_slope(t.soc) * drawn}
-        if t.power_w is not None:
+        if car.has_car:  # a pack file foresees none
             out["power"] = error * car.series * t.voltage_v
         return out
 

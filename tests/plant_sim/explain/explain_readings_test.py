@@ -196,6 +196,34 @@ def names_in(answer):
     return {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])}
 
 
+@pytest.mark.parametrize("number", range(3))
+def test_what_comes_with_the_first_charge_is_no_drive_before_the_log(tmp_path, number):
+    """A hysteresis that settles in the first minutes looks like branches that an earlier drive has charged."""
+    draw = Draw(f"settles{number}")
+    amplitude = float(f"{draw.random.uniform(0.012, 0.035):.3g}")
+    references = [draw.drive(tmp_path) for _ in range(2)]
+    answer, said = explained(tmp_path, draw.drive(tmp_path, f"cell.effects.hysteresis_v={amplitude}"), "--reference",
+                             *references)
+    assert "hysteresis" in names_in(answer) | {n for s in answer.get("alternatives") or [] for n in s}, (amplitude, said)
+
+
+def test_one_cause_is_said_rather_than_two_that_follow_it_a_little_better(tmp_path):
+    draw = Draw("radius")
+    change = draw.random.choice((-1, 1)) * float(f"{draw.random.uniform(0.05, 0.09):.3g}")
+    log = draw.drive(tmp_path, f"tyres.radius_m={0.22225 * (1 + change):.6g}")
+    answer, said = explained(tmp_path, log, "--reference", draw.drive(tmp_path))
+    assert len(answer["causes"]) == 1 and "tyre_radius" in names_in(answer), (change, said)
+    if answer["causes"][0]["name"] == "tyre_radius":
+        assert answer["causes"][0]["parameters"]["change"]["value"] == pytest.approx(change, rel=0.15), (change, said)
+
+
+def test_a_tenth_of_the_mass_is_found_in_ten_rows_a_second_without_a_reference(tmp_path):
+    draw = Draw("mass")
+    change = float(f"{draw.random.uniform(0.15, 0.3):.3g}")
+    answer, said = explained(tmp_path, draw.drive(tmp_path, f"vehicle.mass_kg={243 + change * (243 + 72):.5g}"))
+    assert "mass" in names_in(answer), (change, said)
+
+
 def test_what_is_wrong_in_four_places_is_said_in_four_places(tmp_path):
     """Three causes are sought at once; what is wrong elsewhere is asked for beside them."""
     draw = Draw("four")

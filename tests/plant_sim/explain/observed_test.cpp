@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 
+#include "explain/balances/model.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
@@ -33,9 +34,37 @@ double practical_v(const plant::Comparison& comparison) {
   return practical_size("voltage", plant::World{}, comparison, comparison.log);
 }
 
+/// A test of pulses, one row a second: each begins in the same half of the rows and ends in a drawn one.
+Observed pulses(unsigned seed, bool even) {
+  const plant::World model = plant::load_model(plant::DataFolder(VOLTLAP_DATA_FOLDER), "aesc_e5_2p", {}).world;
+  constexpr Index kRows = 6000, kPeriod = 140;
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<int> amperes(10, 70);
+  const Index seconds = std::uniform_int_distribution<Index>(10, 16)(random);
+  plant::Recording log;
+  log.time_s = VectorXd::LinSpaced(kRows, 0.0, kRows - 1.0);
+  VectorXd& current = log.signals["current"];
+  current = VectorXd::Zero(kRows);
+  for (Index row = even ? 60 : 61; row + seconds < kRows; row += kPeriod)
+    current.segment(row, seconds).setConstant(amperes(random));
+  log.signals["voltage"] = VectorXd::Constant(kRows, 3.9);
+  const plant::Comparison blank = plant::comparison_of(model, log, {});
+  log.signals["voltage"] = plant::predict(model, blank).channels[0];
+  return observed(model, plant::comparison_of(model, std::move(log), {}));
+}
+
 }  // namespace
 
 TEST_GROUP(Observed){};
+
+TEST(Observed, PulsesThatBeginInOneHalfOfTheRowsAreNoChargeThatNobodyKnows) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    for (const bool even : {true, false}) {
+      const double off = pulses(seed, even).channels.front().between_rows;
+      CHECK_TEXT(off < 0.8, (std::to_string(seed) + ": " + std::to_string(off)).c_str());
+    }
+  }
+}
 
 TEST(Observed, WhereThePullsLieBetweenTheRowsAVoltageIsWorthAWordLater) {
   for (unsigned seed = 1; seed <= 20; ++seed) {

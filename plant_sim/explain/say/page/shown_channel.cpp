@@ -10,11 +10,6 @@
 
 namespace voltlap::plant {
 
-ShownUnit shown_unit(const std::string& unit, double size) {
-  constexpr double kSmall = 0.5;  // V, below it millivolts
-  return unit == "V" && size < kSmall ? ShownUnit{1e3, "mV"} : ShownUnit{1.0, unit};
-}
-
 std::string shown_number(double value) {
   constexpr double kRounding = 1e-6;
   return std::abs(value) < kRounding ? "0" : fmt::format("{:.3g}", value);
@@ -35,7 +30,7 @@ std::string channel_title(const Explanation& e, const Trace& trace) {
   if (name == "speed") return "speed gained in the last seconds given torque and brake";
   if (name == "motor_speed") return "motor speed given ground speed";
   if (name == "motor_torque") return "torque with the accelerator released";
-  return name;
+  return channel_words(name);
 }
 
 bool is_changed(const Trace& trace) {

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Channels as people read them: names in words, small voltages in millivolts.
+// Channels as people read them: names in words, numbers in three digits.
 #pragma once
 #include <string>
 
 #include "explain/explanation.hpp"
+#include "explain/say/numbers.hpp"
 
 namespace voltlap::plant {
-
-struct ShownUnit {
-  double scale = 1.0;
-  std::string unit;
-};
-/// Unit for a number of this size [SI].
-[[nodiscard]] ShownUnit shown_unit(const std::string& unit, double size);
 
 /// Three digits; what is only rounding of the reckoning is 0.
 [[nodiscard]] std::string shown_number(double value);
