@@ -17,26 +17,16 @@ constexpr double kLeastSlow = 0.2;  // of a practical size: slow noise that any 
 constexpr double kAloneSlow = 2.0;  // where no reference tells it
 constexpr double kMoreSlow = 1.5;   // than the noisiest reference
 
-/// Columns, and how much of each.
-struct Amounts {
-  std::vector<Index> columns;
-  VectorXd size;
-};
-
-/// RMS [practical sizes] that they add together to a channel, beyond what nuisances can take.
-double effect_in(const Family& family, std::size_t c, const Amounts& of) {
+/// RMS [practical sizes] that this much of a column adds to a channel, beyond what nuisances can take.
+double effect_in(const Family& family, std::size_t c, Index column, double size) {
   const ChannelGram& channel = family.problem.channels[c];
   const MatrixXd& gram = channel.all[0].gram;
   const auto place = [&](Index wanted) {
     const auto found = std::lower_bound(channel.column.begin(), channel.column.end(), wanted);
     return found != channel.column.end() && *found == wanted ? found - channel.column.begin() : Index{-1};
   };
-  VectorXd own = VectorXd::Zero(gram.rows());
-  for (std::size_t k = 0; k < of.columns.size(); ++k) {
-    const Index at = place(of.columns[k]);
-    if (at >= 0) own(at) = of.size(static_cast<Index>(k));
-  }
-  const VectorXd products = gram * own;
+  const Index own = place(column);
+  if (own < 0) return 0.0;
   std::vector<Index> starts;
   std::vector<double> sigma;
   for (const Index n : family.problem.nuisances) {
@@ -45,28 +35,29 @@ double effect_in(const Family& family, std::size_t c, const Amounts& of) {
     sigma.push_back(family.problem.prior_sigma(n));
   }
   const auto count = static_cast<Index>(starts.size());
-  MatrixXd a = gram(starts, starts);
-  const VectorXd b = products(starts);
+  MatrixXd a(count, count);
+  VectorXd b(count);
+  for (Index i = 0; i < count; ++i) {
+    b(i) = size * gram(own, starts[static_cast<std::size_t>(i)]);
+    for (Index j = 0; j < count; ++j)
+      a(i, j) = gram(starts[static_cast<std::size_t>(i)], starts[static_cast<std::size_t>(j)]);
+  }
   const double least = family.problem.least_sigma[c] * family.problem.least_sigma[c];
   for (Index i = 0; i < count; ++i)
     a(i, i) += least / (sigma[static_cast<std::size_t>(i)] * sigma[static_cast<std::size_t>(i)]);
   const VectorXd x = bounded_starts(a, b, Eigen::Map<const VectorXd>(sigma.data(), count));
-  const double left = own.dot(products) - 2.0 * b.dot(x) + x.dot(a * x);
+  const double left = size * size * gram(own, own) - 2.0 * b.dot(x) + x.dot(a * x);
   return std::sqrt(std::max(0.0, left) / std::max(1.0, channel.all[0].count)) / family.practical[c];
-}
-
-/// The same of the channel that shows it best.
-double effect_of(const Family& family, const Amounts& of) {
-  double most = 0.0;
-  for (std::size_t c = 0; c < family.problem.channels.size(); ++c) most = std::max(most, effect_in(family, c, of));
-  return most;
 }
 
 /// How much of a column adds a practical size to the channel that shows it best.
 double practical_amount(const Family& family, Index column) {
   constexpr double kMost = 1e6;
   const auto shown = [&](double size) {
-    return effect_of(family, {{column}, VectorXd::Constant(1, size)});
+    double most = 0.0;
+    for (std::size_t c = 0; c < family.problem.channels.size(); ++c)
+      most = std::max(most, effect_in(family, c, column, size));
+    return most;
   };
   double low = 1.0, high = 1.0;
   while (low > 1.0 / kMost && shown(low) > 1.0) low *= 0.5;
@@ -79,7 +70,7 @@ double practical_amount(const Family& family, Index column) {
 }
 
 /// Size of a member's columns as one number: its own where there is one, else what they add together in practical
-/// sizes. Many points of a curve may each be open where all of it is well known.
+/// sizes.
 struct Size {
   double value = 0.0, sigma = 0.0;
 };
@@ -89,11 +80,13 @@ Size size_of(const Family& family, const Fit& fit, const Suspect& suspect) {
     at.push_back(std::find(fit.columns.begin(), fit.columns.end(), column) - fit.columns.begin());
   }
   if (at.size() == 1) return {fit.size(at[0]), std::sqrt(fit.covariance(at[0], at[0]))};
-  const VectorXd size = fit.size(at);
-  const double value = effect_of(family, {suspect.columns, size});
-  const double deviations =  // RMS over the directions
-      std::sqrt(size.dot(MatrixXd(fit.covariance(at, at)).ldlt().solve(size)) / static_cast<double>(at.size()));
-  return {value, value / std::max(1e-300, deviations)};
+  Size out;
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    const double unit = 1.0 / practical_amount(family, suspect.columns[k]);
+    out.value = std::hypot(out.value, fit.size(at[k]) * unit);
+    out.sigma = std::hypot(out.sigma, std::sqrt(fit.covariance(at[k], at[k])) * unit);
+  }
+  return out;
 }
 
 /// Where a cause has one number: what it is where its bend was followed. None of a set of which only the columns are
