@@ -204,7 +204,8 @@ def test_what_comes_with_the_first_charge_is_no_drive_before_the_log(tmp_path, n
     references = [draw.drive(tmp_path) for _ in range(2)]
     answer, said = explained(tmp_path, draw.drive(tmp_path, f"cell.effects.hysteresis_v={amplitude}"), "--reference",
                              *references)
-    assert "hysteresis" in names_in(answer) | {n for s in answer.get("alternatives") or [] for n in s}, (amplitude, said)
+    offered = names_in(answer) | {n for names in answer.get("alternatives") or [] for n in names}
+    assert "hysteresis" in offered, (amplitude, said)
 
 
 def test_one_cause_is_said_rather_than_two_that_follow_it_a_little_better(tmp_path):
