@@ -85,6 +85,7 @@ struct Start {
   std::size_t gap = 0;  ///< or, of branches, 0 where the log begins and 1 after its first gap
   std::size_t branch = 0;
   bool is_of_voltage = false;  ///< what little heat it makes is no measure of it
+  bool bends = false;          ///< a charge: the open-circuit voltage is no straight line
 };
 
 void forget_heat(const Observed& log, std::vector<VectorXd>& effect) {
@@ -131,7 +132,8 @@ std::vector<Start> starts_of(const Observed& log) {
   const bool rests = facts.starts_at_rest && !log.begins_charged;
   const double known = rests ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
   std::vector<Start> out{
-      {0.002, known, [](plant::World& w, const Start&, double by) { w.initial_soc_change += by; }}};
+      {0.002, known, [](plant::World& w, const Start&, double by) { w.initial_soc_change += by; }, 0, 0, false,
+       true}};
   const auto warm = [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; };
   if (plant::has_temperature(log.comparison)) out.push_back({0.2, kWarmth_k, warm});
   if (!facts.temperature_known) out.push_back({1.0, kSeason_k, warm});
@@ -144,7 +146,7 @@ std::vector<Start> starts_of(const Observed& log) {
                      w.soc_after_gap.resize(std::max(w.soc_after_gap.size(), start.gap + 1));
                      w.soc_after_gap[start.gap] += by;
                    },
-                   gap, 0, true});
+                   gap, 0, true, true});
     if (!plant::has_temperature(log.comparison)) continue;
     out.push_back({0.2, kWarmth_k,
                    [](plant::World& w, const Start& start, double by) {
@@ -174,6 +176,14 @@ const std::vector<VectorXd>& known_effect_of_start(const Observed& log, const St
 }
 
 }  // namespace
+
+VectorXd bending_starts(const Observed& log, VectorXd starts) {
+  const std::vector<Start> kinds = starts_of(log);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    if (!kinds[k].bends) starts(static_cast<Index>(k)) = 0.0;
+  }
+  return starts;
+}
 
 void take_straight_starts(const Observed& log, const VectorXd& starts, std::vector<VectorXd>& moved) {
   const std::vector<Start> kinds = starts_of(log);
@@ -284,9 +294,10 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   plant::World world = log.model;
   for (std::size_t k = 0; k < at.members.size(); ++k) out.suspects[at.members[k]].form.apply(world, at.values[k]);
   const Acts acts = acts_of(log, causes, out, at.members, world);
+  const VectorXd starts = bending_starts(log, at.starts);
   plant::World begun = log.model;
-  begin_at(begun, log, at.starts);
-  begin_at(world, log, at.starts);
+  begin_at(begun, log, starts);
+  begin_at(world, log, starts);
   const plant::Prediction battery =
       acts == Acts::kOnCar ? predicted(log, begun, Acts::kOnBattery) : plant::Prediction{};
   const auto at_start = [&](const plant::World& of) {  // causes of the car leave the battery as it began
@@ -294,7 +305,7 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   };
   const std::vector<VectorXd> moved = log.effect_of(at_start(world));
   std::vector<VectorXd> beyond_starts = moved;
-  take_straight_starts(log, at.starts, beyond_starts);
+  take_straight_starts(log, starts, beyond_starts);
   std::vector<ReadChannel> channels = log.channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (beyond_starts[c].size() > 0) channels[c].residual -= beyond_starts[c];
@@ -313,7 +324,7 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
         if (m == k) values[p] += kStep * cause.parameters[p].typical;
         out.suspects[at.members[m]].form.apply(stepped, values);
       }
-      begin_at(stepped, log, at.starts);
+      begin_at(stepped, log, starts);
       suspect.columns.push_back(columns.add(slope(log.effect_of(at_start(stepped)), moved, kStep), kWide,
                                             cause.parameters[p].typical));
     }

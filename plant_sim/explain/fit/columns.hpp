@@ -33,6 +33,9 @@ struct Family {
 
 /// Changes how a world begins, and begins again after gaps, by the sizes of the nuisances of a global family.
 void begin_at(plant::World& world, const Observed& log, const VectorXd& starts);
+/// Those of the starts whose effect is no straight line: charges. The others are told by the model that they were
+/// fitted in.
+[[nodiscard]] VectorXd bending_starts(const Observed& log, VectorXd starts);
 /// Takes from what a log was moved by, by channel, what these starts add as straight lines from where the model as
 /// given begins: the nuisances of all families are these lines.
 void take_straight_starts(const Observed& log, const VectorXd& starts, std::vector<VectorXd>& moved);

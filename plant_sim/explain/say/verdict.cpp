@@ -220,8 +220,11 @@ std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer) {
     take_straight_starts(log, -answer.nothing.plain_starts, moved);
   } else {
     plant::World world = world_with(log.model, answer);
-    begin_at(world, log, answer.sets.front().fit.plain_starts);
+    const VectorXd& starts = answer.sets.front().fit.plain_starts;
+    const VectorXd bending = bending_starts(log, starts);
+    begin_at(world, log, bending);
     moved = log.effect_of(plant::predict(world, log.comparison));
+    take_straight_starts(log, bending - starts, moved);
   }
   std::vector<VectorXd> out;
   for (std::size_t c = 0; c < log.channels.size(); ++c) {
