@@ -2,7 +2,9 @@
 """voltlap explain on logs of the plant itself: what was changed is named with its size, what was not is left alone, and
 the same log in other clothes gets the same answer."""
 import math
+import pathlib
 import random
+import shlex
 import subprocess
 
 import pytest
@@ -35,6 +37,14 @@ def test_a_series_resistance_is_named_with_its_size_and_sign(tmp_path, drive, oh
     cause = only_cause(explained(tmp_path, drive(f"cell.effects.series_ohm={ohm}")))
     assert cause["name"] == "series_resistance" or "series_resistance" in cause["equivalent_to"]
     assert value(cause, "resistance_ohm") == pytest.approx(ohm, rel=0.1)
+
+
+def test_the_example_of_the_page_finds_what_it_hid(tmp_path):
+    page = (pathlib.Path(__file__).resolve().parents[3] / "docs" / "explain.md").read_text(encoding="utf-8")
+    commands = page.split("```sh\n")[1].split("```")[0].replace("./voltlap", shlex.quote(str(VOLTLAP)))
+    run = subprocess.run(["bash", "-e", "-c", commands], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    assert "named: Every cell's series resistance is +0.150 " in run.stdout, run.stdout
 
 
 def test_the_extended_model_drives_and_leaves_nothing_to_explain(tmp_path, drive):
