@@ -291,7 +291,8 @@ bool explains_more(const AnswerOf& better, const AnswerOf& worse, const std::vec
   if (better.sets.empty()) return false;
   const Set& set = better.sets.front();
   const Fit& other = worse.sets.empty() ? worse.nothing : worse.sets.front().fit;
-  return is_clearly_better(*better.family, set.fit, other, set.use.practical, Asked(sounds_of(references, causes)));
+  constexpr double kAnySize = 0.0;  // branches that are charged are no signature of the cause that they look like
+  return is_clearly_better(*better.family, set.fit, other, kAnySize, Asked(sounds_of(references, causes)));
 }
 
 std::optional<Unnamed> remainder_of(const AnswerOf& answer, const Observed& log,

@@ -198,14 +198,16 @@ def names_in(answer):
 
 @pytest.mark.parametrize("number", range(3))
 def test_what_comes_with_the_first_charge_is_no_drive_before_the_log(tmp_path, number):
-    """A hysteresis that settles in the first minutes looks like branches that an earlier drive has charged."""
+    """A hysteresis that settles in the first minutes looks like branches that an earlier drive has charged; where these
+    leave a third of a millivolt nobody can tell."""
     draw = Draw(f"settles{number}")
     amplitude = float(f"{draw.random.uniform(0.012, 0.035):.3g}")
     references = [draw.drive(tmp_path) for _ in range(2)]
     answer, said = explained(tmp_path, draw.drive(tmp_path, f"cell.effects.hysteresis_v={amplitude}"), "--reference",
                              *references)
     offered = names_in(answer) | {n for names in answer.get("alternatives") or [] for n in names}
-    assert "hysteresis" in offered, (amplitude, said)
+    left_v = answer["gain"]["voltage"]["heldout_rms_after"]
+    assert "hysteresis" in offered or left_v < 0.35e-3, (amplitude, said)
 
 
 def test_one_cause_is_said_rather_than_two_that_follow_it_a_little_better(tmp_path):
