@@ -17,6 +17,7 @@ constexpr double kLeft = 1.0;       // practical sizes of error that make anothe
 constexpr double kBeyond = 2.0;     // of what references have, beside one practical size
 constexpr double kPart = 0.1;       // of the error as it was: what less is left of is a size's own uncertainty
 constexpr double kFarOff = 10.0;    // practical sizes
+constexpr double kFarBeside = 3.0;  // the same beyond what sound logs leave, where there are such logs
 constexpr double kAlone = 2.0;      // practical sizes, where no reference tells how well the model does
 constexpr double kBetweenRows = 3.0;  // of what is off for the rows that were not recorded, of an error without a name
 constexpr double kByPedal = 20.0;   // the same where the pedal is all that tells the torque: a tenth of it
@@ -247,8 +248,9 @@ std::optional<Unnamed> far_off(const Held& held, const std::vector<VectorXd>& le
     const ReadChannel& channel = held.seen.channels[c];
     if (channel.balance == plant::Balance::kForce || channel.balance == plant::Balance::kPower) continue;
     const double error = std::min(beyond_white(left[c]), usual_error(left[c])) / channel.practical;
-    if (error < kFarOff || (out && error < out->practical)) continue;
-    if (error > kFarOff + kBeyond * sound_logs.error(channel.name))
+    const double least = sound_logs.none() ? kFarOff : kFarBeside;
+    if (error < least || (out && error < out->practical)) continue;
+    if (error > least + kBeyond * sound_logs.error(channel.name))
       out = Unnamed{channel.name, channel.balance, error, {}};
   }
   return out;

@@ -206,8 +206,30 @@ def test_what_comes_with_the_first_charge_is_no_drive_before_the_log(tmp_path, n
     answer, said = explained(tmp_path, draw.drive(tmp_path, f"cell.effects.hysteresis_v={amplitude}"), "--reference",
                              *references)
     offered = names_in(answer) | {n for names in answer.get("alternatives") or [] for n in names}
-    left_v = answer["gain"]["voltage"]["heldout_rms_after"]
-    assert "hysteresis" in offered or left_v < 0.35e-3, (amplitude, said)
+    nobody_can_tell = answer["gain"]["voltage"]["heldout_rms_before"] < 0.35e-3  # with nothing found
+    assert "hysteresis" in offered or nobody_can_tell, (amplitude, said)
+
+
+def test_an_error_that_sound_logs_do_not_have_is_never_nothing(tmp_path):
+    """A drawn case, kept: two fifths of the resistance relax for minutes; no set foresaw the minutes beside it, nor did
+    a smooth shape, and 5 mV that the reference did not have were nothing."""
+    car = tmp_path / "car.toml"
+    car.write_text('name = "small cells"\nbase = "vtm16e"\n[battery]\ncell = "sony_vtc6"\ncells_in_series = 108\n'
+                   "cells_in_parallel = 4\n[sensors]\ntemperature_count = 22\n[vehicle]\nmass_kg = 193.2\n"
+                   "[powertrain]\nfinal_drive = 3.73\n")
+
+    def drive(name, seed, track, *keys):
+        log = tmp_path / f"{name}.csv"
+        run("endurance", "--vehicle", car, "--laps", 6, "--seed", seed, "--track", track, "--csv", log, "--set", *keys)
+        return log
+
+    reference = drive("reference", 40606280, "michigan_2015", "battery.initial_soc=0.597",
+                      "battery.initial_temperature_c=31.67", "driver.grip_use=0.88")
+    log = drive("log", 2050299270, "michigan_2014", "battery.initial_soc=0.559", "battery.initial_temperature_c=25.38",
+                "driver.grip_use=0.88", "cell.effects.slow_relaxation_ohm=0.008249",
+                "cell.effects.slow_relaxation_tau_s=400")
+    answer, said = explained(tmp_path, log, "--reference", reference, model=car)
+    assert answer["verdict"] != "no_discrepancy", said
 
 
 def test_one_cause_is_said_rather_than_two_that_follow_it_a_little_better(tmp_path):
@@ -220,7 +242,7 @@ def test_one_cause_is_said_rather_than_two_that_follow_it_a_little_better(tmp_pa
         assert answer["causes"][0]["parameters"]["change"]["value"] == pytest.approx(change, rel=0.15), (change, said)
 
 
-def test_a_tenth_of_the_mass_is_found_in_ten_rows_a_second_without_a_reference(tmp_path):
+def test_a_heavier_car_is_found_in_ten_rows_a_second_without_a_reference(tmp_path):
     draw = Draw("mass")
     change = float(f"{draw.random.uniform(0.15, 0.3):.3g}")
     answer, said = explained(tmp_path, draw.drive(tmp_path, f"vehicle.mass_kg={243 + change * (243 + 72):.5g}"))
