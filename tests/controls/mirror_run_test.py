@@ -76,16 +76,21 @@ ONCE_WRONG = {
     (20271201, 88): "pulses from even to odd rows counted a charge that is not there: a hysteresis was nothing beside it",
     (20271201, 103): "a radius was a mass and losses of inverter and motor",
     (20271201, 112): "a hysteresis that settles with the first charge was a drive before the log",
+    (20271205, 6): "resistances of the last minute alone, which the rest of the log foresees no part of, were nothing",
+    (20271205, 16): "an open-circuit voltage was a drive before the log",
 }
+# What looks the same to within a quarter of what is worth a word stands beside them.
+ONE_OF_TWO = {(20271201, 112), (20271205, 16)}
 
 
 @pytest.mark.parametrize("seed", sorted({seed for seed, _ in ONCE_WRONG}))
-def test_cases_that_were_once_wrong_are_named(tmp_path, seed):
+def test_cases_that_were_once_wrong_are_right(tmp_path, seed):
     out = tmp_path / "again.json"
     numbers = [number for s, number in ONCE_WRONG if s == seed]
     mirror("--seed", seed, *(word for number in numbers for word in ("--case", number)), "--json", out)
     cases = {case["number"]: case for case in json.loads(out.read_text())["cases"]}
-    wrong = {number: ONCE_WRONG[seed, number] for number, case in cases.items() if not case["answers"]["voltlap"]["named"]}
+    wrong = {number: ONCE_WRONG[seed, number] for number, case in cases.items()
+             if not case["answers"]["voltlap"]["in_set" if (seed, number) in ONE_OF_TWO else "named"]}
     assert sorted(cases) == sorted(numbers) and wrong == {}
     if 63 in cases:
         assert cases[63]["effects"][0]["parameters"]["delay_s"] == 0.01

@@ -200,11 +200,12 @@ void settle_start_under_load(const World& model, const MainVoltage& voltage, Com
 /// As a BMS reports it that knows the charge, or that counts the current it logs.
 VectorXd reported_soc(const World& world, const Comparison& comparison, const LogFacts& facts,
                       const BatteryResponse& battery) {
-  if (!world.soc_is_counted) return (battery.soc.array() - world.reported_soc_low).matrix();
+  const double low = world.reported_soc_low + battery.soc(0) - world.reported_from_soc.value_or(battery.soc(0));
+  if (!world.soc_is_counted) return (battery.soc.array() - low).matrix();
   const VectorXd &time = comparison.log.time_s, &current = facts.current_a;
   const double coulombs = 3600.0 * world.counted_ah * world.car.battery.cells_in_parallel;
   VectorXd out(time.size());
-  double soc = battery.soc(0) - world.reported_soc_low;
+  double soc = battery.soc(0) - low;
   for (Index row = 0; row < time.size(); ++row) {
     const CurrentHold hold = facts.hold;
     const double begin = row == 0 || hold == CurrentHold::kNext ? current(row) : current(row - 1);

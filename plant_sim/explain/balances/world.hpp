@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "core/parameters.hpp"
@@ -26,6 +27,7 @@ struct World {
   /// Currents of one cell [A] that its branches are charged by besides, where the log begins and after each gap.
   std::vector<std::array<double, kMostCellBranches>> charged_by_a;
   double initial_warmth_k = 0.0;      ///< by which the cells begin warmer than their thermistors say
+  std::optional<double> reported_from_soc;  ///< whoever reports the SOC began there, whatever the true one was
   double reported_soc_low = 0.0;      ///< by which the SOC in the log begins below the true one
   bool soc_is_counted = false;  ///< the SOC in the log is the logged current over `counted_ah`, as a BMS counts
   double counted_ah = 0.0;      ///< of one cell

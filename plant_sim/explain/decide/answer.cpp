@@ -141,7 +141,11 @@ class Standing {
       const auto top = std::max_element(sets_.begin(), sets_.end(),
                                         [](const One& a, const One& b) { return a.set.lead.ln < b.set.lead.ln; });
       if (top->followed) return top->set;
-      follow(static_cast<std::size_t>(top - sets_.begin()));
+      if (is_known(top->set)) {
+        sets_.erase(top);
+      } else {
+        follow(static_cast<std::size_t>(top - sets_.begin()));
+      }
     }
     return std::nullopt;
   }
@@ -155,7 +159,9 @@ class Standing {
       const bool near =
           taken(nothing, set.fit, best.use.channel) > least || !is_clearly_better(family_, best, set, asked_);
       if (!near || set.members.size() > best.members.size()) continue;
-      if (count[set.members.size()] < kRefined / set.members.size()) {
+      if (find(set.members) != nullptr && !is_followed(set.members) && is_known(set)) {
+        keep([&](const Set& other) { return other.members != set.members; });
+      } else if (count[set.members.size()] < kRefined / set.members.size()) {
         if (follow(set.members)) ++count[set.members.size()];
       } else {
         keep([&](const Set& other) { return other.members != set.members; });
@@ -194,6 +200,17 @@ class Standing {
     Set set;
     bool followed;
   };
+
+  /// Do the same causes stand already, followed from other time constants? They end at the same ones.
+  [[nodiscard]] bool is_known(const Set& set) const {
+    return std::any_of(sets_.begin(), sets_.end(), [&](const One& one) {
+      return one.followed && one.set.members != set.members && named(family_, one.set) == named(family_, set);
+    });
+  }
+  [[nodiscard]] bool is_followed(const std::vector<std::size_t>& members) const {
+    return std::any_of(sets_.begin(), sets_.end(),
+                       [&](const One& one) { return one.followed && one.set.members == members; });
+  }
 
   const Set& followed(const Set& set) {
     const auto known = known_.find(set.members);

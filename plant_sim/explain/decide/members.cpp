@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "explain/decide/members.hpp"
+#include "explain/fit/refine.hpp"
 
 #include <algorithm>
 #include <cmath>

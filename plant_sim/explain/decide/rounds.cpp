@@ -6,6 +6,7 @@
 #include <set>
 
 #include "explain/decide/members.hpp"
+#include "explain/fit/refine.hpp"
 #include "explain/model/unstepped.hpp"
 #include "explain/say/verdict.hpp"
 
@@ -288,13 +289,18 @@ void put_rounds(const Held& log, const std::vector<Held>& references, const std:
   }
 }
 
-bool explains_more(const AnswerOf& better, const AnswerOf& worse, const std::vector<Held>& references,
-                   const std::vector<plant::Cause>& causes) {
-  if (better.sets.empty()) return false;
-  const Set& set = better.sets.front();
-  const Fit& other = worse.sets.empty() ? worse.nothing : worse.sets.front().fit;
+bool explains_more(const std::deque<Round>& better, const std::deque<Round>& worse,
+                   const std::vector<Held>& references, const std::vector<plant::Cause>& causes) {
+  if (better.front().answer.sets.empty()) return false;
+  const auto last = [](const std::deque<Round>& of) -> const Fit& {
+    const AnswerOf& answer = of.back().answer;
+    return answer.sets.empty() ? answer.nothing : answer.sets.front().fit;
+  };
+  const Family& family = better.back().family;
+  const Asked asked(sounds_of(references, causes));
   constexpr double kAnySize = 0.0;  // branches that are charged are no signature of the cause that they look like
-  return is_clearly_better(*better.family, set.fit, other, kAnySize, Asked(sounds_of(references, causes)));
+  return lead_of(last(better), last(worse)).decisive &&
+         !is_clearly_better(family, last(worse), last(better), kAnySize, asked);
 }
 
 std::optional<Unnamed> remainder_of(const AnswerOf& answer, const Observed& log,

@@ -25,9 +25,10 @@ struct Round {
 void put_rounds(const Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
                 const Holding& how, std::deque<Round>& rounds);
 
-/// Does an answer explain clearly more of a log than another, of the same log held in another way?
-[[nodiscard]] bool explains_more(const AnswerOf& better, const AnswerOf& worse, const std::vector<Held>& references,
-                                 const std::vector<plant::Cause>& causes);
+/// Does what was found in one way to hold a log, with all that it takes, explain more of it than what was found in
+/// another, and leave no more of any channel?
+[[nodiscard]] bool explains_more(const std::deque<Round>& better, const std::deque<Round>& worse,
+                                 const std::vector<Held>& references, const std::vector<plant::Cause>& causes);
 
 /// What an answer about one member leaves of it, more than references have: the answer is a part.
 [[nodiscard]] std::optional<Unnamed> remainder_of(const AnswerOf& answer, const Observed& log,

@@ -30,10 +30,7 @@ void settle_at_rest(Held& log, const std::vector<Held>& references, const std::v
   std::deque<Round> again;
   put_rounds(rests, references, causes, rest_how, again);
   if (again.front().answer.sets.empty() || unnamed_beside(again, references)) return;
-  const AnswerOf &rested = again.front().answer, &charged = rounds.front().answer;
-  const bool better = charged.sets.empty() ? explains_more(rested, charged, references, causes)
-                                           : lead_of(rested.sets.front().fit, charged.sets.front().fit).decisive;
-  if (!better) return;
+  if (!explains_more(again, rounds, references, causes)) return;
   how = rest_how;
   take(std::move(rests), std::move(again), log, rounds);
 }
@@ -107,7 +104,7 @@ void settle_beginning(Held& log, const std::vector<Held>& references, const std:
   if (unnamed_beside(again, references)) return;
   const bool sound = !finds(again);
   if (!sound && found && !unnamed && !beside) return;
-  if (!unnamed && explains_more(rounds.front().answer, again.front().answer, references, causes)) return;
+  if (!unnamed && explains_more(rounds, again, references, causes)) return;
   how = charged_how;
   take(std::move(charged), std::move(again), log, rounds);
 }

@@ -263,6 +263,7 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
       if (!form.apply) continue;
       Suspect suspect{static_cast<int>(k), form, number, causes[k].name, form.channel, {}};
       if (!wanted(suspect)) continue;
+      bool any = false;
       for (const std::size_t p : form.linear) {
         plant::World world = log.model;
         std::vector<double> values = form.at;
@@ -273,9 +274,11 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
         const std::vector<VectorXd>& effect = known(log, fmt::format("{} {} {}", causes[k].name, number, p), [&] {
           return signature(log, world, causes[k].balance, whole ? 1.0 : kStep);
         });
-        if (acts(effect)) suspect.columns.push_back(columns.add(effect, kWide, typical));
+        any = any || acts(effect);
+        // A curve may act where the log was not driven by the model, and is once its start has moved.
+        if (acts(effect) || form.bend > 0.0) suspect.columns.push_back(columns.add(effect, kWide, typical));
       }
-      if (suspect.columns.size() != form.linear.size()) continue;
+      if (!any || suspect.columns.size() != form.linear.size()) continue;
       columns.put_curve(form, suspect.columns);
       out.suspects.push_back(std::move(suspect));
     }

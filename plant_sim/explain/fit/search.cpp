@@ -10,55 +10,11 @@ namespace {
 constexpr std::size_t kBestSingles = 12, kBestPairs = 6;  // that are grown
 constexpr double kOfWhole = 0.2;     // of what a set takes from the error: a part worth a name of its own
 constexpr double kCancelling = 2.5;  // effect of one cause over that of all together
-constexpr int kSteps = 6;            // of Gauss-Newton, at most; it ends where a step changes next to nothing:
-constexpr double kOfSigma = 0.1, kOfSize = 0.003;
-constexpr double kFiner = 0.2;  // of the least noise that decides: where sizes are told
-constexpr double kReachOfMember =
-    2.0;                              // of the range: one cell can be worse than all, and no bend of it is followed
+constexpr double kReachOfMember = 2.0;  // of the range: one cell can be worse than all, and no bend of it is followed
 constexpr double kLarge = 0.25;       // of the range: what a straight line says little of
-constexpr double kInside = 0.5;       // of the range, where it begins then
 constexpr double kOfError = 0.19;     // of the squares of the error in a channel: a tenth of its RMS
-constexpr double kSpoils = 1.21;      // of the squares of a channel where it was not fitted
-constexpr double kSure = 2.0;         // standard deviations
 constexpr double kInstruments = 2.0;  // practical sizes, where no reference tells how true they are
 constexpr double kPractical = 0.8;    // of a practical size, as measured from a part of the log
-
-/// A step may have left what is physically possible.
-void hold_inside(const Family& family, const std::vector<plant::Cause>& causes, std::size_t member,
-                 std::vector<double>& values) {
-  const plant::Cause& cause = causes[static_cast<std::size_t>(family.suspects[member].cause)];
-  for (std::size_t p = 0; p < values.size(); ++p) {
-    values[p] = std::clamp(values[p], cause.parameters[p].low, cause.parameters[p].high);
-  }
-}
-
-/// Does every channel stay as good as it was where it was not fitted, but for less than a practical size?
-bool spoils_nothing(const Family& family, const Fit& fit, const Fit& nothing) {
-  for (std::size_t c = 0; c < family.problem.channels.size(); ++c) {
-    const auto row = static_cast<Index>(c);
-    const double least = family.practical[c];
-    const double allowed = family.problem.channels[c].all[0].count * least * least;
-    if (fit.left.row(row).sum() > kSpoils * nothing.left.row(row).sum() + allowed) return false;
-  }
-  return true;
-}
-
-/// Sizes of a finer noise may follow what is fast and leave what is slow to the noise, as those of a curve can:
-/// they are told only where they leave no more of any channel.
-bool foresees_as_well(const Fit& finer, const Fit& fit) {
-  constexpr double kAsWell = 1.05;  // of the squares
-  return (finer.left.rowwise().sum().array() <= kAsWell * fit.left.rowwise().sum().array()).all();
-}
-
-/// Is its use where one of its causes acts? What is wrong with the voltage alone is no explanation of the heat.
-bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
-  if (family.channel[set.use.channel] != "temperature") return true;
-  return std::any_of(set.members.begin(), set.members.end(), [&](std::size_t m) {
-    const plant::Balance balance = causes[static_cast<std::size_t>(family.suspects[m].cause)].balance;
-    const std::string& name = family.suspects[m].name;
-    return balance == plant::Balance::kHeat || name.starts_with("current_");
-  });
-}
 
 /// Is it something that an instrument within its class, or a table of many numbers, is wrong by anyway: gain and
 /// offset of a sensor, a curve?
@@ -69,7 +25,24 @@ bool is_of_instruments(const Family& family, const std::vector<std::size_t>& mem
   });
 }
 
-/// Is it of practical use: by itself, and as a part of an error that is there anyway, noise apart?
+/// RMS of columns of these sizes in a channel.
+double rms_of(const ChannelGram& channel, const VectorXd& sizes) {
+  const MatrixXd& gram = channel.all[0].gram;
+  return std::sqrt(std::max(0.0, sizes.dot(gram.topLeftCorner(sizes.size(), sizes.size()) * sizes)) /
+                   channel.all[0].count);
+}
+
+}  // namespace
+
+bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
+  if (family.channel[set.use.channel] != "temperature") return true;
+  return std::any_of(set.members.begin(), set.members.end(), [&](std::size_t m) {
+    const plant::Balance balance = causes[static_cast<std::size_t>(family.suspects[m].cause)].balance;
+    const std::string& name = family.suspects[m].name;
+    return balance == plant::Balance::kHeat || name.starts_with("current_");
+  });
+}
+
 bool is_of_use(const Family& family, const Set& set, const Fit& nothing) {
   const Use& use = set.use;
   const auto row = static_cast<Index>(use.channel);
@@ -83,34 +56,6 @@ bool is_of_use(const Family& family, const Set& set, const Fit& nothing) {
   }
   return use.practical > kPractical * asked && gone * gone > kOfError * error;
 }
-
-/// Is each size sure to be more than nothing? Time constants are only ever near one.
-bool is_sure(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
-  for (std::size_t m = 0; m < set.members.size(); ++m) {
-    const plant::Cause& cause = causes[static_cast<std::size_t>(family.suspects[set.members[m]].cause)];
-    bool one = false, any = false;
-    for (const std::size_t p : family.suspects[set.members[m]].form.refined) {
-      if (cause.parameters[p].low > 0.0) continue;
-      any = true;
-      one = one || std::abs(set.values[m][p]) > kSure * set.sigma[m][p];
-    }
-    if (any && !one) return false;
-  }
-  return true;
-}
-
-/// Does another step change nothing that anyone would see?
-bool is_settled(const std::vector<std::vector<double>>& before, const Set& set) {
-  for (std::size_t m = 0; m < before.size(); ++m) {
-    for (std::size_t p = 0; p < before[m].size(); ++p) {
-      const double allowed = std::max(kOfSigma * set.sigma[m][p], kOfSize * std::abs(set.values[m][p]));
-      if (std::abs(set.values[m][p] - before[m][p]) > allowed) return false;
-    }
-  }
-  return true;
-}
-
-}  // namespace
 
 std::vector<Index> columns_of(const Family& family, const std::vector<std::size_t>& members) {
   std::vector<Index> out;
@@ -230,39 +175,55 @@ bool Search::is_large(const Set& set) const {
   return false;
 }
 
+/// Sizes of each member's columns, as straight lines, by the columns of a channel.
+std::vector<VectorXd> Search::effects_in(const Set& set, std::size_t channel) const {
+  const std::vector<Index>& columns = family_.problem.channels[channel].column;
+  std::vector<VectorXd> out;
+  auto at = static_cast<Index>(family_.problem.nuisances.size());
+  for (const std::size_t m : set.members) {
+    VectorXd& own = out.emplace_back(VectorXd::Zero(static_cast<Index>(columns.size())));
+    for (const Index column : family_.suspects[m].columns) {
+      const auto found = std::lower_bound(columns.begin(), columns.end(), column);
+      if (found != columns.end() && *found == column) own(found - columns.begin()) = set.linear.size(at);
+      ++at;
+    }
+  }
+  return out;
+}
+
+/// Is its effect of practical size where it was fitted? Where it acts for a minute alone, or begins at a charge that the
+/// fit moves, the rest of the log foresees little of it before its bends are followed.
+bool Search::is_seen(const Set& set) const {
+  for (std::size_t c = 0; c < family_.problem.channels.size(); ++c) {
+    const ChannelGram& channel = family_.problem.channels[c];
+    const std::vector<VectorXd> effects = effects_in(set, c);
+    VectorXd all = VectorXd::Zero(static_cast<Index>(channel.column.size()));
+    for (const VectorXd& own : effects) all += own;
+    if (rms_of(channel, all) > kPractical * family_.practical[c]) return true;
+  }
+  return false;
+}
+
 /// Do causes of the set undo each other? Then they follow, by their difference, a shape that none of them is. What
 /// is identified together counts as one: its sum is right.
 bool Search::cancels(const Set& set) const {
-  const auto starts = static_cast<Index>(family_.problem.nuisances.size());
   for (std::size_t c = 0; c < family_.problem.channels.size(); ++c) {
     const ChannelGram& channel = family_.problem.channels[c];
-    VectorXd all = VectorXd::Zero(static_cast<Index>(channel.column.size()));
-    VectorXd identified = VectorXd::Zero(all.size());
+    const std::vector<VectorXd> effects = effects_in(set, c);
+    VectorXd all = VectorXd::Zero(static_cast<Index>(channel.column.size())), identified = all;
     std::vector<VectorXd> alone;
-    Index at = starts;
-    for (const std::size_t m : set.members) {
-      VectorXd own = VectorXd::Zero(all.size());
-      for (const Index column : family_.suspects[m].columns) {
-        const auto found = std::lower_bound(channel.column.begin(), channel.column.end(), column);
-        if (found != channel.column.end() && *found == column)
-          own(found - channel.column.begin()) = set.linear.size(at);
-        ++at;
-      }
-      all += own;
-      if (causes_[static_cast<std::size_t>(family_.suspects[m].cause)].is_identified) {
-        identified += own;
+    for (std::size_t k = 0; k < effects.size(); ++k) {
+      all += effects[k];
+      if (causes_[static_cast<std::size_t>(family_.suspects[set.members[k]].cause)].is_identified) {
+        identified += effects[k];
       } else {
-        alone.push_back(std::move(own));
+        alone.push_back(effects[k]);
       }
     }
     alone.push_back(std::move(identified));
-    const auto norm = [&](const VectorXd& x) {
-      return std::sqrt(std::max(0.0, x.dot(channel.all[0].gram.topLeftCorner(x.size(), x.size()) * x)) /
-                       channel.all[0].count);
-    };
-    const double together = std::max(norm(all), family_.practical[c]);
+    const double together = std::max(rms_of(channel, all), family_.practical[c]);
     for (const VectorXd& own : alone) {
-      if (norm(own) > kCancelling * together) return true;
+      if (rms_of(channel, own) > kCancelling * together) return true;
     }
   }
   return false;
@@ -290,7 +251,8 @@ const Set& Search::of(const std::vector<std::size_t>& members) {
 void Search::judge(Set& set) {
   const bool possible = is_possible(set);
   const bool takes = is_of_use(family_, set, nothing_);
-  set.bends = set.members.size() == 1 && (set.lead.decisive ? !possible || is_large(set) : takes);
+  set.bends = set.members.size() == 1 &&
+              (set.lead.decisive ? !possible || is_large(set) || (!takes && is_seen(set)) : takes);
   set.stands = set.lead.decisive && takes && is_at_home(causes_, family_, set) && possible;
   if (set.members.size() < 2) return;
   for (std::size_t k = 0; set.stands && k < set.members.size(); ++k) {
@@ -300,43 +262,6 @@ void Search::judge(Set& set) {
     set.stands = is_worth_more(family_, set, smaller);
   }
   if (set.stands) set.stands = !cancels(set);
-}
-
-Set refined(const std::vector<plant::Cause>& causes, const Family& family, const Fit& nothing, const Set& set,
-            const AtValues& at_values) {
-  std::vector<std::vector<std::size_t>> parameters;
-  for (const std::size_t m : set.members) parameters.push_back(family.suspects[m].form.refined);
-  Set out = set;
-  out.stands = set.stands || set.bends;
-  for (std::size_t m = 0; set.bends && m < set.members.size(); ++m) {
-    hold_inside(family, causes, set.members[m], out.values[m]);
-    if (out.values[m] == set.values[m]) continue;
-    for (const std::size_t p : parameters[m]) out.values[m][p] *= kInside;
-  }
-  for (int step = 0; step < kSteps; ++step) {
-    for (std::size_t m = 0; m < set.members.size(); ++m) hold_inside(family, causes, set.members[m], out.values[m]);
-    const std::vector<std::vector<double>> before = out.values;
-    Family there = at_values({set.members, out.values, out.fit.plain_starts});
-    out.fit = fit_of(there.problem, columns_of(there, set.members));
-    // What is too small to decide still tells how large a cause is.
-    for (double& sigma : there.problem.least_sigma) sigma *= kFiner;
-    const Fit finer = fit_of(there.problem, columns_of(there, set.members));
-    const Fit& told = foresees_as_well(finer, out.fit) ? finer : out.fit;
-    put_values(there, told, out.values, parameters, out);
-    out.fit.plain_starts = told.plain_starts;  // where it began goes with the sizes
-    for (std::size_t m = 0; m < set.members.size(); ++m) hold_inside(family, causes, set.members[m], out.values[m]);
-    out.lead = lead_of(out.fit, nothing);
-    out.use = use_of(there, out.fit, nothing);
-    if (is_settled(before, out)) break;
-  }
-  for (std::size_t m = 0; m < set.members.size(); ++m) {
-    const plant::Cause& cause = causes[static_cast<std::size_t>(family.suspects[set.members[m]].cause)];
-    for (const std::size_t p : parameters[m])
-      out.stands = out.stands && plant::is_inside_prior(cause.parameters[p], out.values[m][p]);
-  }
-  out.stands = out.stands && out.lead.decisive && is_of_use(family, out, nothing) && is_sure(causes, family, out) &&
-               is_at_home(causes, family, out) && spoils_nothing(family, out.fit, nothing);
-  return out;
 }
 
 std::vector<const Set*> Search::ranked() const {

@@ -2,7 +2,6 @@
 // All sets of up to three causes that could explain a family, each weighed on minutes it has not seen: singles,
 // pairs of the best singles with any and of what is identified together, triples of the best pairs with any.
 #pragma once
-#include <functional>
 #include <map>
 #include <vector>
 
@@ -34,6 +33,10 @@ struct Set {
   bool stands = false;  ///< against nothing and against each of its subsets, by a practical amount
 };
 
+/// Is its use where one of its causes acts? What is wrong with the voltage alone is no explanation of the heat.
+[[nodiscard]] bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set);
+/// Is it of practical use: by itself, and as a part of an error that is there anyway, noise apart?
+[[nodiscard]] bool is_of_use(const Family& family, const Set& set, const Fit& nothing);
 /// Is a set worth more than one of its subsets: decisively, and by a practical amount that is a part of the whole?
 [[nodiscard]] bool is_worth_more(const Family& family, const Set& set, const Set& subset);
 
@@ -50,6 +53,8 @@ class Search {
   [[nodiscard]] bool fits_together(const std::vector<std::size_t>& members) const;
   [[nodiscard]] bool is_possible(const Set& set) const;
   [[nodiscard]] bool is_large(const Set& set) const;
+  [[nodiscard]] bool is_seen(const Set& set) const;
+  [[nodiscard]] std::vector<VectorXd> effects_in(const Set& set, std::size_t channel) const;
   [[nodiscard]] bool cancels(const Set& set) const;
   void pair_identified();
   void grow(std::size_t from_size, std::size_t best);
@@ -66,10 +71,4 @@ class Search {
 /// member are `parameters` of it.
 void put_values(const Family& family, const Fit& fit, const std::vector<std::vector<double>>& from,
                 const std::vector<std::vector<std::size_t>>& parameters, Set& set);
-/// A family where a set of its suspects has these values.
-using AtValues = std::function<Family(const SetValues&)>;
-/// The nonlinear fit of a set: Gauss-Newton from its linear one.
-[[nodiscard]] Set refined(const std::vector<plant::Cause>& causes, const Family& family, const Fit& nothing,
-                          const Set& set, const AtValues& at_values);
-
 }  // namespace voltlap::explain

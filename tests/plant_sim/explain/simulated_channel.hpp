@@ -40,6 +40,8 @@ class SimulatedChannel {
   }
   [[nodiscard]] VectorXd wave() const { return channel_.values.col(1); }
   [[nodiscard]] VectorXd late_wave() const { return channel_.values.col(2); }
+  /// In the place of the wave.
+  void be_wave(const VectorXd& values) { channel_.values.col(1) = values; }
   [[nodiscard]] Problem problem() const {
     Problem out;
     out.channels.emplace_back(channel_, noise_grid(false), kBlocks);
