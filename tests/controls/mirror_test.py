@@ -199,9 +199,9 @@ def test_every_kind_of_cause_is_one_that_explain_knows():
     assert set(catalogue.TAU_S) <= set(catalogue.NAMES)
 
 
-def outcome(number, verdict, said=(), truth=(), rho=5.0, visible=True, weight=1.0):
+def outcome(number, verdict, said=(), truth=(), rho=5.0, visible=True, weight=1.0, references=0):
     label = {"number": number, "kind": "cell", "cells": "1s1p", "format": "CSV", "noise": True, "whole": True,
-             "references": 0, "d_prime": 0.0, "ask": "single" if truth else "sound", "rho": rho, "visible": visible,
+             "references": references, "d_prime": 0.0, "ask": "single" if truth else "sound", "rho": rho, "visible": visible,
              "channel": "voltage",
              "effects": [{"name": name, "parameters": {"change": 0.1}, "d_prime": 0.0} for name in truth]}
     causes = [{"name": name, "equivalent_to": [], "parameters": {
@@ -222,6 +222,21 @@ def test_marks_count_by_rho_and_leave_out_what_no_log_can_show():
     error, covered = marks.sizes(marks.effects(said))
     assert error == pytest.approx(0.1) and (covered.hits, covered.of) == (1, 1)
     assert marks.instead(marks.effects(said)) == {"named + grip": 1, "no_discrepancy": 1}
+
+
+def test_what_is_asked_with_references_is_counted_apart_from_what_is_asked_without():
+    outcomes = [outcome(0, "unknown", references=3), outcome(1, "no_discrepancy"),
+                outcome(2, "named", ["mass"], ["mass"], references=1),
+                outcome(3, "named", ["mass"], ["mass"], references=3),
+                outcome(4, "no_discrepancy", truth=["mass"])]
+    lines = table.text_of(outcomes, ["one"], {"seed": 4}, str).splitlines()
+    found = [line for line in lines if line.startswith("rho of 3 and more: found")]
+    assert [line.split("]")[1].split()[0] for line in found] == ["2/2", "0/1"]
+    assert [line.split()[-2] for line in found] == ["97", "95"]
+    alarms = [line for line in lines if line.startswith("sound logs with")]
+    assert [line.split("]")[1].split()[0] for line in alarms] == ["1/1", "0/1"]
+    alone = table.engine_json(marks.said_by("one", outcomes))["without_references"]
+    assert (alone["found"]["hits"], alone["found"]["of"]) == (0, 1)
 
 
 def test_smallest_failing_case_is_the_one_with_the_least_to_read():

@@ -191,8 +191,8 @@ std::vector<VectorXd> Search::effects_in(const Set& set, std::size_t channel) co
   return out;
 }
 
-/// Is its effect of practical size where it was fitted? Where it acts for a minute alone, or begins at a charge that the
-/// fit moves, the rest of the log foresees little of it before its bends are followed.
+/// Is its effect of practical size where it was fitted? Where it acts for a minute alone, or begins at a charge that
+/// the fit moves, the rest of the log foresees little of it before its bends are followed.
 bool Search::is_seen(const Set& set) const {
   for (std::size_t c = 0; c < family_.problem.channels.size(); ++c) {
     const ChannelGram& channel = family_.problem.channels[c];

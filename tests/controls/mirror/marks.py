@@ -46,6 +46,11 @@ def effects(said, visible=True):
     return [s for s in said if s.label["ask"] == "single" and s.label["visible"] == visible]
 
 
+def asked_alone(said, alone):
+    """Those without references, or those with."""
+    return [s for s in said if (s.label.get("references", 0) == 0) == alone]
+
+
 def in_bin(said, low, high):
     return [s for s in said if low <= s.label["rho"] < high]
 

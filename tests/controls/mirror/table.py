@@ -19,6 +19,11 @@ BOUNDS = {
     ("rho 1 to 3", "in the set"): ">= 80 %",
     ("rho 1 to 3", "misnamed"): "<= 1 %",
 }
+BOUNDS_ALONE = {  # without references
+    ("rho of 3 and more", "found"): ">= 95 %",
+    ("rho of 3 and more", "in the set"): ">= 90 %",
+    ("rho of 3 and more", "misnamed"): "<= 2 %",
+}
 
 
 def row(text, values, bound=""):
@@ -30,12 +35,16 @@ def percent(value, of):
 
 
 def bin_lines(by_engine):
+    """What is asked of a tool that knows sound drives, and of one that does not."""
     lines = []
-    for text, low, high in marks.BINS:
-        each = [marks.shares(marks.in_bin(marks.effects(said), low, high)) for said in by_engine]
-        for what in each[0]:
-            lines.append(row(f"{text}: {what}", [shares[what] for shares in each], BOUNDS.get((text, what), "")))
-    return lines
+    for title, bounds, alone in (("with references", BOUNDS, False), ("without references", BOUNDS_ALONE, True)):
+        here = [marks.asked_alone(said, alone) for said in by_engine]
+        lines += ["", row(title, []), row(f"sound logs {title}: alarms", [marks.alarms(said) for said in here])]
+        for text, low, high in marks.BINS:
+            each = [marks.shares(marks.in_bin(marks.effects(said), low, high)) for said in here]
+            for what in each[0]:
+                lines.append(row(f"{text}: {what}", [shares[what] for shares in each], bounds.get((text, what), "")))
+    return lines + [""]
 
 
 def number_lines(by_engine):
@@ -146,6 +155,10 @@ def engine_json(said):
                 for what, s in marks.shares(marks.in_bin(effects, low, high)).items()}}
             for _, low, high in marks.BINS
         ],
+        "without_references": {
+            what.replace(" ", "_"): share_json(s)
+            for what, s in marks.shares(marks.in_bin(marks.asked_alone(effects, True), marks.CLEAR, math.inf)).items()
+        },
         "size": {"median_error": None if math.isnan(error) else error, "covered": share_json(covered)},
         "gain": {"real_over_true": gain if count else None, "cases": count, "as_promised": share_json(close)},
         "no_answer": sum(bool(s.judged.answer.failed) for s in said),
