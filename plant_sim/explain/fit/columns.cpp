@@ -214,10 +214,20 @@ std::vector<const ReadChannel*> pointers_to(const std::vector<ReadChannel>& chan
   return out;
 }
 
+/// Is the voltage that it would act on what a battery unit made up? Of the battery that says nothing.
+bool is_made_up(const plant::Cause& cause, const Observed& log) {
+  const std::string_view name = cause.name;
+  if (!log.comparison.log.published_is_no_measurement || log.channels.front().name != "pack_voltage") return false;
+  const bool of_sensor = name.starts_with("voltage_") || name.starts_with("current_") ||
+                         name.starts_with("reported_") || name == "time_skew";
+  return !of_sensor && (cause.balance == plant::Balance::kVoltage || cause.balance == plant::Balance::kCharge);
+}
+
 /// The start is no finding where the log does not say what it was; air that it says is not contradicted. What follows
 /// the temperature is told by a log that says it.
 bool may_be_named(const plant::Cause& cause, const Observed& log) {
   const std::string_view name = cause.name;
+  if (is_made_up(cause, log)) return false;
   if (name == "resistance_temperature" && !log.comparison.facts.temperature_known) return false;
   if (name == "ambient") return says_no_air(log);
   return name != "initial_soc" || log.comparison.find("soc") != nullptr;

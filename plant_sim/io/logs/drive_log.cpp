@@ -128,6 +128,7 @@ void note_opposite_voltages(DriveLog& log, const Channel& current) {
   const Channel* pack = log.find("pack_voltage");
   if (bus == nullptr || pack == nullptr) return;
   if (sign_evidence(current, *bus) > -kClearSign || sign_evidence(current, *pack) < kClearSign) return;
+  log.published_is_no_measurement = true;
   log.notes.emplace_back(
       "pack_voltage rises with the discharge current while bus_voltage falls: what is published "
       "is not what is measured");
