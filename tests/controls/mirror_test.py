@@ -235,8 +235,9 @@ def test_what_is_asked_with_references_is_counted_apart_from_what_is_asked_witho
     assert [line.split()[-2] for line in found] == ["97", "95"]
     alarms = [line for line in lines if line.startswith("sound logs with")]
     assert [line.split("]")[1].split()[0] for line in alarms] == ["1/1", "0/1"]
-    alone = table.engine_json(marks.said_by("one", outcomes))["without_references"]
-    assert (alone["found"]["hits"], alone["found"]["of"]) == (0, 1)
+    found = table.engine_json(marks.said_by("one", outcomes))
+    assert [(found[key]["found"]["hits"], found[key]["found"]["of"]) for key in (
+        "with_references", "without_references")] == [(2, 2), (0, 1)]
 
 
 def test_smallest_failing_case_is_the_one_with_the_least_to_read():

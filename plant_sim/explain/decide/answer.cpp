@@ -159,9 +159,7 @@ class Standing {
       const bool near =
           taken(nothing, set.fit, best.use.channel) > least || !is_clearly_better(family_, best, set, asked_);
       if (!near || set.members.size() > best.members.size()) continue;
-      if (find(set.members) != nullptr && !is_followed(set.members) && is_known(set)) {
-        keep([&](const Set& other) { return other.members != set.members; });
-      } else if (count[set.members.size()] < kRefined / set.members.size()) {
+      if (!is_known(set) && count[set.members.size()] < kRefined / set.members.size()) {
         if (follow(set.members)) ++count[set.members.size()];
       } else {
         keep([&](const Set& other) { return other.members != set.members; });
@@ -203,13 +201,13 @@ class Standing {
 
   /// Do the same causes stand already, followed from other time constants? They end at the same ones.
   [[nodiscard]] bool is_known(const Set& set) const {
-    return std::any_of(sets_.begin(), sets_.end(), [&](const One& one) {
-      return one.followed && one.set.members != set.members && named(family_, one.set) == named(family_, set);
-    });
-  }
-  [[nodiscard]] bool is_followed(const std::vector<std::size_t>& members) const {
-    return std::any_of(sets_.begin(), sets_.end(),
-                       [&](const One& one) { return one.followed && one.set.members == members; });
+    bool out = false;
+    for (const One& one : sets_) {
+      if (!one.followed) continue;
+      if (one.set.members == set.members) return false;
+      out = out || named(family_, one.set) == named(family_, set);
+    }
+    return out;
   }
 
   const Set& followed(const Set& set) {

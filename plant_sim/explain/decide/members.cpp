@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "explain/decide/members.hpp"
-#include "explain/fit/refine.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "explain/decide/rounds.hpp"
+#include "explain/fit/refine.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {

@@ -155,10 +155,9 @@ def engine_json(said):
                 for what, s in marks.shares(marks.in_bin(effects, low, high)).items()}}
             for _, low, high in marks.BINS
         ],
-        "without_references": {
-            what.replace(" ", "_"): share_json(s)
-            for what, s in marks.shares(marks.in_bin(marks.asked_alone(effects, True), marks.CLEAR, math.inf)).items()
-        },
+        **{name: {what.replace(" ", "_"): share_json(s) for what, s in marks.shares(
+            marks.in_bin(marks.asked_alone(effects, alone), marks.CLEAR, math.inf)).items()}
+           for name, alone in (("with_references", False), ("without_references", True))},
         "size": {"median_error": None if math.isnan(error) else error, "covered": share_json(covered)},
         "gain": {"real_over_true": gain if count else None, "cases": count, "as_promised": share_json(close)},
         "no_answer": sum(bool(s.judged.answer.failed) for s in said),

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "simulated_channel.hpp"
+#include "wave_family.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -25,25 +25,13 @@ struct Bending {
     made.add_white(0.05);
     made.add((kTrue - v) * made.wave() + (late(kTrue) - kElse - late(v)) * made.late_wave());
     made.be_wave(made.wave() + 2.0 * bend * (v - kTrue) * made.late_wave());
-    Family out;
-    out.problem = made.problem();
-    out.channel = {"voltage"};
-    out.practical = {1.0};
-    out.typical = VectorXd::Ones(3);
-    Suspect suspect;
-    suspect.cause = 0;
-    suspect.name = "bending";
-    suspect.form.at = {0.0};
-    suspect.form.linear = suspect.form.refined = {0};
-    suspect.columns = {1};
-    out.suspects = {suspect};
-    return out;
+    return family_of(made, "voltage");
   }
 };
 
 Set followed(const Bending& bending) {
   plant::Cause cause{};
-  cause.name = "bending";
+  cause.name = "wave";
   cause.parameters = {{"size", "1", -20.0, 20.0, 1.0}};
   const std::vector<plant::Cause> causes{cause};
   const Family family = bending.at(0.0);

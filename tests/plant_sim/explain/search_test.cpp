@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "simulated_channel.hpp"
+#include "wave_family.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -17,23 +17,6 @@ std::vector<plant::Cause> cause_of(plant::Balance balance) {
   cause.balance = balance;
   cause.parameters = {{"size", "1", -100.0, 100.0, 1.0}};
   return {cause};
-}
-
-/// One channel, and a cause that is its wave.
-Family family_of(const SimulatedChannel& channel, const char* name) {
-  Family out;
-  out.problem = channel.problem();
-  Suspect suspect;
-  suspect.cause = 0;
-  suspect.name = "wave";
-  suspect.form.at = {0.0};
-  suspect.form.linear = suspect.form.refined = {0};
-  suspect.columns = {1};
-  out.suspects = {suspect};
-  out.channel = {name};
-  out.practical = {1.0};
-  out.typical = VectorXd::Ones(3);
-  return out;
 }
 
 /// The set of that cause alone, where `low` to `high` is believed of its size.
