@@ -217,12 +217,19 @@ VectorXd reported_soc(const World& world, const Comparison& comparison, const Lo
 }
 
 /// Of the pack's terminals, from what was published. The bus beside it tells whether it is right.
-/// What its sensor adds is reckoned from the model's pack voltage: taken back from the readings themselves, a delay
-/// would come out smeared over two rows.
-VectorXd true_pack_voltage(const World& world, const Recording& log, const VectorXd& pack_current,
-                           const VectorXd& added) {
-  return *log.find("pack_voltage") - added.array().isFinite().select(added, 0.0) -
-         world.published_compensation_ohm * pack_current;
+/// What its sensor and its battery unit add is reckoned from the model's pack voltage: taken back from the readings
+/// themselves, a delay would come out smeared over two rows.
+VectorXd true_pack_voltage(const Recording& log, const VectorXd& added) {
+  return *log.find("pack_voltage") - added.array().isFinite().select(added, 0.0);
+}
+
+/// What a battery unit adds to the pack's voltage before it publishes it: a resistance times the current, at once or
+/// behind a filter, and what a filter of the voltage takes away.
+VectorXd added_by_unit(const World& world, const VectorXd& time_s, const VectorXd& modelled_v, const VectorXd& current) {
+  const VectorXd ohmic = world.published_compensation_ohm * current;
+  if (world.published_tau_s <= 0.0) return ohmic;
+  const VectorXd filtered_v = world.published_filtered * modelled_v;
+  return lagged(time_s, filtered_v + ohmic, world.published_tau_s) - filtered_v;
 }
 
 }  // namespace
@@ -311,7 +318,8 @@ void put_channels(const World& world, const Comparison& comparison, const LogFac
                                           static_cast<double>(cells.size()));
   // As it is published, before its sensor's error.
   const VectorXd modelled_v = series * out.battery.voltage_v;
-  const VectorXd pack_v = cells_v - (world.pack_resistance_ohm - world.published_compensation_ohm) * pack_current;
+  const VectorXd terminals_v = cells_v - world.pack_resistance_ohm * pack_current,
+                 unit_v = added_by_unit(world, log.time_s, modelled_v, pack_current), pack_v = terminals_v + unit_v;
   SensorError levels = world.voltage;
   levels.delay_s = 0.0;
   // Late is what the model says between the rows: cells that are read in turn are no curve of 10 ms.
@@ -328,8 +336,7 @@ void put_channels(const World& world, const Comparison& comparison, const LogFac
       out.channels.push_back(pack_v + sensed);
     } else if (channel.name == "bus_voltage") {
       const bool published = log.find("pack_voltage") != nullptr;
-      const VectorXd before = published ? true_pack_voltage(world, log, pack_current, sensed)
-                                        : VectorXd(cells_v - world.pack_resistance_ohm * pack_current);
+      const VectorXd before = published ? true_pack_voltage(log, sensed + unit_v) : terminals_v;
       out.channels.push_back(before - world.car.contactors.resistance_ohm * pack_current);
     } else if (channel.name == "soc") {
       out.channels.push_back(reported_soc(world, comparison, facts, out.battery));

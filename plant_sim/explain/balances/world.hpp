@@ -20,7 +20,8 @@ struct World {
   SensorError current, voltage;      ///< `voltage`: of the cell or, with cells recorded, of the pack's own sensor
   double current_limit_a = 0.0;      ///< from here on readings end, and the voltage says what flowed; 0: nowhere
   double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
-  double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage beside which cells are recorded
+  double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage that a battery unit publishes
+  double published_tau_s = 0.0, published_filtered = 0.0;  ///< behind a filter, as is this share of the voltage
   double initial_soc_change = 0.0;
   std::vector<double> soc_after_gap;     ///< change of the SOC in each gap of the log; empty: none
   std::vector<double> warmth_after_gap;  ///< K by which the cells are warmer than their thermistors say, after each

@@ -51,6 +51,7 @@ struct Form {
   std::function<void(World&, Values)> apply;  ///< on everything; or:
   std::string stem = {};                      ///< on one member of this group, any of them:
   std::vector<double> read = {};              ///< standard deviations of parameters that the log itself says
+  const char* says = nullptr;  ///< in the place of the cause's sentence
   double bend = 0.0;       ///< of the linear parameters as points of a curve: a usual second difference
   bool of_sensor = false;  ///< what it reads, not what it is: the pack's voltage does not have it
   /// effect of one unit of each linear parameter on the member's reading
@@ -113,6 +114,9 @@ struct Cause {
 [[nodiscard]] inline Eigen::VectorXd driven_soc(const World& model, const Comparison& c) {
   return c.soc.size() > 0 ? c.soc : predict(model, c).battery.soc;
 }
+
+/// All resistance that a cell has in the cold, 20 K below the temperature of its tables [ohm]: no change takes away more.
+[[nodiscard]] double cold_resistance(const CellParameters& cell);
 
 /// Where a thermistor is recorded.
 [[nodiscard]] inline bool has_temperature(const Comparison& c) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A contact between the cells and where the pack voltage is taken: follows the current only.
+// A contact between the cells and where the pack voltage is taken, or from there to the bus: follows the current only.
 #include "explain/causes/cause.hpp"
 #include "explain/causes/list.hpp"
 
@@ -13,7 +13,11 @@ Cause contact_resistance() {
           .parameters = {{"resistance_ohm", "ohm", 0, 0.2, 3e-3, 1e3, "mOhm"}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("pack_voltage") == nullptr && c.find("bus_voltage") == nullptr) return {};
-            return {plain_form(1, [](World& w, Values v) { w.pack_resistance_ohm += v[0]; })};
+            std::vector<Form> out{plain_form(1, [](World& w, Values v) { w.pack_resistance_ohm += v[0]; })};
+            if (c.find("pack_voltage") == nullptr || c.find("bus_voltage") == nullptr) return out;
+            out.push_back(plain_form(1, [](World& w, Values v) { w.car.contactors.resistance_ohm += v[0]; }));
+            out.back().says = "contactors, fuse or cables between the pack voltage and the bus have {} more";
+            return out;
           },
           .is_identified = true};
 }

@@ -8,6 +8,15 @@
 
 namespace voltlap::plant {
 
+double cold_resistance(const CellParameters& cell) {
+  constexpr double kColder_k = 20.0, kSoc = 0.5;
+  const CircuitParameters circuit =
+      CellTables(cell).circuit(kSoc, cell.reference_temperature_c - kColder_k, cell.reference_current_a);
+  double out = circuit.r0_ohm;
+  for (std::size_t b = 0; b < cell.branch_count(); ++b) out += circuit.r_ohm[b];
+  return out;
+}
+
 std::vector<Cause> catalogue(const std::vector<std::string>& without) {
   std::vector<Cause> all;
 #define VOLTLAP_ADD(name) all.push_back(name());

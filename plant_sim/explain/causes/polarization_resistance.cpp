@@ -25,7 +25,8 @@ Cause polarization_resistance() {
             }
             return out;
           },
-          .is_identified = true};
+          .is_identified = true,
+          .present = cold_resistance};
 }
 
 }  // namespace voltlap::plant

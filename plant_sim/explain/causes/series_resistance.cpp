@@ -14,7 +14,8 @@ Cause series_resistance() {
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.series_ohm += v[0]; })};
           },
-          .is_identified = true};
+          .is_identified = true,
+          .present = cold_resistance};
 }
 
 }  // namespace voltlap::plant

@@ -17,11 +17,11 @@ constexpr double kInside = 0.5;      // of the range, where a set begins whose s
 constexpr double kSpoils = 1.21;     // of the squares of a channel where it was not fitted
 constexpr double kSure = 2.0;        // standard deviations
 
-/// A step may have left what is physically possible.
+/// A step may have left what is physically possible. What no step estimates stays what the form makes of it.
 void hold_inside(const Family& family, const std::vector<plant::Cause>& causes, std::size_t member,
                  std::vector<double>& values) {
   const plant::Cause& cause = causes[static_cast<std::size_t>(family.suspects[member].cause)];
-  for (std::size_t p = 0; p < values.size(); ++p) {
+  for (const std::size_t p : family.suspects[member].form.refined) {
     values[p] = std::clamp(values[p], cause.parameters[p].low, cause.parameters[p].high);
   }
 }

@@ -64,15 +64,20 @@ void mask_impossible(Recording& log, const Sensor& sensor, const Range& range) {
 }
 
 /// Behind open contactors a bus discharges or is charged up: its voltage moves though no current flows, faster than
-/// any cell relaxes. From a fall until the voltage is back, and from the beginning to the last rise before the
-/// first current.
+/// any cell relaxes. From a fall until the voltage is back, or from a rise beyond all that a current ever showed (a
+/// motor that turns charges a bus), and from the beginning to the last rise before the first current.
 void mask_open_contactors(Recording& log, const Sensor& sensor, const VectorXd& current) {
   const VectorXd& values = sensor.values;
   constexpr double kNoCurrent = 0.02, kJump = 0.015;  // of the largest current; of the voltage, between two rows
+  constexpr double kBeyond = 1.05;                    // of the largest voltage under a current
   const double quiet = kNoCurrent * current.cwiseAbs().maxCoeff();
   const auto rests = [&](Index row) {
     return std::abs(current(row)) <= quiet && std::abs(current(row - 1)) <= quiet;
   };
+  double highest = 0.0;
+  for (Index row = 0; row < values.size(); ++row) {
+    if (std::abs(current(row)) > quiet && values(row) > highest) highest = values(row);
+  }
   const std::string why = "the voltage moves without a current: the contactors are open";
   Index closed = 0;
   for (Index row = 1; row < values.size() && rests(row); ++row) {
@@ -80,11 +85,15 @@ void mask_open_contactors(Recording& log, const Sensor& sensor, const VectorXd& 
   }
   if (closed > 0) mask(log, sensor, 0, closed, why);
   for (Index row = closed + 1; row < values.size(); ++row) {
-    if (!rests(row) || !(values(row - 1) - values(row) > kJump * values(row - 1))) continue;
     const double before = values(row - 1);
+    const bool falls = before - values(row) > kJump * before,
+               rises = values(row) - before > kJump * before && highest > 0.0 && values(row) > kBeyond * highest;
+    if (!rests(row) || !(falls || rises)) continue;
+    const auto is_back = [&](double v) {
+      return v > (1.0 - kJump) * before && (falls || v < (1.0 + kJump) * before);
+    };
     Index last = row;
-    while (last < values.size() && std::abs(current(last)) <= quiet && !(values(last) > (1.0 - kJump) * before))
-      ++last;
+    while (last < values.size() && std::abs(current(last)) <= quiet && !is_back(values(last))) ++last;
     mask(log, sensor, row, last, why);
     row = last;
   }

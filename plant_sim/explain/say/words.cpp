@@ -22,8 +22,8 @@ std::string number_text(const plant::CauseParameter& p, double value, double hal
   return fmt::format("{:+.{}f} ± {:.{}f} {}", v, digits, h, digits, p.shown_unit);
 }
 
-std::string said(const plant::Cause& cause, const std::string& channel, const std::vector<std::string>& numbers) {
-  std::string out = cause.says;
+std::string said(const char* sentence, const std::string& channel, const std::vector<std::string>& numbers) {
+  std::string out = sentence;
   if (const auto at = out.find("{channel}"); at != std::string::npos)
     out.replace(at, 9, plant::channel_words(channel));
   for (const std::string& number : numbers) {
@@ -85,7 +85,7 @@ plant::FoundCause found_cause(const AnswerOf& answer, const Set& set, std::size_
     said_numbers[k].half = std::max(1e-3 * std::abs(said_numbers[k].value), 1.96 * suspect.form.read[k]);
   for (const Number& n : said_numbers) {
     const std::string_view what = n.as.name;
-    const bool told = n.half > 0.0 || what == "tau_s";
+    const bool told = n.half > 0.0 || (what == "tau_s" && n.value > 0.0);
     numbers.push_back(told ? number_text(n.as, n.value, n.half) : "as the others'");
     if (!told) continue;
     out.parameters.push_back(
@@ -94,7 +94,7 @@ plant::FoundCause found_cause(const AnswerOf& answer, const Set& set, std::size_
   for (std::size_t k = 0; k < set.values[at].size(); ++k) {  // by what the data leave open alone
     if (set.sigma[at][k] > 0.0) out.d_prime = std::max(out.d_prime, std::abs(set.values[at][k]) / set.sigma[at][k]);
   }
-  out.says = said(cause, suspect.channel, numbers);
+  out.says = said(suspect.form.says != nullptr ? suspect.form.says : cause.says, suspect.channel, numbers);
   return out;
 }
 

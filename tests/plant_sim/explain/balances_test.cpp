@@ -157,6 +157,27 @@ TEST(Balances, a_published_voltage_that_is_wrong_does_not_make_the_bus_wrong) {
   CHECK(mean_residual(model, comparison_of(model, log, {}), "bus_voltage") < -0.4);
 }
 
+TEST(Balances, a_published_voltage_behind_a_filter_does_not_make_the_bus_wrong) {
+  World model = leaf();
+  model.car.battery.cells_in_series = 1;
+  Recording log = log_of(model, 0.0);
+  const VectorXd volts = *log.find("voltage"), current = *log.find("current");
+  log.signals.erase("voltage");
+  World wrong = model;
+  wrong.published_compensation_ohm = 5e-3;
+  wrong.published_tau_s = 3.0;
+  wrong.published_filtered = 1.0;
+  log.signals["bus_voltage"] = volts - model.car.contactors.resistance_ohm * current;
+  log.signals["pack_voltage"] = volts;
+  const Comparison sound = comparison_of(model, log, {});
+  const VectorXd published = predict(wrong, sound).channels[0];
+  CHECK((published - volts).cwiseAbs().maxCoeff() > 0.1);
+  const VectorXd filtered = lagged(log.time_s, volts + 5e-3 * current, 3.0);
+  CHECK((published - filtered).tail(published.size() / 2).cwiseAbs().maxCoeff() < 1e-3);
+  log.signals["pack_voltage"] = published;
+  DOUBLES_EQUAL(0.0, mean_residual(wrong, comparison_of(model, log, {}), "bus_voltage"), 1e-3);
+}
+
 TEST(Balances, heat_follows_the_measured_voltage_and_not_the_resistances) {
   World model = leaf();
   Recording log = log_of(model, 0.0);

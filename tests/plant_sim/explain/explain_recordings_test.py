@@ -39,13 +39,20 @@ def test_what_no_cause_has_the_shape_of_is_unknown_and_not_an_error_of_a_laborat
     assert answer["verdict"] == "unknown" and answer["unknown_in"] == "voltage" and answer["causes"] == []
 
 
-def test_a_published_voltage_that_rises_with_the_current_is_said_and_never_called_sound(found):
+def test_what_a_battery_unit_adds_to_the_voltage_it_publishes_is_what_least_squares_say(found):
     answer, said = found("uwfe_a")
     assert "pack_voltage rises with the discharge current while bus_voltage falls" in said
     # What the unit makes up says nothing of the battery: negative polarization took 24 V of it to 3.
-    assert answer["verdict"] == "unknown" and answer["unknown_in"] == "voltage"
-    assert {cause["name"] for cause in answer["causes"]} <= {"dropped_or_late_frames"}
-    assert any(m["channel"] == "bus_voltage" and "contactors are open" in m["reason"] for m in answer["masked"])
+    assert {cause["name"] for cause in answer["causes"]} == {"reported_voltage_compensation", "dropped_or_late_frames"}
+    size = next(c for c in answer["causes"] if c["name"] == "reported_voltage_compensation")["parameters"]
+    # By hand, published = V + R L(I) + s (L(V) - V) with the bus as V: 0.70 Ohm, 2 to 3 s, 0.99 to 1.02.
+    assert size["resistance_ohm"]["value"] == pytest.approx(0.70, rel=0.1)
+    assert 2.0 < size["tau_s"]["value"] < 3.0 and size["filtered_share"]["value"] == pytest.approx(1.0, abs=0.1)
+    gain = answer["gain"]["pack_voltage"]
+    assert gain["heldout_rms_before"] > 20.0 and gain["heldout_rms_after"] < 1.0
+    # The motor charges the bus to 750 V once the contactors have opened, before it falls.
+    last = [m for m in answer["masked"] if m["channel"] == "bus_voltage" and "contactors are open" in m["reason"]][-1]
+    assert last["start_s"] == pytest.approx(102.6, abs=0.15)
 
 
 def test_fifty_seconds_are_too_short_and_it_says_what_drive_would_do(found):
