@@ -225,7 +225,8 @@ VectorXd true_pack_voltage(const Recording& log, const VectorXd& added) {
 
 /// What a battery unit adds to the pack's voltage before it publishes it: a resistance times the current, at once or
 /// behind a filter, and what a filter of the voltage takes away.
-VectorXd added_by_unit(const World& world, const VectorXd& time_s, const VectorXd& modelled_v, const VectorXd& current) {
+VectorXd added_by_unit(const World& world, const VectorXd& time_s, const VectorXd& modelled_v,
+                       const VectorXd& current) {
   const VectorXd ohmic = world.published_compensation_ohm * current;
   if (world.published_tau_s <= 0.0) return ohmic;
   const VectorXd filtered_v = world.published_filtered * modelled_v;

@@ -115,7 +115,8 @@ struct Cause {
   return c.soc.size() > 0 ? c.soc : predict(model, c).battery.soc;
 }
 
-/// All resistance that a cell has in the cold, 20 K below the temperature of its tables [ohm]: no change takes away more.
+/// All resistance that a cell has in the cold, 20 K below the temperature of its tables [ohm]: no change takes away
+/// more.
 [[nodiscard]] double cold_resistance(const CellParameters& cell);
 
 /// Where a thermistor is recorded.

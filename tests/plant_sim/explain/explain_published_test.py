@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A pack voltage as a battery unit publishes it, and the bus behind the contactors beside it."""
+import pytest
+from drawn_drives import Draw, explained, rows_of, write
+
+
+def with_bus(draw, folder, published, bus_ohm=0.0):
+    """A drive of which pack and bus voltage are logged: `published(volts, current)` stands in the place of the pack's."""
+    names, rows = rows_of(draw.drive(folder))
+    time, current, volts, bus = (names.index(n) for n in ("time_s", "pack_current_a", "pack_voltage_v", "dc_link_v"))
+    out = [[row[time], row[current], f"{published(float(row[volts]), float(row[current])):.3f}",
+            f"{float(row[bus]) - bus_ohm * float(row[current]):.3f}"] for row in rows]
+    return write(folder / "log.csv", ["time_s", "pack_current_a", "pack_voltage_v", "bus_voltage_v"], out)
+
+
+@pytest.mark.parametrize("filters", ["nothing", "current", "all"])
+def test_what_a_battery_unit_adds_to_what_it_publishes_is_told_beside_a_bus(tmp_path, filters):
+    """Of the battery it would be a negative resistance: -9.7 mOhm of a cell that has 2.4 was an answer."""
+    draw = Draw(f"made up {filters}")
+    ohm, tau_s = draw.random.uniform(0.03, 0.25), draw.random.uniform(0.3, 3.0)
+    filtered = []
+
+    def published(volts, current):
+        at_once = ohm * current + (volts if filters == "all" else 0.0)
+        before = filtered[-1] if filtered else at_once
+        filtered.append(before + (at_once - before) * min(1.0, 0.1 / tau_s))
+        return volts + at_once if filters == "nothing" else filtered[-1] + (0.0 if filters == "all" else volts)
+
+    answer, said = explained(tmp_path, with_bus(draw, tmp_path, published))
+    drawn = (filters, ohm, tau_s, said)
+    cause = next((c for c in answer["causes"] if c["name"] == "reported_voltage_compensation"), None)
+    assert answer["verdict"] in ("named", "ambiguous") and cause, drawn
+    found = cause["parameters"]
+    assert found["resistance_ohm"]["value"] == pytest.approx(ohm, rel=0.15), drawn
+    if filters != "nothing":
+        assert found["tau_s"]["value"] == pytest.approx(tau_s, rel=0.25, abs=0.15), drawn
+    battery = {"series_resistance", "polarization_resistance", "resistance_current", "slow_relaxation", "hysteresis",
+               "ocv_shape", "capacity"}
+    wrong = [c for c in answer["causes"] if c["name"] in battery and abs(c["share_of_residual"]) > 0.05]
+    assert not wrong, drawn
+
+
+def test_a_bus_that_a_turning_motor_charges_behind_open_contactors_is_masked(tmp_path):
+    draw = Draw("charged bus")
+    log = with_bus(draw, tmp_path, lambda volts, current: volts)
+    lines = [line.split(",") for line in log.read_text().splitlines()]
+    stopped = lines[-draw.random.randrange(15, 60):]
+    opened = stopped[2:]
+    highest = 1.1 + draw.random.uniform(0.0, 0.6)
+    for row in stopped:
+        row[1:] = ["0", *stopped[0][2:]]
+    for k, row in enumerate(opened):
+        row[3] = f"{float(row[3]) * (highest - 0.3 * k / len(opened)):.3f}"
+    write(log, lines[0], lines[1:])
+    answer, said = explained(tmp_path, log)
+    masked = [m for m in answer["masked"] if m["channel"] == "bus_voltage" and "contactors are open" in m["reason"]]
+    assert {c["name"] for c in answer["causes"]} <= {"frozen_signal"}, (highest, said)  # of the current that stands still
+    assert masked and masked[-1]["start_s"] == pytest.approx(float(opened[0][0]), abs=0.11), (highest, said)
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_a_contact_behind_the_pack_voltage_is_named(tmp_path, number):
+    draw = Draw(f"bus{number}")
+    ohm = draw.random.uniform(0.005, 0.06)
+    answer, said = explained(tmp_path, with_bus(draw, tmp_path, lambda volts, current: volts, ohm))
+    assert [c["name"] for c in answer["causes"]] == ["contact_resistance"], (ohm, said)
+    assert answer["causes"][0]["parameters"]["resistance_ohm"]["value"] == pytest.approx(ohm, rel=0.05), said
+    assert "between the pack voltage and the bus" in said
