@@ -5,7 +5,7 @@ from drawn_drives import Draw, explained, rows_of, write
 
 
 def with_bus(draw, folder, published, bus_ohm=0.0):
-    """A drive of which pack and bus voltage are logged: `published(volts, current)` stands in the place of the pack's."""
+    """A drive of which pack and bus voltage are logged; `published(volts, current)` is in the place of the pack's."""
     names, rows = rows_of(draw.drive(folder))
     time, current, volts, bus = (names.index(n) for n in ("time_s", "pack_current_a", "pack_voltage_v", "dc_link_v"))
     out = [[row[time], row[current], f"{published(float(row[volts]), float(row[current])):.3f}",
@@ -54,7 +54,7 @@ def test_a_bus_that_a_turning_motor_charges_behind_open_contactors_is_masked(tmp
     write(log, lines[0], lines[1:])
     answer, said = explained(tmp_path, log)
     masked = [m for m in answer["masked"] if m["channel"] == "bus_voltage" and "contactors are open" in m["reason"]]
-    assert {c["name"] for c in answer["causes"]} <= {"frozen_signal"}, (highest, said)  # of the current that stands still
+    assert {c["name"] for c in answer["causes"]} <= {"frozen_signal"}, (highest, said)  # the current stands still
     assert masked and masked[-1]["start_s"] == pytest.approx(float(opened[0][0]), abs=0.11), (highest, said)
 
 
