@@ -65,6 +65,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 void take(const FullFit& full, double capacity_ah, IdentifyResult& result) {
   result.packed = full.packed;
   result.model = full.fit.model;
+  result.plain = full.plain;
   result.model.capacity_ah = capacity_ah;
   result.noise_v2_s = full.noise_v2_s;
   result.uncertainty = full.uncertainty;
@@ -366,6 +367,7 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
   // The reference study's full optimization starts at its initial pulse optimization.
   if (options.method) fit_options.start = initial_pulse_model(prepared);
   fit_options.one_temperature = one_temperature;
+  fit_options.ends_undriven = ends_undriven(runs, result.capacity);
   const std::vector<std::string> notes = result.notes;
   FullFit full = full_fit(runs, priors, fit_options, result.notes);
   // Few rests do not tell an open-circuit voltage from a resistance, nor its heat.

@@ -40,6 +40,7 @@ struct IdentifyOptions {
 
 struct IdentifyResult {
   CircuitModel model;
+  std::optional<CircuitModel> plain;  ///< whose OCV goes on where the model's was not driven
   Uncertainty uncertainty;  ///< of the packed parameters, see CircuitResiduals
   Eigen::VectorXd packed;
   std::vector<RecordingResult> files;

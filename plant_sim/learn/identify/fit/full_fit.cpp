@@ -328,7 +328,16 @@ class FullFitter {
 FullFit full_fit(std::vector<MeasuredRun>& runs, FitPriors priors, const FullFitOptions& options,
                  std::vector<std::string>& notes) {
   VOLTLAP_DEMAND(!runs.empty() && options.branches >= 0 && options.instrument_v2_s > 0.0);
-  return FullFitter(runs, std::move(priors), options, notes).run();
+  FullFit out = FullFitter(runs, priors, options, notes).run();
+  if (!options.ends_undriven || out.priors.constant) return out;
+  FullFitOptions beside = options;
+  beside.branches = static_cast<int>(out.fit.model.branches());
+  beside.start.reset();
+  priors.constant = true;
+  std::vector<MeasuredRun> same = runs;
+  std::vector<std::string> unsaid;
+  out.plain = FullFitter(same, std::move(priors), beside, unsaid).run().fit.model;
+  return out;
 }
 
 }  // namespace voltlap::plant

@@ -24,6 +24,7 @@ struct FullFitOptions {
   std::function<void(const std::string&)> progress;  ///< may be empty
   std::optional<CircuitModel> start;                 ///< instead of a quick linear fit
   std::optional<Eigen::VectorXd> tau_centre_s{};     ///< of several tests together, instead of a search
+  bool ends_undriven = false;    ///< a plain circuit is fitted beside tables, whose OCV goes on there
   bool one_temperature = false;  ///< laws over the temperature are fitted only where noise is all that is left
 };
 
@@ -31,6 +32,7 @@ struct FullFit {
   FittedCircuit fit;
   FitPriors priors;              ///< as they were settled
   Eigen::VectorXd tau_centre_s;  ///< as CircuitResiduals takes them
+  std::optional<CircuitModel> plain;  ///< a plain circuit beside the tables that were chosen
   Eigen::VectorXd packed;
   Uncertainty uncertainty;
   std::string smoothness_from;  ///< evidence, held-out pulses; --constant where too few are left out

@@ -121,6 +121,16 @@ std::string capacity_source(const Capacity& capacity) {
   }
 }
 
+bool ends_undriven(const std::vector<MeasuredRun>& runs, const Capacity& capacity) {
+  constexpr double kEnd = 0.05;  // of SOC
+  double low = 1.0, high = 0.0;
+  for (const MeasuredRun& run : runs) {
+    low = std::min(low, run.soc.minCoeff());
+    high = std::max(high, run.soc.maxCoeff());
+  }
+  return capacity.is_lower_bound() || low > kEnd || high < 1.0 - kEnd;
+}
+
 double moved_ah(const CellLog& log, CurrentHold hold) {
   const std::vector<double> drawn = charge_drawn_ah(log, hold);
   VOLTLAP_DEMAND(!drawn.empty());

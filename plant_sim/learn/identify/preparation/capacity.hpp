@@ -32,6 +32,9 @@ struct Capacity {
 /// Where it is from, in a few words, for a table of facts.
 [[nodiscard]] std::string capacity_source(const Capacity& capacity);
 
+/// Is there charge that no recording passed, or of which nobody knows how much there is?
+[[nodiscard]] bool ends_undriven(const std::vector<MeasuredRun>& runs, const Capacity& capacity);
+
 /// Charge between the fullest and the emptiest row [Ah].
 [[nodiscard]] double moved_ah(const CellLog& log, CurrentHold hold);
 

@@ -97,6 +97,27 @@ SocPassed soc_passed(const IdentifyResult& result) {
   return out;
 }
 
+/// Where nothing was driven the OCV goes on as that of the plain circuit: the ends of a curve that was fitted beside
+/// resistances over SOC take a part of these. Below a charge that is only what was drawn, by the slope that the plain
+/// one has near its end (docs/estimation_methods.md: the second half of a drive from its first).
+void go_on_as_plain(const IdentifyResult& reference, const SocPassed& passed, const std::vector<double>& soc,
+                    Eigen::VectorXd& ocv, std::vector<std::string>& notes) {
+  constexpr double kNear = 0.1;  // of the charge that was drawn
+  if (!reference.plain) return;
+  const auto plain = [&](double at) { return reference.plain->ocv.value(reference.plain->em, at); };
+  const auto model = [&](double at) { return reference.model.ocv.value(reference.model.em, at); };
+  for (Index k = 0; k < ocv.size(); ++k) {
+    const double at = soc[static_cast<std::size_t>(k)], end = std::clamp(at, passed.low, passed.high);
+    if (at != end) ocv(k) = model(end) + plain(at) - plain(end);
+  }
+  if (!reference.capacity.is_lower_bound()) return;
+  const double slope_v = std::max(0.0, (plain(kNear) - plain(0.0)) / kNear);
+  ocv(0) = ocv(1) - slope_v * (soc[1] - soc[0]);
+  notes.push_back(fmt::format("Below the charge that was drawn the OCV is assumed to fall by {:.3g} mV per Ah, as that "
+                              "of a plain circuit does near its end.",
+                              1e3 * slope_v / reference.model.capacity_ah));
+}
+
 /// The reference's curve, levelled where it falls with SOC.
 void set_ocv(const IdentifyResult& reference, CellParameters& cell, std::vector<std::string>& notes) {
   constexpr double kNoCurve = 1.0, kWorthANote = 1e-3;  // V; beyond the first this is no open-circuit voltage
@@ -107,6 +128,10 @@ void set_ocv(const IdentifyResult& reference, CellParameters& cell, std::vector<
   for (Index k = 0; k < ocv.size(); ++k) {
     const double soc = cell.ocv_soc[static_cast<std::size_t>(k)];
     ocv(k) = model.ocv.value(model.em, soc);
+  }
+  go_on_as_plain(reference, passed, cell.ocv_soc, ocv, notes);
+  for (Index k = 0; k < ocv.size(); ++k) {
+    const double soc = cell.ocv_soc[static_cast<std::size_t>(k)];
     // Beyond the SOC that was passed it may lead anywhere.
     if (soc < passed.low || soc > passed.high) ocv(k) = std::clamp(ocv(k), cell.voltage_min_v, cell.voltage_max_v);
   }
