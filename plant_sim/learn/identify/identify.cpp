@@ -130,8 +130,8 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   drop_slope_of_warmed_cell();
   estimate_temperatures();
   assume_laws_of_one_temperature();
-  if (options.ocv.empty()) collect_rests();
   result.hysteresis_v = take_hysteresis(runs, capacity_ah, priors, result.notes);
+  if (options.ocv.empty() && result.hysteresis_v == 0.0) collect_rests();
   if (options.block_s > 0.0) hold_out_blocks();
   priors.tau_longest_s = longest_time_constant(runs, 0.5);
   priors.tau_bound_s = std::min(5000.0, longest_time_constant(runs, 1.0));
@@ -166,7 +166,10 @@ std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
     constexpr double kBeyond = 5e-4;
     run.weight_s = (run.soc.array() >= -kBeyond && run.soc.array() <= 1.0 + kBeyond).select(run.weight_s, 0.0);
   }
-  discount_steep_ends(out, priors);
+  FitPriors with_state = priors;
+  std::vector<std::string> unsaid;
+  static_cast<void>(take_hysteresis(out, capacity_ah, with_state, unsaid));
+  discount_steep_ends(out, with_state);
   return out;
 }
 
