@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cells that others measured: what identification and prediction must reach on them (needs VOLTLAP_DATA)."""
+import csv
 import json
+import math
 import os
 import pathlib
 import subprocess
@@ -109,6 +111,20 @@ def test_lfp_hysteresis_is_a_state_of_the_model(tmp_path):
     (law,) = [law for law in test["laws"] if law["key"] == "hysteresis"]
     assert 0.8 * test["hysteresis_v"] < law["value"] < 1.25 * test["hysteresis_v"]
     assert "hysteresis_v" in cell.read_text()
+
+
+def test_lfp_drive_and_slow_tests_predict_a_drive_at_another_temperature(tmp_path):
+    """It was refused: the file gave 8.5 V of error back, 115 mV in the fit. 15 mV are wanted."""
+    at = {name: ("--temperature", name[-2:], recording(f"plett_a123/a123_{name}"))
+          for name in ("dyn_50_p25", "ocv_p25", "ocv_p45")}
+    cell, found = identified(tmp_path, *(word for words in at.values() for word in words))
+    assert found["tests"][0]["rms_v"] < 0.1  # the ends, where a charge is counted a percent off, make most of it
+    table = tmp_path / "errors.csv"
+    voltlap("validate", cell, "--temperature", 45, recording("plett_a123/a123_dyn_50_p45"), "--csv", table)
+    rows = csv.DictReader(line for line in table.read_text().splitlines() if not line.startswith("#"))
+    errors = [float(row["error_v"]) for row in rows
+              if row["counts"] == "1" and row["error_v"] and float(row["soc"]) > 0.1]
+    assert len(errors) > 5000 and math.sqrt(sum(e * e for e in errors) / len(errors)) < 28e-3
 
 
 def test_race_log_without_pulses_predicts_the_blocks_kept_back(tmp_path):
