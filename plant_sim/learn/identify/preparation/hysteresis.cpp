@@ -105,8 +105,8 @@ std::map<int, double> fast_seconds(const std::vector<MeasuredRun>& runs, double 
   return fast_s;
 }
 
-/// The middle of slow charge and discharge at the ends, where it is steep: rows there tell little of it, as a charge that
-/// was counted a little wrong moves them far.
+/// The middle of slow charge and discharge at the ends, where it is steep: rows there tell little of it, as a charge
+/// that was counted a little wrong moves them far.
 void add_ends(const std::vector<MeasuredRun>& runs, double capacity_ah, std::vector<OcvKnowledge>& ocv) {
   constexpr double kLeast_v = 2e-3;
   for (const auto& [bin, sides] : slow_sides(runs, capacity_ah, kFineBin)) {
