@@ -90,6 +90,7 @@ void settle_rests(Comparison& out) {
   out.facts.counted_a = counted_current(out.log);
   out.facts.at_rest.assign(static_cast<std::size_t>(raw.size()), false);
   const auto [level, reach] = rest_level(raw);
+  out.facts.rest_noise_a = reach;
   for (Index first = 0; first < raw.size();) {
     Index end = first;
     while (end < raw.size() && std::abs(raw(end) - level) <= reach) ++end;

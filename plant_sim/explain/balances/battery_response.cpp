@@ -88,7 +88,9 @@ class LoggedCell {
 
   [[nodiscard]] RowState begin() const {
     RowState out;
-    out.lookup_floor_a = world_.car.battery.lookup_current_floor_a;
+    // A sensor's noise is no current at which a resistance is asked for.
+    const double noise_a = facts_.rest_noise_a / std::max(1, world_.car.battery.cells_in_parallel);
+    out.lookup_floor_a = std::max(world_.car.battery.lookup_current_floor_a, noise_a);
     out.surface_c = temperature_c_.size() > 0 ? temperature_c_(0) : facts_.initial_temperature_c;
     out.at_c = out.surface_c;
     out.surface_c += world_.initial_warmth_k;

@@ -29,6 +29,7 @@ struct LogFacts {
   Eigen::VectorXd current_a;              ///< as logged, its noise averaged while nothing is drawn
   Eigen::VectorXd counted_a;  ///< mean from the row before, of the pack, as its counter says; empty: there is none
   std::vector<bool> at_rest;              ///< where it is averaged
+  double rest_noise_a = 0.0;  ///< of the pack: what its sensor reads of nothing, and no cell is asked at such a current
   std::vector<bool> at_limit;             ///< where it reads the limit of its sensor; empty: nowhere
   Eigen::VectorXd voltage_v;              ///< of one cell as logged, last value held; empty: not measured
   std::vector<Eigen::Index> gaps;  ///< rows before which nothing was recorded for long: a rest, as far as is known
