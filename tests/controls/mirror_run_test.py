@@ -78,6 +78,10 @@ ONCE_WRONG = {
     (20271201, 112): "a hysteresis that settles with the first charge was a drive before the log",
     (20271205, 6): "resistances of the last minute alone, which the rest of the log foresees no part of, were nothing",
     (20271205, 16): "an open-circuit voltage was a drive before the log",
+    (20271206, 39): "an idle below the floor of the tables kept the current of the row before: hysteresis beside a load",
+    (20271211, 24): "noise of the current at rest asked for resistances: a voltage that reads too much beside the lag",
+    (20271211, 28): "a slow relaxation, likewise, was a hysteresis",
+    (20271213, 39): "a load, as an idle below the floor of the tables",
     (20271209, 125): "a curve with points where the model did not drive was no suspect, and the BMS's charge was wrong",
 }
 # What looks the same to within a quarter of what is worth a word stands beside them.

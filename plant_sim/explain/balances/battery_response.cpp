@@ -116,6 +116,10 @@ class LoggedCell {
       cell_.look_up(out, {current_a, out.soc, out.at_c});
       charge_branches(out, 0);
     } else {
+      // Between two rows it fell straight through the floor: that was the last at which a resistance was asked for.
+      const double floor_a = out.lookup_floor_a;
+      if (facts_.hold == CurrentHold::kLinear && std::abs(current_a) <= floor_a && std::abs(before_a) > floor_a)
+        out.lookup_a = floor_a;
       const double heat_w = cell_.advance(out, interval, {current_a, out.soc, out.at_c});
       warm_row(out, row, heat_w, {interval, before_a, current_a});
     }
