@@ -116,8 +116,9 @@ class LoggedCell {
       cell_.look_up(out, {current_a, out.soc, out.at_c});
       charge_branches(out, 0);
     } else {
-      // Between two rows it fell straight through the floor: that was the last at which a resistance was asked for.
-      const double floor_a = out.lookup_floor_a;
+      // A car's current fell through its floor between two rows: that was the last at which a resistance was asked
+      // for. What a bench switches off falls through none.
+      const double floor_a = world_.car.battery.lookup_current_floor_a;
       if (facts_.hold == CurrentHold::kLinear && std::abs(current_a) <= floor_a && std::abs(before_a) > floor_a)
         out.lookup_a = floor_a;
       const double heat_w = cell_.advance(out, interval, {current_a, out.soc, out.at_c});
