@@ -119,8 +119,8 @@ class LoggedCell {
       // A car's current fell through its floor between two rows: that was the last at which a resistance was asked
       // for. What a bench switches off falls through none.
       const double floor_a = world_.car.battery.lookup_current_floor_a;
-      if (facts_.hold == CurrentHold::kLinear && std::abs(current_a) <= floor_a && std::abs(before_a) > floor_a)
-        out.lookup_a = floor_a;
+      const bool fell = std::abs(before_a) > floor_a && std::abs(current_a) <= floor_a;
+      if (floor_a > 0.0 && fell && facts_.hold == CurrentHold::kLinear) out.lookup_a = floor_a;
       const double heat_w = cell_.advance(out, interval, {current_a, out.soc, out.at_c});
       warm_row(out, row, heat_w, {interval, before_a, current_a});
     }

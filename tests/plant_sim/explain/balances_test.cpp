@@ -178,6 +178,24 @@ TEST(Balances, a_published_voltage_behind_a_filter_does_not_make_the_bus_wrong) 
   DOUBLES_EQUAL(0.0, mean_residual(wrong, comparison_of(model, log, {}), "bus_voltage"), 1e-3);
 }
 
+/// R0 two seconds after 200 A, of which `rest_a` is read, over R0 before; of the cell R0 falls by 340 ppm an ampere.
+double resistance_kept(double floor_a, double rest_a) {
+  World model = leaf();
+  model.car.battery.lookup_current_floor_a = floor_a;
+  Recording log = log_of(model, 0.0);
+  VectorXd& current = log.signals["current"];
+  for (Index row = 0; row < kRows; ++row)
+    current(row) = row >= kRest && row < kDriven ? 200.0 : (row % 2 == 0 ? rest_a : -rest_a);
+  const VectorXd r0 = predict(model, comparison_of(model, log, {})).battery.r0_ohm;
+  return r0(kDriven + 20) / r0(kDriven - 1);
+}
+
+TEST(Balances, what_is_read_of_no_current_is_no_current_at_which_a_resistance_is_asked) {
+  for (const double rest_a : {0.0, 0.02, 0.1}) DOUBLES_EQUAL(1.0, resistance_kept(0.0, rest_a), 1e-3);
+  // A car's floor, through which its current fell between two rows: R0 of 60 A over that of 200 A.
+  DOUBLES_EQUAL(1.0 + 140.0 * 340e-6, resistance_kept(60.0, 0.0), 3e-3);
+}
+
 TEST(Balances, heat_follows_the_measured_voltage_and_not_the_resistances) {
   World model = leaf();
   Recording log = log_of(model, 0.0);

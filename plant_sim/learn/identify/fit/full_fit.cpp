@@ -330,7 +330,9 @@ FullFit full_fit(std::vector<MeasuredRun>& runs, FitPriors priors, const FullFit
   VOLTLAP_DEMAND(!runs.empty() && options.branches >= 0 && options.instrument_v2_s > 0.0);
   FullFit out = FullFitter(runs, priors, options, notes).run();
   if (!options.ends_undriven || out.priors.constant) return out;
+  if (options.progress) options.progress("a plain circuit, for the charge that nothing passed");
   FullFitOptions beside = options;
+  beside.progress = nullptr;
   beside.branches = static_cast<int>(out.fit.model.branches());
   beside.start.reset();
   priors.constant = true;
