@@ -166,10 +166,7 @@ std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
     constexpr double kBeyond = 5e-4;
     run.weight_s = (run.soc.array() >= -kBeyond && run.soc.array() <= 1.0 + kBeyond).select(run.weight_s, 0.0);
   }
-  FitPriors with_state = priors;
-  std::vector<std::string> unsaid;
-  static_cast<void>(take_hysteresis(out, capacity_ah, with_state, unsaid));
-  discount_steep_ends(out, with_state);
+  discount_steep_ends(out, priors);
   return out;
 }
 

@@ -150,17 +150,6 @@ double rested_v(const CellLog& log, const std::vector<bool>& resting, std::size_
   return 0.0;
 }
 
-/// A row before the first full charge at which a little less had been drawn was no fuller than full: the counter does
-/// not close by that (a charge gives back 99.3 % of what a tester counts), and it is as full as the other.
-void add_as_full(const std::vector<double>& drawn, std::vector<std::size_t>& full_rows) {
-  constexpr double kLost = 0.05;  // of what was moved
-  if (full_rows.empty() || full_rows.front() == 0) return;
-  const auto first = drawn.begin(), full = first + static_cast<std::ptrdiff_t>(full_rows.front());
-  const auto [low, high] = std::minmax_element(first, full);
-  if (const double lost = *full - *low; lost > 0.0 && lost < kLost * (*high - *low))
-    full_rows.insert(full_rows.begin(), static_cast<std::size_t>(low - first));
-}
-
 }  // namespace
 
 std::vector<std::size_t> possible_full_rows(const CellLog& log) {
@@ -183,7 +172,6 @@ std::vector<std::size_t> possible_full_rows(const CellLog& log) {
                                                  drawn.begin() + static_cast<std::ptrdiff_t>(last) + 1);
     return drawn[full] - *low > kDrift * (*high - *low);
   });
-  add_as_full(drawn, rows);
   return rows;
 }
 

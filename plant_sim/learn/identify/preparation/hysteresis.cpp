@@ -21,10 +21,9 @@ namespace {
 using Eigen::Index;
 
 constexpr double kSlow = 1.0 / 8.0, kBin = 0.05;  // C-rate; SOC
-constexpr double kFineBin = 0.01;                 // at the ends, where a curve is steep
 constexpr double kExcited = 10.0;                 // s of fast current that make a bin of SOC known
 
-int bin_of(double soc, double width = kBin) { return static_cast<int>(std::floor(soc / width)); }
+int bin_of(double soc) { return static_cast<int>(std::floor(soc / kBin)); }
 
 bool is_slow(double current_a, double capacity_ah) {
   return std::abs(current_a) < kSlow * capacity_ah && std::abs(current_a) > 1e-3 * capacity_ah;
@@ -33,7 +32,6 @@ bool is_slow(double current_a, double capacity_ah) {
 /// Sums over the rows of a bin in which the current went one way.
 struct Side {
   double weight = 0.0, voltage = 0.0, current = 0.0;
-  [[nodiscard]] double mean_v() const { return voltage / weight; }
 };
 using Sides = std::array<Side, 2>;  // discharge, charge
 
@@ -75,7 +73,7 @@ double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah
 }
 
 /// By bin of SOC, rows with a slow current that has lasted.
-std::map<int, Sides> slow_sides(const std::vector<MeasuredRun>& runs, double capacity_ah, double width = kBin) {
+std::map<int, Sides> slow_sides(const std::vector<MeasuredRun>& runs, double capacity_ah) {
   constexpr double kSteady = 300.0;  // s
   std::map<int, Sides> bins;
   for (const MeasuredRun& run : runs) {
@@ -84,7 +82,7 @@ std::map<int, Sides> slow_sides(const std::vector<MeasuredRun>& runs, double cap
       const double i = run.current_a(row);
       steady = is_slow(i, capacity_ah) && i * run.current_a(row - 1) > 0.0 ? steady + run.dt_s(row) : 0.0;
       if (steady < kSteady || run.weight_s(row) <= 0.0) continue;
-      Side& side = bins[bin_of(run.soc(row), width)][i > 0.0 ? 0 : 1];
+      Side& side = bins[bin_of(run.soc(row))][i > 0.0 ? 0 : 1];
       side.weight += run.weight_s(row);
       side.voltage += run.weight_s(row) * run.voltage_v(row);
       side.current += run.weight_s(row) * std::abs(i);
@@ -103,20 +101,6 @@ std::map<int, double> fast_seconds(const std::vector<MeasuredRun>& runs, double 
     }
   }
   return fast_s;
-}
-
-/// The middle of slow charge and discharge at the ends, where it is steep: rows there tell little of it, as a charge
-/// that was counted a little wrong moves them far.
-void add_ends(const std::vector<MeasuredRun>& runs, double capacity_ah, std::vector<OcvKnowledge>& ocv) {
-  constexpr double kLeast_v = 2e-3;
-  for (const auto& [bin, sides] : slow_sides(runs, capacity_ah, kFineBin)) {
-    const auto& [discharge, charge] = sides;
-    const double soc = kFineBin * (bin + 0.5);
-    const bool end = soc < kBin * kFirstBin || soc > kBin * (kLastBin + 1);
-    if (!end || soc < 0.0 || soc > 1.0 || discharge.weight <= 0.0 || charge.weight <= 0.0) continue;
-    const double down = discharge.mean_v(), up = charge.mean_v();
-    ocv.push_back({soc, 0.5 * (down + up), std::max(kLeast_v, 0.5 * std::abs(up - down))});
-  }
 }
 
 /// How fast a change of direction turns the state, by the cost of quick fits.
@@ -140,7 +124,7 @@ std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs,
   for (const auto& [bin, sides] : slow_sides(runs, capacity_ah)) {
     const auto& [discharge, charge] = sides;
     if (bin < kFirstBin || bin > kLastBin || discharge.weight <= 0.0 || charge.weight <= 0.0) continue;
-    const double down = discharge.mean_v(), up = charge.mean_v();
+    const double down = discharge.voltage / discharge.weight, up = charge.voltage / charge.weight;
     const double current = 0.5 * (discharge.current / discharge.weight + charge.current / charge.weight);
     const double half = 0.5 * (up - down);
     out.push_back({kBin * (bin + 0.5), 0.5 * (up + down), half, half - current * resistance});
@@ -176,7 +160,6 @@ double take_hysteresis(const std::vector<MeasuredRun>& runs, double capacity_ah,
   }
   for (const HysteresisPoint& point : hysteresis_of(runs, capacity_ah))
     priors.ocv.push_back({point.soc, point.middle_v, point.half_gap_v});
-  add_ends(runs, capacity_ah, priors.ocv);
   priors.laws.hysteresis_mv = kMillivolts * excess;
   priors.laws.hysteresis_per_soc = best_per_soc(runs, priors);
   priors.law_priors.mean(ResistanceLaws::kHysteresis) = kMillivolts * excess;
