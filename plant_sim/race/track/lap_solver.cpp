@@ -89,11 +89,22 @@ double top_speed_anywhere(const Particle& particle, const SpeedProfile& p) {
   return top_speed(particle, {0.0, fewest(p.grade), fewest(p.head_wind_mps)});
 }
 
-/// Speed after `way` metres of acceleration a(v), by the midpoint rule on v^2.
+/// Speed after `way` metres of acceleration a(v), by the midpoint rule on v^2. A speed at which the forces balance is
+/// come near to and never crossed: a low gear's motor holds it so hard that a step across would end at a standstill.
 template <class Acceleration>
 double speed_after(double v, double way, const Acceleration& a) {
-  const double half = std::max(0.0, v * v + a(v) * way);
-  return std::sqrt(std::max(0.0, v * v + 2.0 * a(std::sqrt(half)) * way));
+  const double at_start = a(v);
+  const double middle = std::sqrt(std::max(0.0, v * v + at_start * way)), at_middle = a(middle);
+  const double after = std::sqrt(std::max(0.0, v * v + 2.0 * at_middle * way));
+  if (at_start >= 0.0 && at_middle >= 0.0) return after;
+  const double far = at_start * at_middle < 0.0 ? middle : after;
+  if (at_start * a(far) >= 0.0) return far;
+  double near = v, beyond = far;
+  for (int k = 0; k < 40; ++k) {
+    const double between = 0.5 * (near + beyond);
+    (at_start * a(between) > 0.0 ? near : beyond) = between;
+  }
+  return near;
 }
 
 void lay_grid(const VehicleParameters& car, const Track& track, double step_m, SpeedProfile& p,
