@@ -45,10 +45,12 @@ class Particle {
   /// Greatest acceleration, full pedal.
   [[nodiscard]] double max_acceleration(double v, const RoadPiece& road) const {
     const double resistance = this->resistance(v, road);
-    const double torque = motor_.torque_nm(v * wheel_per_motor_), efficiency = car_.powertrain.driveline_efficiency;
-    const double motor = torque * wheel_per_motor_ * (torque >= 0.0 ? efficiency : 1.0 / efficiency);
     const double grip = drive_grip(car_, v + road.head_wind_mps, share(v, road), resistance);
-    return (std::min(motor, grip) - resistance) / effective_mass_;
+    return (std::min(motor_force(v), grip) - resistance) / effective_mass_;
+  }
+  /// The same with tyres that hold all of it.
+  [[nodiscard]] double motor_acceleration(double v, const RoadPiece& road) const {
+    return (motor_force(v) - resistance(v, road)) / effective_mass_;
   }
   /// Greatest deceleration, as a positive number: full pedal, or the pedal at which the first axle would lock.
   [[nodiscard]] double max_deceleration(double v, const RoadPiece& road) const {
@@ -62,6 +64,10 @@ class Particle {
   [[nodiscard]] double resistance(double v, const RoadPiece& road) const {
     return drag_force(car_, v + road.head_wind_mps) + rolling_ + cornering_drag(car_, v * v * road.curvature_per_m) +
            climbing_force(car_, road.grade);
+  }
+  [[nodiscard]] double motor_force(double v) const {
+    const double torque = motor_.torque_nm(v * wheel_per_motor_), efficiency = car_.powertrain.driveline_efficiency;
+    return torque * wheel_per_motor_ * (torque >= 0.0 ? efficiency : 1.0 / efficiency);
   }
   [[nodiscard]] double share(double v, const RoadPiece& road) const {
     if (road.curvature_per_m == 0.0) return 1.0;
@@ -89,15 +95,19 @@ double top_speed_anywhere(const Particle& particle, const SpeedProfile& p) {
   return top_speed(particle, {0.0, fewest(p.grade), fewest(p.head_wind_mps)});
 }
 
-/// Speed after `way` metres of acceleration a(v), by the midpoint rule on v^2. A speed at which the forces balance is
-/// come near to and never crossed: a low gear's motor holds it so hard that a step across would end at a standstill.
+/// Speed after `way` metres of acceleration a(v), by the midpoint rule on v^2.
 template <class Acceleration>
 double speed_after(double v, double way, const Acceleration& a) {
-  const double at_start = a(v);
-  const double middle = std::sqrt(std::max(0.0, v * v + at_start * way)), at_middle = a(middle);
-  const double after = std::sqrt(std::max(0.0, v * v + 2.0 * at_middle * way));
-  if (at_start >= 0.0 && at_middle >= 0.0) return after;
-  const double far = at_start * at_middle < 0.0 ? middle : after;
+  const double half = std::max(0.0, v * v + a(v) * way);
+  return std::sqrt(std::max(0.0, v * v + 2.0 * a(std::sqrt(half)) * way));
+}
+
+/// The same towards a speed at which forces balance. It is come near to and never crossed: a low gear's motor holds it
+/// so hard that a step across would end at a standstill.
+template <class Acceleration>
+double speed_near_balance(double v, double way, const Acceleration& a) {
+  const double at_start = a(v), half = std::sqrt(std::max(0.0, v * v + at_start * way));
+  const double far = at_start * a(half) < 0.0 ? half : speed_after(v, way, a);
   if (at_start * a(far) >= 0.0) return far;
   double near = v, beyond = far;
   for (int k = 0; k < 40; ++k) {
@@ -105,6 +115,16 @@ double speed_after(double v, double way, const Acceleration& a) {
     (at_start * a(between) > 0.0 ? near : beyond) = between;
   }
   return near;
+}
+
+/// Speed after `way` metres of full pedal. Where more than the motor ends the acceleration the tyres hold a corner at
+/// its speed.
+double full_pedal(const Particle& particle, double v, double way, const RoadPiece& road) {
+  const double at_start = particle.max_acceleration(v, road);
+  const double middle = std::sqrt(std::max(0.0, v * v + at_start * way));
+  const double at_middle = particle.max_acceleration(middle, road);
+  if (at_start >= 0.0 && at_middle >= 0.0) return std::sqrt(v * v + 2.0 * at_middle * way);
+  return speed_near_balance(v, way, [&](double s) { return particle.motor_acceleration(s, road); });
 }
 
 void lay_grid(const VehicleParameters& car, const Track& track, double step_m, SpeedProfile& p,
@@ -213,8 +233,7 @@ SpeedProfile solve_lap(const VehicleParameters& car, const Track& track, LapStar
   for (int round = 0; round < (periodic ? 2 : 1); ++round) {
     for (std::size_t i = 0; i < last; ++i) {
       const double way = p.distance_m[i + 1] - p.distance_m[i];
-      const auto forward = [&](double s) { return particle.max_acceleration(s, road(p, i)); };
-      v[i + 1] = std::min(v[i + 1], speed_after(v[i], way, forward));
+      v[i + 1] = std::min(v[i + 1], full_pedal(particle, v[i], way, road(p, i)));
     }
     if (periodic) v[0] = std::min(v[0], v[last]);
     for (std::size_t i = last; i-- > 0;) {

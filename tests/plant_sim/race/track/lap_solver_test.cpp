@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <random>
 
 #include "car/vehicle/grip.hpp"
 #include "fixtures.hpp"
@@ -198,4 +200,24 @@ TEST(LapSolver, ACourseWithoutCornersIsDrivenAtTheSpeedWhereDriveAndResistanceMe
   CHECK(full_acceleration(car, lap.max_speed_mps() - 0.01) > 0.0);
   CHECK(full_acceleration(car, lap.max_speed_mps() + 0.01) < 0.0);
   DOUBLES_EQUAL(75.0 / lap.max_speed_mps(), lap.lap_time_s(), 1e-6);
+}
+
+// A low gear's motor holds its top speed hard: a step across it ended at a standstill, or made a slower lap than a
+// pack of fewer cells.
+TEST(LapSolver, DrawnLowGearsAndHillsAreDrivenAsOnAFinerGrid) {
+  const char* given = std::getenv("VOLTLAP_TEST_SEED");
+  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : 1U;
+  std::mt19937 random(seed);
+  const auto draw = [&random](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  for (int k = 0; k < 40; ++k) {
+    car.powertrain.final_drive = std::exp(draw(std::log(2.0), std::log(60.0)));
+    car.tyres.pacejka_d = draw(0.8, 2.2);
+    Track course = michigan(2015);
+    const double hill = draw(0.0, 0.1);
+    for (Segment& segment : course.segments) segment.grade = draw(-hill, hill);
+    const auto at = [&](double step_m) { return solve_lap(car, course, LapStart::kFlying, step_m).lap_time_s(); };
+    const double fine = at(0.1);
+    const SimpleString drawn = StringFromFormat("VOLTLAP_TEST_SEED=%u, draw %d", seed, k);
+    DOUBLES_EQUAL_TEXT(fine, at(1.0), 0.01 * fine, drawn.asCharString());
+  }
 }
