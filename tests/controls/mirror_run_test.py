@@ -81,6 +81,8 @@ ONCE_WRONG = {
     (20271206, 39): "an idle below the floor of the tables kept the current of the row before: hysteresis beside a load",
     (20271211, 24): "noise of the current at rest asked for resistances: a voltage that reads too much beside the lag",
     (20271211, 28): "a slow relaxation, likewise, was a hysteresis",
+    (20271213, 34): "a pedal that moved between rows hid the force of a car: a drag area was nothing beside references",
+    (20271214, 122): "a mass, likewise",
     (20271213, 39): "a load, as an idle below the floor of the tables",
     (20271209, 125): "a curve with points where the model did not drive was no suspect, and the BMS's charge was wrong",
 }

@@ -90,6 +90,12 @@ class Driving {
     return torque_(row) > pulls_;  // the brakes may be on where the motor does not pull
   }
 
+  /// What was gained since the row before is known: a pedal that moved between rows that are far apart moved at any
+  /// time, and a brake may have been tapped where it was let go.
+  [[nodiscard]] bool knows_gain(Index row) const {
+    return !is_coarse(row) || std::abs(torque_(row) - torque_(row - 1)) < pulls_;
+  }
+
  private:
   /// Between rows that are further apart a pedal is anywhere.
   [[nodiscard]] bool is_coarse(Index row) const {
@@ -105,8 +111,8 @@ class Driving {
   std::vector<bool> rolls_freely_;
 };
 
-/// What has come in over the last seconds: the sum of what each row adds, forgotten with the time kMemory. Begins
-/// with nothing where the car gets moving.
+/// What has come in over the last seconds: the sum of what each row adds as far as it is known, forgotten with the
+/// time kMemory. Begins with nothing where the car gets moving.
 template <class Added>
 VectorXd remembered(const Recording& log, const Added& added) {
   const Driving driving(log);
@@ -117,7 +123,7 @@ VectorXd remembered(const Recording& log, const Added& added) {
     const double dt = row > 0 ? log.time_s(row) - log.time_s(row - 1) : kGap;
     const bool goes_on = dt < kGap && std::isfinite(out(row - 1));
     if (dt != last_dt) keeps = std::exp(-dt / kMemory), last_dt = dt;
-    out(row) = goes_on ? out(row - 1) * keeps + added(row) : 0.0;
+    out(row) = !goes_on ? 0.0 : out(row - 1) * keeps + (driving.knows_gain(row) ? added(row) : 0.0);
   }
   return out;
 }
