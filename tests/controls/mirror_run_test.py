@@ -83,11 +83,21 @@ ONCE_WRONG = {
     (20271211, 28): "a slow relaxation, likewise, was a hysteresis",
     (20271213, 34): "a pedal that moved between rows hid the force of a car: a drag area was nothing beside references",
     (20271214, 122): "a mass, likewise",
+    (20271213, 126): "a motor constant, of use in the power, of less than is asked in the speed, was its losses",
+    (20271216, 45): "a gain of the current too small for a word without references was losses of the inverter",
     (20271213, 39): "a load, as an idle below the floor of the tables",
     (20271209, 125): "a curve with points where the model did not drive was no suspect, and the BMS's charge was wrong",
 }
 # What looks the same to within a quarter of what is worth a word stands beside them.
 ONE_OF_TWO = {(20271201, 112), (20271205, 16), (20271209, 125)}
+# What is too small for a word may be left unsaid, and is nothing else.
+UNSAID = {(20271216, 45)}
+
+
+def is_right(case, answer):
+    if case in UNSAID and not answer["found"]:
+        return True
+    return answer["in_set" if case in ONE_OF_TWO else "named"]
 
 
 @pytest.mark.parametrize("seed", sorted({seed for seed, _ in ONCE_WRONG}))
@@ -97,7 +107,7 @@ def test_cases_that_were_once_wrong_are_right(tmp_path, seed):
     mirror("--seed", seed, *(word for number in numbers for word in ("--case", number)), "--json", out)
     cases = {case["number"]: case for case in json.loads(out.read_text())["cases"]}
     wrong = {number: ONCE_WRONG[seed, number] for number, case in cases.items()
-             if not case["answers"]["voltlap"]["in_set" if (seed, number) in ONE_OF_TWO else "named"]}
+             if not is_right((seed, number), case["answers"]["voltlap"])}
     assert sorted(cases) == sorted(numbers) and wrong == {}
     if 63 in cases:
         assert cases[63]["effects"][0]["parameters"]["delay_s"] == 0.01

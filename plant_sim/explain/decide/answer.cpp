@@ -28,7 +28,7 @@ bool is_beyond_sound(const Family& family, const Fit& nothing, const Set& set, c
 }
 
 bool all_unlike(const Family& family, const Fit& nothing, const Set& set, const Asked& asked) {
-  return is_beyond_sound(family, nothing, set, asked) &&
+  return is_of_use(family, set) && is_beyond_sound(family, nothing, set, asked) &&
          std::all_of(set.members.begin(), set.members.end(),
                      [&](std::size_t m) { return unlike_of(family, set, m, asked).is; });
 }

@@ -105,6 +105,7 @@ class Refinement {
     for (const std::size_t m : set.members) parameters.push_back(family_.suspects[m].form.refined);
     Step out{set, 0.0};
     Family there = at_values_({set.members, at.values, at.starts});
+    there.asked = family_.asked;
     out.worth = lead_of(fit_of(there.problem, {}), nothing_).ln;
     out.set.fit = fit_of(there.problem, columns_of(there, set.members));
     // What is too small to decide still tells how large a cause is.
@@ -178,7 +179,7 @@ Set refined(const std::vector<plant::Cause>& causes, const Family& family, const
     for (const std::size_t p : family.suspects[set.members[m]].form.refined)
       out.stands = out.stands && plant::is_inside_prior(cause.parameters[p], out.values[m][p]);
   }
-  out.stands = out.stands && out.lead.decisive && is_of_use(family, out, nothing) && is_sure(causes, family, out) &&
+  out.stands = out.stands && out.lead.decisive && takes_enough(family, out, nothing) && is_sure(causes, family, out) &&
                is_at_home(causes, family, out) && spoils_nothing(family, out.fit, nothing);
   return out;
 }

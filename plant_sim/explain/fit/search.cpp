@@ -32,6 +32,11 @@ double rms_of(const ChannelGram& channel, const VectorXd& sizes) {
                    channel.all[0].count);
 }
 
+/// What is asked of a use in a channel [practical sizes].
+double asked_in(const Family& family, std::size_t channel) {
+  return family.asked.empty() ? 1.0 : family.asked[channel];
+}
+
 }  // namespace
 
 bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
@@ -43,18 +48,20 @@ bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, c
   });
 }
 
-bool is_of_use(const Family& family, const Set& set, const Fit& nothing) {
+bool takes_enough(const Family& family, const Set& set, const Fit& nothing) {
   const Use& use = set.use;
   const auto row = static_cast<Index>(use.channel);
   const double count = std::max(1.0, family.problem.channels[use.channel].all[0].count);
   const double error = nothing.left.row(row).sum() / count - fast_variance(family.problem, nothing, use.channel);
   const double gone = use.practical * family.practical[use.channel];
-  double asked = 1.0;
-  if (!family.asked.empty()) {
-    asked = family.asked[use.channel];
-    if (is_of_instruments(family, set.members)) asked = std::max(asked, kInstruments);
-  }
-  return use.practical > kPractical * asked && gone * gone > kOfError * error;
+  return use.practical > kPractical && gone * gone > kOfError * error;
+}
+
+bool is_of_use(const Family& family, const Set& set) {
+  if (family.asked.empty()) return true;
+  const double asked = asked_in(family, set.use.channel);
+  return set.use.practical >
+         kPractical * (is_of_instruments(family, set.members) ? std::max(asked, kInstruments) : asked);
 }
 
 std::vector<Index> columns_of(const Family& family, const std::vector<std::size_t>& members) {
@@ -89,18 +96,18 @@ double use_in(const Family& family, std::size_t channel, const Fit& better, cons
 
 Use use_of(const Family& family, const Fit& better, const Fit& worse) {
   Use out;
+  double most = 0.0;
   for (std::size_t c = 0; c < family.problem.channels.size(); ++c) {
-    const double size = use_in(family, c, better, worse);
-    if (size > out.practical) out = {size, c};
+    const double size = use_in(family, c, better, worse), of_asked = size / asked_in(family, c);
+    if (of_asked > most) most = of_asked, out = {size, c};
   }
   return out;
 }
 
 bool is_worth_more(const Family& family, const Set& set, const Set& subset) {
   const Use more = use_of(family, set.fit, subset.fit);
-  const double asked = family.asked.empty() ? 1.0 : family.asked[more.channel];
   return lead_of(set.fit, subset.fit).decisive &&
-         more.practical > std::max(kPractical * asked, kOfWhole * set.use.practical);
+         more.practical > std::max(kPractical * asked_in(family, more.channel), kOfWhole * set.use.practical);
 }
 
 Search::Search(const Family& family, const std::vector<plant::Cause>& causes)
@@ -250,7 +257,7 @@ const Set& Search::of(const std::vector<std::size_t>& members) {
 
 void Search::judge(Set& set) {
   const bool possible = is_possible(set);
-  const bool takes = is_of_use(family_, set, nothing_);
+  const bool takes = takes_enough(family_, set, nothing_);
   set.bends = set.members.size() == 1 &&
               (set.lead.decisive ? !possible || is_large(set) || (!takes && is_seen(set)) : takes);
   set.stands = set.lead.decisive && takes && is_at_home(causes_, family_, set) && possible;

@@ -16,7 +16,7 @@ struct Use {
   double practical = 0.0;
   std::size_t channel = 0;
 };
-/// Of `better` against `worse`, in the channel where it is most, and in one channel [practical sizes].
+/// Of `better` against `worse`, in the channel where it is most of what is asked, and in one channel [practical sizes].
 [[nodiscard]] Use use_of(const Family& family, const Fit& better, const Fit& worse);
 [[nodiscard]] double use_in(const Family& family, std::size_t channel, const Fit& better, const Fit& worse);
 
@@ -35,8 +35,11 @@ struct Set {
 
 /// Is its use where one of its causes acts? What is wrong with the voltage alone is no explanation of the heat.
 [[nodiscard]] bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set);
-/// Is it of practical use: by itself, and as a part of an error that is there anyway, noise apart?
-[[nodiscard]] bool is_of_use(const Family& family, const Set& set, const Fit& nothing);
+/// Is it of practical size: by itself, and as a part of an error that is there anyway, noise apart?
+[[nodiscard]] bool takes_enough(const Family& family, const Set& set, const Fit& nothing);
+/// Is it as much as is asked of it where no reference tells how well the model does? What is less is not said; it
+/// stands all the same, or another cause would be said for it that explains less.
+[[nodiscard]] bool is_of_use(const Family& family, const Set& set);
 /// Is a set worth more than one of its subsets: decisively, and by a practical amount that is a part of the whole?
 [[nodiscard]] bool is_worth_more(const Family& family, const Set& set, const Set& subset);
 

@@ -44,7 +44,7 @@ bool stands(double wave, double slow, const char* channel, plant::Balance balanc
   Search search(family, causes);
   const Set& set = search.of({0});
   CHECK_TEXT(set.lead.decisive, "the minutes that were not fitted tell it for sure");
-  return set.stands;
+  return set.stands && is_of_use(family, set);
 }
 
 }  // namespace
