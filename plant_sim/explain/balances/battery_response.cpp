@@ -36,11 +36,17 @@ VectorXd true_mean(const World& world, const Recording& log, const LogFacts& fac
          ((1.0 + world.current.gain) * world.car.battery.cells_in_parallel);
 }
 
-/// The measured voltage of one cell with the sensor's error taken out.
-VectorXd true_voltage(const World& world, const LogFacts& facts) {
+/// The measured voltage of one cell with the sensor's error taken out, and what a battery unit added: a filter of the
+/// voltage to its first order.
+VectorXd true_voltage(const World& world, const Recording& log, const LogFacts& facts) {
   if (facts.voltage_v.size() == 0 || facts.sensor_cells == 0.0) return facts.voltage_v;
-  return ((facts.voltage_v.array() - world.voltage.offset / facts.sensor_cells) / (1.0 + world.voltage.gain))
-      .matrix();
+  VectorXd out =
+      ((facts.voltage_v.array() - world.voltage.offset / facts.sensor_cells) / (1.0 + world.voltage.gain)).matrix();
+  if (world.published_compensation_ohm == 0.0) return out;
+  const VectorXd ohmic = world.published_compensation_ohm / facts.sensor_cells * facts.current_a;
+  if (world.published_tau_s <= 0.0) return out - ohmic;
+  out -= lagged(log.time_s, ohmic, world.published_tau_s);
+  return out - world.published_filtered * (lagged(log.time_s, out, world.published_tau_s) - out);
 }
 
 /// The measured temperature of the cell with the thermistors' error taken out: a first-order lag reads what is true
@@ -78,7 +84,7 @@ class LoggedCell {
         log_(log),
         facts_(facts),
         cell_(world.car.cell),
-        measured_(true_voltage(world, facts)),
+        measured_(true_voltage(world, log, facts)),
         counted_a_(true_mean(world, log, facts)),
         temperature_c_(true_temperature(world, log, facts)) {
     if (facts.sensor_cells > 0.0) {

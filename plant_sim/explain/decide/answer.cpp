@@ -199,13 +199,14 @@ class Standing {
     bool followed;
   };
 
-  /// Do the same causes stand already, followed from other time constants? They end at the same ones.
+  /// Do the same causes stand already, with as many numbers, followed from other time constants? They end at the same.
   [[nodiscard]] bool is_known(const Set& set) const {
     bool out = false;
     for (const One& one : sets_) {
       if (!one.followed) continue;
       if (one.set.members == set.members) return false;
-      out = out || named(family_, one.set) == named(family_, set);
+      out = out || (named(family_, one.set) == named(family_, set) &&
+                    one.set.linear.columns.size() == set.linear.columns.size());
     }
     return out;
   }

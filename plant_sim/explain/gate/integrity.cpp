@@ -37,8 +37,10 @@ Range range_of(const std::string& role, const Model& model) {
   if (role == "voltage" || role.starts_with("cell_voltage_")) {
     return {cell.voltage_min_v - 1.2, cell.voltage_max_v + 0.25, 5e-3, "V"};
   }
+  // A unit that compensates what it publishes says, under a current, what no cell has.
+  constexpr double kPublished = 1.5;
   if (role == "pack_voltage")
-    return {series * (cell.voltage_min_v - 1.0), series * (cell.voltage_max_v + 0.25), 0.5, "V"};
+    return {series * (cell.voltage_min_v - 1.0), kPublished * series * cell.voltage_max_v, 0.5, "V"};
   if (role.starts_with("temperature_") || role == "ambient") return {-45.0, 110.0, 1.0, "K"};
   if (role == "accelerator" || role == "brake") return {-0.1, 1.1, 0.05, "1"};
   if (role == "current") return {-5000.0, 5000.0, 1.0, "A"};

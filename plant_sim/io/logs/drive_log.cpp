@@ -268,6 +268,7 @@ double sign_evidence(const Channel& current, const Channel& voltage) {
 double charge_evidence(const Channel& current, const Channel& voltage) {
   constexpr double kBlock = 1.0, kQuiet = 0.05, kNet = 0.1, kMoved = 0.002;  // s; of the largest current; of all; of it
   constexpr std::size_t kFewest = 3;
+  constexpr long kSettles = 8;  // blocks without a current, until a unit's filter and a cell's branch show little
   const auto i = block_means(current, kBlock), u = block_means(voltage, kBlock);
   if (i.empty()) return 0.0;
   double largest = 0.0, net = 0.0, all = 0.0;
@@ -278,9 +279,11 @@ double charge_evidence(const Channel& current, const Channel& voltage) {
   }
   const long first = i.begin()->first, last = i.rbegin()->first, third = (last - first) / 3;
   std::vector<double> early, late;
+  long quiet = 0;
   for (const auto& [block, mean] : i) {
     const auto volts = u.find(block);
-    if (std::abs(mean) > kQuiet * largest || volts == u.end()) continue;
+    quiet = std::abs(mean) > kQuiet * largest ? 0 : quiet + 1;
+    if (quiet <= kSettles || volts == u.end()) continue;
     if (block <= first + third) early.push_back(volts->second);
     if (block >= last - third) late.push_back(volts->second);
   }

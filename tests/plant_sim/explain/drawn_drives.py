@@ -34,8 +34,9 @@ class Draw:
     def drive(self, folder, *keys, candump=False, laps=4, vehicle="vtm16e"):
         """A drawn drive; returns its log."""
         out = folder / f"drive{self.random.randrange(10**9)}"
-        settings = [f"battery.initial_soc={self.random.uniform(0.5, 1.0):.3f}",
-                    f"battery.initial_temperature_c={self.random.uniform(27.0, 34.0):.2f}",
+        soc = f"{self.random.uniform(0.5, 1.0):.3f}"
+        self.began_c = f"{self.random.uniform(27.0, 34.0):.2f}"  # of the last drive
+        settings = [f"battery.initial_soc={soc}", f"battery.initial_temperature_c={self.began_c}",
                     f"driver.grip_use={self.random.uniform(0.85, 0.98):.3f}"]
         noise = ["sensors.noise=true", "sensors.quantisation=true"] if candump else []
         files = ["--csv", f"{out}.csv", *(["--candump", f"{out}.log"] if candump else [])]

@@ -7,6 +7,21 @@ from drawn_drives import Draw, explained, rows_of, write
 CELL_COLD_OHM = 3.5e-3  # R0 and both branches of vtm16e's cells 20 K below their tables: 2.4 mOhm there, 1.4 to 1.9 %/K
 
 
+class Filter:
+    """First order, as a unit runs it: a hundred times a second, whatever its bus or its log has of that."""
+
+    def __init__(self, tau_s):
+        self.part, self.before, self.value = min(1.0, 0.01 / tau_s), None, None
+
+    def __call__(self, value):
+        if self.value is None:
+            self.before = self.value = value
+        for step in range(1, 11):
+            self.value += (self.before + (value - self.before) * step / 10 - self.value) * self.part
+        self.before = value
+        return self.value
+
+
 def with_bus(draw, folder, published, bus_ohm=0.0):
     """A drive of which pack and bus voltage are logged; `published(volts, current)` is in the place of the pack's."""
     names, rows = rows_of(draw.drive(folder))
@@ -21,15 +36,15 @@ def test_what_a_battery_unit_adds_to_what_it_publishes_is_told_beside_a_bus(tmp_
     """Of the battery it would be a negative resistance: -9.7 mOhm of a cell that has 2.4 was an answer."""
     draw = Draw(f"made up {filters}")
     ohm, tau_s = draw.random.uniform(0.03, 0.25), draw.random.uniform(0.3, 3.0)
-    filtered = []
+    passes = Filter(tau_s)
 
     def published(volts, current):
-        at_once = ohm * current + (volts if filters == "all" else 0.0)
-        before = filtered[-1] if filtered else at_once
-        filtered.append(before + (at_once - before) * min(1.0, 0.1 / tau_s))
-        return volts + at_once if filters == "nothing" else filtered[-1] + (0.0 if filters == "all" else volts)
+        if filters == "nothing":
+            return volts + ohm * current
+        return passes(volts + ohm * current) if filters == "all" else volts + passes(ohm * current)
 
-    answer, said = explained(tmp_path, with_bus(draw, tmp_path, published))
+    log = with_bus(draw, tmp_path, published)
+    answer, said = explained(tmp_path, log, "--set", f"battery.initial_temperature_c={draw.began_c}")
     drawn = (filters, ohm, tau_s, said)
     cause = next((c for c in answer["causes"] if c["name"] == "reported_voltage_compensation"), None)
     assert answer["verdict"] in ("named", "ambiguous") and cause, drawn
@@ -49,13 +64,9 @@ def test_what_a_battery_unit_adds_to_what_it_publishes_is_told_beside_a_bus(tmp_
 def test_no_cell_loses_more_resistance_than_it_has(tmp_path, number):
     """The same without a bus, which nothing tells from the cells' own: polarization of -7.4 of 2.4 mOhm was `named`."""
     draw = Draw(f"too little{number}")
-    ohm, tau_s, added = draw.random.uniform(0.15, 0.25), draw.random.uniform(1.0, 3.0), [0.0]
-
-    def published(volts, current):
-        added.append(added[-1] + (ohm * current - added[-1]) * min(1.0, 0.1 / tau_s))
-        return volts + added[-1]
-
-    log = with_bus(draw, tmp_path, published)
+    ohm, tau_s = draw.random.uniform(0.15, 0.25), draw.random.uniform(1.0, 3.0)
+    passes = Filter(tau_s)
+    log = with_bus(draw, tmp_path, lambda volts, current: volts + passes(ohm * current))
     rows = [line.split(",")[:3] for line in log.read_text().splitlines()]
     answer, said = explained(tmp_path, write(log, rows[0], rows[1:]))
     sizes = [c["parameters"]["resistance_ohm"]["value"] for c in answer["causes"] if c["name"].endswith("_resistance")]
@@ -68,7 +79,7 @@ def test_a_bus_that_a_turning_motor_charges_behind_open_contactors_is_masked(tmp
     lines = [line.split(",") for line in log.read_text().splitlines()]
     stopped = lines[-draw.random.randrange(15, 60):]
     opened = stopped[2:]
-    highest = 1.1 + draw.random.uniform(0.0, 0.6)
+    highest = draw.random.uniform(1.05, 1.7)
     for row in stopped:
         row[1:] = ["0", *stopped[0][2:]]
     for k, row in enumerate(opened):
@@ -77,7 +88,8 @@ def test_a_bus_that_a_turning_motor_charges_behind_open_contactors_is_masked(tmp
     answer, said = explained(tmp_path, log)
     masked = [m for m in answer["masked"] if m["channel"] == "bus_voltage" and "contactors are open" in m["reason"]]
     assert {c["name"] for c in answer["causes"]} <= {"frozen_signal"}, (highest, said)  # the current stands still
-    assert masked and masked[-1]["start_s"] == pytest.approx(float(opened[0][0]), abs=0.11), (highest, said)
+    if highest > 1.2:  # beyond all that a current ever showed; a full pack is a seventh above a loaded one
+        assert masked and masked[0]["start_s"] == pytest.approx(float(opened[0][0]), abs=0.11), (highest, said)
 
 
 @pytest.mark.parametrize("number", range(2))
