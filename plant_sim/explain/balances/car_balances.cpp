@@ -27,6 +27,7 @@ constexpr double kPads = 1.0;       // bar above a released pedal; from there on
 constexpr double kCoarse = 0.05;    // s between rows
 constexpr double kRecovers = 0.4;   // s after braking, until wheels turn as the car goes
 constexpr double kPulls = 0.05;     // of the largest torque
+constexpr double kLetGo = 0.1;      // of that: what a pedal that stands still moves by
 constexpr double kGap = 0.5;        // s without a row, over which no sum goes on
 constexpr double kReleased = 0.02;  // of the accelerator; below it the torque is what the brakes ask for
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
@@ -91,9 +92,11 @@ class Driving {
   }
 
   /// What was gained since the row before is known: a pedal that moved between rows that are far apart moved at any
-  /// time, and a brake may have been tapped where it was let go.
+  /// time, and where it was let go a brake may have been tapped.
   [[nodiscard]] bool knows_gain(Index row) const {
-    return !is_coarse(row) || std::abs(torque_(row) - torque_(row - 1)) < pulls_;
+    if (!is_coarse(row)) return true;
+    const double before = torque_(row - 1), moved = std::abs(torque_(row) - before);
+    return moved < (std::min(before, torque_(row)) < pulls_ ? kLetGo * pulls_ : pulls_);
   }
 
  private:
@@ -341,6 +344,14 @@ VectorXd gain_of_speed(const Recording& log, const VectorXd& acceleration) {
   return remembered(log, [&](Index row) {
     return 0.5 * (acceleration(row) + acceleration(row - 1)) * (log.time_s(row) - log.time_s(row - 1));
   });
+}
+
+std::vector<bool> knows_gain(const Recording& log) {
+  std::vector<bool> out(static_cast<std::size_t>(log.rows()), true);
+  if (!has_torque(log) || log.find("speed") == nullptr) return out;
+  const Driving driving(log);
+  for (Index row = 1; row < log.rows(); ++row) out[static_cast<std::size_t>(row)] = driving.knows_gain(row);
+  return out;
 }
 
 VectorXd car_prediction(const std::string& channel, const World& world, const Comparison& comparison,

@@ -9,7 +9,8 @@
 // Power is compared as the torque that would make the difference, because noise and wander of the recorded torque
 // come into it by the motor's speed. Speed is compared as what was gained over the last 2 s, which is what a sum
 // that forgets keeps of it. Measured and predicted gain go through the same sum; noise of the speed stays white in
-// it, and the slope of the road stays slow.
+// it, and the slope of the road stays slow. What was gained while a pedal moved between rows that are far apart is in
+// neither.
 #pragma once
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ namespace voltlap::plant {
 
 /// What of an acceleration [m/s2] by row is left in the channel `speed` [m/s].
 [[nodiscard]] Eigen::VectorXd gain_of_speed(const Recording& log, const Eigen::VectorXd& acceleration);
+
+/// By row: is what was gained since the row before known? Not where a pedal moved between rows that are far apart.
+[[nodiscard]] std::vector<bool> knows_gain(const Recording& log);
 
 [[nodiscard]] Eigen::VectorXd car_prediction(const std::string& channel, const World& world,
                                              const Comparison& comparison, const BatteryResponse& battery);

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "explain/balances/car_balances.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -23,15 +26,22 @@ void thin(VectorXd& values, Index first) {
   for (Index row = first; row + 1 < values.size(); row += 2) values(row) = 0.5 * (values(row - 1) + values(row + 1));
 }
 
-/// Predictions without every second row of what drives battery and car.
+/// Predictions without every second row of what drives battery and car. A row beside which a pedal moved stays: what
+/// was gained there is not judged.
 plant::Prediction thinned_prediction(Observed& log, Index first) {
   std::map<std::string, VectorXd>& signals = log.comparison.log.signals;
+  const std::vector<bool> knows = plant::knows_gain(log.comparison.log);
   std::map<std::string, VectorXd> driven_by;  // as it was recorded
   for (const char* role : {"current", "motor_torque", "accelerator", "brake"}) {
     const auto found = signals.find(role);
     if (found == signals.end()) continue;
-    driven_by[role] = found->second;
-    thin(found->second, first);
+    VectorXd& values = found->second;
+    const VectorXd& recorded = driven_by[role] = values;
+    thin(values, first);
+    if (std::string_view(role) == "current") continue;
+    for (std::size_t row = 0; row + 1 < knows.size(); ++row) {
+      if (!knows[row] || !knows[row + 1]) values(static_cast<Index>(row)) = recorded(static_cast<Index>(row));
+    }
   }
   VectorXd current_a = log.comparison.facts.current_a;
   thin(log.comparison.facts.current_a, first);
