@@ -85,13 +85,15 @@ ONCE_WRONG = {
     (20271214, 122): "a mass, likewise",
     (20271213, 126): "a motor constant, of use in the power, of less than is asked in the speed, was its losses",
     (20271216, 45): "a gain of the current too small for a word without references was losses of the inverter",
+    (20271214, 94): "how fast a temperature rose was told by steps of 1 K: a late thermistor was a resistance",
+    (20271217, 132): "likewise",
     (20271217, 103): "without references more was asked for what rows had not told, that of pedals that moved as well",
     (20271217, 104): "a brake tapped between two rows was a reference's error: a mass was nothing",
     (20271213, 39): "a load, as an idle below the floor of the tables",
     (20271209, 125): "a curve with points where the model did not drive was no suspect, and the BMS's charge was wrong",
 }
 # What looks the same to within a quarter of what is worth a word stands beside them.
-ONE_OF_TWO = {(20271201, 112), (20271205, 16), (20271209, 125)}
+ONE_OF_TWO = {(20271201, 112), (20271205, 16), (20271209, 125), (20271217, 132)}
 # What is too small for a word may be left unsaid, and is nothing else.
 UNSAID = {(20271216, 45)}
 

@@ -318,6 +318,7 @@ void settle_temperature(const plant::World& model, const plant::Recording& read,
   const VectorXd fine = without_steps(comparison.log, read);
   const VectorXd beside = fine.size() > 0 ? bridged(time_s, fine - surface) : facts.temperature_c - surface;
   facts.temperature_c = surface + plant::smoothed(time_s, beside, kSlow_s);
+  if (fine.size() > 0) facts.thermistor_c = facts.temperature_c;  // how fast it changes no step tells
 }
 
 }  // namespace
