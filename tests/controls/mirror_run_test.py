@@ -89,7 +89,7 @@ ONCE_WRONG = {
     (20271217, 132): "likewise",
     (20271217, 103): "without references more was asked for what rows had not told, that of pedals that moved as well",
     (20271217, 104): "a brake tapped between two rows was a reference's error: a mass was nothing",
-    (20271219, 93): "a BMS began without the entropy: its charge was no reversible heat, an open-circuit voltage stood beside",
+    (20271219, 93): "a BMS began without the entropy: beside a reversible heat stood its charge as a curve",
     (20271213, 39): "a load, as an idle below the floor of the tables",
     (20271209, 125): "a curve with points where the model did not drive was no suspect, and the BMS's charge was wrong",
 }

@@ -46,7 +46,8 @@ std::vector<Number> numbers_of(const plant::Cause& cause, const std::vector<doub
   if (cause.report) {
     const std::vector<double> reported = cause.report(values);
     for (std::size_t k = 0; k < reported.size(); ++k) {
-      out.push_back({cause.reported[k], reported[k], half(plant::reported_sigma(cause, values, sigma, k), reported[k])});
+      const double known = plant::reported_sigma(cause, values, sigma, k);
+      out.push_back({cause.reported[k], reported[k], half(known, reported[k])});
     }
     return out;
   }
