@@ -111,11 +111,13 @@ def cause(name, alike=(), **parameters):
     }
 
 
-def judged(verdict, said=(), truth=("mass",), ask="single", d_prime=20.0, alternatives=(), **more):
+def judged(verdict, said=(), truth=("mass",), ask="single", d_prime=20.0, alternatives=(), rho=5.0, **more):
     label = {
         "ask": ask,
         "kind": "car",
         "d_prime": d_prime,
+        "rho": rho,
+        "channel": "motor_torque",
         **more,
         "effects": [{"name": name, "d_prime": d_prime, "parameters": {"change": 0.1}} for name in truth],
     }
@@ -174,6 +176,24 @@ def test_each_mark_counts_its_own_cases():
     assert shown["pairs: both named"] == (1.0, 1)
     assert shown["parameter error, median"] == (0.0, 1)
     assert [entry[2].of for entry in score.curve(answers)] == [0, 1, 0, 1, 0, 0]
+
+
+def test_shares_by_rho_count_single_effects_alone_with_their_bounds():
+    answers = [
+        judged("named", [cause("mass")], rho=3.0),
+        judged("named", [cause("wind")], rho=40.0),
+        judged("no_discrepancy", rho=2.99),
+        judged("unknown", rho=0.2),
+        judged("named", [cause("mass")], ask="left_out"),
+    ]
+    rows = {low: marks for low, _, marks in score.by_rho(answers)}
+    assert {low: marks["found"].cases for low, marks in rows.items()} == {0.0: 1, 1.0: 1, 3.0: 2}
+    assert {name: mark.value for name, mark in rows[3.0].items()} == {
+        "found": 1.0, "named": 0.5, "in the set": 0.5, "misnamed": 0.5}
+    assert not rows[3.0]["misnamed"].met and rows[3.0]["found"].met and not rows[1.0]["found"].met
+    text = table.text_of(answers, {"seed": 1, "seconds": 2.0})
+    assert re.search(r"3 and more +found +100.0 % .* 2/2 +>= 0.95 +met", text)
+    assert [row["cases"] for row in json.loads(table.json_of(answers, {}))["by_rho"]] == [1, 1, 2]
 
 
 def test_gain_is_measured_against_the_same_drive_without_the_effect():

@@ -230,6 +230,25 @@ def test_the_warmth_that_a_drive_begins_with_is_no_effect(bench):
     assert it.separations_of(logs, drives)[0] < 0.2 * np.linalg.norm(it.changes(logs, drives))
 
 
+def test_rho_grows_with_a_size_and_a_beginning_has_none(bench):
+    _, it = bench
+    other = [dataclasses.replace(it.now, temperature_k=it.now.temperature_k + 0.2),
+             dataclasses.replace(it.now, charge=it.now.charge - 0.002)]
+    drives = [(it.sound, begun) for begun in other]
+    for rho, channel in it.sizes_of(hide.shown(drives), drives)[1]:
+        assert rho < 0.3, channel  # as they are they would be about two
+    effect = effects.BY_NAME["series_resistance"]
+    large = hide.largest(effect, it.sound)
+    made = [hide.with_effects(it.sound, it.now, [hide.Hidden(effect, share * large, {})]) for share in (0.1, 0.2)]
+    separations, rhos = it.sizes_of(hide.shown(made), made)
+    assert separations == pytest.approx(it.separations_of(hide.shown(made), made))
+    (small, channel), (twice, _) = rhos
+    assert twice == pytest.approx(2.0 * small, rel=0.1) and "voltage" in channel
+    # What it adds is R I, in a pack in every cell, less what the beginning of the log can take of that.
+    current = it.quiet["current"][0]
+    assert small == pytest.approx(0.1 * large[0] * np.std(current) / hide.PRACTICAL_V, rel=0.35)
+
+
 @pytest.mark.parametrize("bench", ["car"], indirect=True)
 def test_a_force_is_told_in_proportion_to_its_size(bench):
     # From force to pedals a road asks as a drag does: where a pedal is released nothing more is told.

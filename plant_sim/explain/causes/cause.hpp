@@ -81,10 +81,6 @@ struct Cause {
   std::function<void(VehicleParameters&, std::size_t cell, Values)> extend = {};
 };
 
-/// Standard deviation of the k-th number that is reported, from those of the parameters; 0: not estimated.
-[[nodiscard]] double reported_sigma(const Cause& cause, const std::vector<double>& values,
-                                    const std::vector<double>& sigma, std::size_t k);
-
 /// Variation of one cell of a car, with a place for it.
 [[nodiscard]] inline CellVariation& cell_variation(VehicleParameters& car, std::size_t cell) {
   if (car.battery.cells.size() <= cell) car.battery.cells.resize(cell + 1);

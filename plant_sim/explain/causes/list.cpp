@@ -2,7 +2,6 @@
 #include "explain/causes/list.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "car/battery/cell_tables.hpp"
 #include "core/errors.hpp"
@@ -16,19 +15,6 @@ double cold_resistance(const CellParameters& cell) {
   double out = circuit.r0_ohm;
   for (std::size_t b = 0; b < cell.branch_count(); ++b) out += circuit.r_ohm[b];
   return out;
-}
-
-double reported_sigma(const Cause& cause, const std::vector<double>& values, const std::vector<double>& sigma,
-                      std::size_t k) {
-  double square = 0.0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (sigma[i] <= 0.0) continue;
-    std::vector<double> moved = values;
-    moved[i] += sigma[i];
-    const double by = cause.report(moved)[k] - cause.report(values)[k];
-    square += by * by;
-  }
-  return std::sqrt(square);
 }
 
 std::vector<Cause> catalogue(const std::vector<std::string>& without) {

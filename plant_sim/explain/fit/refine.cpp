@@ -44,15 +44,10 @@ bool foresees_as_well(const Fit& finer, const Fit& fit) {
   return (finer.left.rowwise().sum().array() <= kAsWell * fit.left.rowwise().sum().array()).all();
 }
 
-/// Is each size, as it is reported, sure to be more than nothing? Time constants are only ever near one.
+/// Is each size sure to be more than nothing? Time constants are only ever near one.
 bool is_sure(const std::vector<plant::Cause>& causes, const Family& family, const Set& set) {
   for (std::size_t m = 0; m < set.members.size(); ++m) {
     const plant::Cause& cause = causes[static_cast<std::size_t>(family.suspects[set.members[m]].cause)];
-    if (cause.report) {
-      const double reported = cause.report(set.values[m]).front();
-      if (!(std::abs(reported) > kSure * plant::reported_sigma(cause, set.values[m], set.sigma[m], 0))) return false;
-      continue;
-    }
     bool one = false, any = false;
     for (const std::size_t p : family.suspects[set.members[m]].form.refined) {
       if (cause.parameters[p].low > 0.0) continue;

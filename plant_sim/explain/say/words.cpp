@@ -32,6 +32,19 @@ std::string said(const char* sentence, const std::string& channel, const std::ve
   return out;
 }
 
+double reported_sigma(const plant::Cause& cause, const std::vector<double>& values,
+                      const std::vector<double>& sigma, std::size_t k) {
+  double square = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (sigma[i] <= 0.0) continue;
+    std::vector<double> moved = values;
+    moved[i] += sigma[i];
+    const double by = cause.report(moved)[k] - cause.report(values)[k];
+    square += by * by;
+  }
+  return std::sqrt(square);
+}
+
 /// A number with its interval.
 struct Number {
   plant::CauseParameter as;
@@ -46,8 +59,7 @@ std::vector<Number> numbers_of(const plant::Cause& cause, const std::vector<doub
   if (cause.report) {
     const std::vector<double> reported = cause.report(values);
     for (std::size_t k = 0; k < reported.size(); ++k) {
-      const double known = plant::reported_sigma(cause, values, sigma, k);
-      out.push_back({cause.reported[k], reported[k], half(known, reported[k])});
+      out.push_back({cause.reported[k], reported[k], half(reported_sigma(cause, values, sigma, k), reported[k])});
     }
     return out;
   }

@@ -112,7 +112,8 @@ class Maker:
         measured = [row_of(world.measured(self.rng, log, self.sound)) for log in sound_logs]
         out.references = measured[: self.references]
         for log in measured[self.references :]:
-            out.cases.append(Case(out, log, None, {"ask": "clean", "kind": self.kind, "d_prime": 0.0, "effects": []}))
+            label = {"ask": "clean", "kind": self.kind, "d_prime": 0.0, "rho": 0.0, "channel": "", "effects": []}
+            out.cases.append(Case(out, log, None, label))
         self._singles(bench, out)
         self._pairs(bench, out)
         out.logger = packer.logger_of(self.rng, self.kind, list(measured[0]))
@@ -196,13 +197,14 @@ class Maker:
         alone = [member for each in hidden for member in each] if ask == "pair" else []
         drives = made + [hide.with_effects(self.sound, self.now, [member]) for member in alone]
         logs = hide.shown(drives)
-        separations = bench.separations_of(logs, drives)
+        separations, rhos = bench.sizes_of(logs, drives)
         alone, alone_drives, alone_separations = (of[len(made) :] for of in (logs, drives, separations))
         for number, (members, (changed, _), log) in enumerate(zip(hidden, made, logs)):
             d_prime = float(separations[number])
             parts = alone[2 * number : 2 * number + 2]
             each = [float(d) for d in alone_separations[2 * number : 2 * number + 2]] or [d_prime]
             label = label_of(ask, self.kind, members, self.sound, log, d_prime, each)
+            label["rho"], label["channel"] = round(rhos[number][0], 4), rhos[number][1]
             if parts:
                 label["likeness"] = round(float(bench.likeness(parts, alone_drives[2 * number : 2 * number + 2])), 4)
             if members[0].effect.name in GATE:

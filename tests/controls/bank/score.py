@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the answers are worth: shares with intervals, by mark, by cause, by d'.
+"""What the answers are worth: shares with intervals, by mark, by cause, by d', by rho.
 
 A label is what cases.py made, an answer what tool.py read. Marks count cases whose d' is 10 or more; curves count all.
+rho is how large an effect is for a person: RMS of what it adds to the channel that shows it best, over what is worth
+a word there (truth/hide.py).
 """
 
 import math
@@ -12,6 +14,12 @@ from .statistics import median, share
 CLEAR = 10.0
 ALIKE = 0.9  # cosine above which two effects of a pair count as one class
 EDGES = (0.0, 1.0, 3.3, 10.0, 30.0, 100.0, math.inf)
+BY_RHO = (  # from, to, bounds of the shares
+    (0.0, 1.0, {}),
+    (1.0, 3.0, {"found": (0.75, "least"), "in the set": (0.60, "least"), "misnamed": (0.04, "most")}),
+    (3.0, math.inf, {"found": (0.95, "least"), "named": (0.75, "least"), "in the set": (0.85, "least"),
+                     "misnamed": (0.03, "most")}),
+)
 ALARMS = ("named", "ambiguous", "unknown")
 
 
@@ -233,3 +241,23 @@ def by_cause(judged):
             instead.setdefault(name, {}).setdefault(words, 0)
             instead[name][words] += 1
     return rows, instead
+
+
+def by_rho(judged):
+    """[(low, high, {mark: Mark})] of the single effects."""
+    single = [j for j in judged if j.ask == "single"]
+    ways = {
+        "found": lambda j: j.found,
+        "named": lambda j: j.named,
+        "in the set": lambda j: j.in_set,
+        "misnamed": lambda j: j.misnamed,
+    }
+    out = []
+    for low, high, bounds in BY_RHO:
+        here = [j for j in single if low <= j.label["rho"] < high]
+        made = {}
+        for name, way in ways.items():
+            bound, side = bounds.get(name, (math.nan, "least"))
+            made[name] = of_share(name, [way(j) for j in here], bound, side)
+        out.append((low, high, made))
+    return out

@@ -12,14 +12,17 @@ def text_of(judged, facts):
     lines = [f"seed {facts['seed']}, {len(judged)} questions, {facts['seconds']:.0f} s", ""]
     lines.append(f"{'mark':44} {'share [95 %] cases':38} {'bound':>10}")
     for mark in score.marks(judged):
-        sign = "<=" if mark.side == "most" else ">="
-        verdict = {True: "met", False: "NOT MET", None: "no case"}[mark.met]
-        lines.append(f"{mark.text:44} {mark.shown:38} {sign} {mark.bound:<7g} {verdict}")
+        lines.append(f"{mark.text:44} {mark.shown:38} {bound_of(mark)}")
     lines += ["", "one effect, by d' of the truth", f"{'d-prime':>14}  {'found':36} {'named':36} confidently misnamed"]
     for low, high, found, named, wrong in score.curve(judged):
         if found.of:
             end = "" if math.isinf(high) else f"{high:g}"
             lines.append(f"{low:>7g} to {end:4}  {str(found):36} {str(named):36} {wrong}")
+    lines += ["", "one effect, by rho: RMS of what it adds over what is worth a word, in the channel that shows it best"]
+    for low, high, marks in score.by_rho(judged):
+        end = "and more" if math.isinf(high) else f"to {high:g}"
+        for name, mark in marks.items():
+            lines.append(f"{low:>4g} {end:8} {name:12} {mark.shown:36} {bound_of(mark)}".rstrip())
     rows, instead = score.by_cause(judged)
     lines += ["", f"{'cause (d-prime of 10 or more)':32} {'found':30} {'named':30} {'in the set':30} said instead"]
     for name, (_, found, named, inside, _) in rows.items():
@@ -33,6 +36,14 @@ def text_of(judged, facts):
     if seconds:
         lines += ["", f"time of an answer: median {seconds[len(seconds) // 2]:.2f} s, longest {seconds[-1]:.2f} s"]
     return "\n".join(lines)
+
+
+def bound_of(mark):
+    """Its bound, and whether it is met; empty where none is asked for."""
+    if math.isnan(mark.bound):
+        return ""
+    verdict = {True: "met", False: "NOT MET", None: "no case"}[mark.met]
+    return f"{'<=' if mark.side == 'most' else '>='} {mark.bound:<7g} {verdict}"
 
 
 def share_json(it):
@@ -69,6 +80,18 @@ def json_of(judged, facts):
                     }
                     for low, high, found, named, wrong in score.curve(judged)
                 ],
+                "by_rho": [
+                    {
+                        "rho_from": low,
+                        "rho_to": None if math.isinf(high) else high,
+                        "cases": marks["found"].cases,
+                        **{
+                            name.replace(" ", "_"): None if math.isnan(mark.value) else mark.value
+                            for name, mark in marks.items()
+                        },
+                    }
+                    for low, high, marks in score.by_rho(judged)
+                ],
                 "causes": {
                     name: {
                         "cases": count,
@@ -93,6 +116,8 @@ COLUMNS = (
     "kind",
     "truth",
     "d_prime",
+    "rho",
+    "channel",
     "main_parameter",
     "without",
     "verdict",
@@ -124,6 +149,8 @@ def write_csv(path, judged):
                     j.label["kind"],
                     " + ".join(j.truth),
                     j.label["d_prime"],
+                    j.label["rho"],
+                    j.label["channel"],
                     "; ".join(f"{k} {v}" for e in j.label["effects"] for k, v in e["parameters"].items()),
                     j.without,
                     j.answer.verdict,

@@ -9,6 +9,9 @@ from . import car as cars
 from . import drive, effects, instruments, observer, world
 
 DETECTABLE = 3.3  # d' at which an effect can just be told from noise
+# What is worth a word: volts of a cell, kelvin, and a share of the RMS of what a car asks for.
+PRACTICAL_V, PRACTICAL_K, PRACTICAL_SHARE = 1e-3, 0.1, 0.005
+ASKED = ("power_a", "motor_torque", "motor_speed")
 DRIVEN = {"speed": "speed_mps", "wheel_speed_1": "wheel_speed_mps", "motor_speed": "motor_rad_per_s",
           "motor_torque": "torque_nm", "accelerator": "accelerator", "brake": "brake"}  # of car.Demand
 
@@ -59,7 +62,10 @@ class Bench:
         self.quiet = world.channels(sound, *self.asked, now)
         self.filter = self._filter()
         unlike = world.unlike(sound, now)
-        changes = self.changes(shown([(sound, other) for other, _ in unlike]))
+        differences = self.differences(shown([(sound, other) for other, _ in unlike]))
+        # (things, channels, steps) of what it begins with: as many of charge as of warmth.
+        self.charges, self.warmths = np.split(differences[len(world.day_to_day(sound)):], 2)
+        changes = self.filter.apply(differences)
         self.nuisance = np.stack([change / share for change, (_, share) in zip(changes, unlike)])  # (things, samples)
         self.inverse = np.linalg.inv(self.nuisance @ self.nuisance.T + np.eye(len(self.nuisance)))
 
@@ -112,6 +118,10 @@ class Bench:
 
     def changes(self, logs, drives=None):
         """What is different in noise-free logs, whitened: (logs, samples). drives: [(world, situation)] of the logs."""
+        return self.filter.apply(self.differences(logs, drives)) if logs else np.zeros((0, 0))
+
+    def differences(self, logs, drives=None):
+        """The same as it is: (logs, channels, steps)."""
         quiet = [self.quiet] * len(logs)
         other = [k for k, log in enumerate(logs) if not np.array_equal(log["current"], self.quiet["current"])]
         same_current = [(self.sound, dataclasses.replace(self.now, current_a=logs[k]["current"])) for k in other]
@@ -127,7 +137,7 @@ class Bench:
                 expected |= {name: read[name] for name in read if name in seen}
                 by_road = self.by_slope * rise
             out.append(np.stack([seen[name] - expected[name] for name in seen]) + by_road)
-        return self.filter.apply(np.stack(out)) if out else np.zeros((0, 0))
+        return np.stack(out)
 
     def separations(self, lists_of_hidden):
         """d' of each list of effects, all its effects together: (lists,)."""
@@ -136,7 +146,37 @@ class Bench:
 
     def separations_of(self, logs, drives):
         """d' of noise-free logs of these drives [(world, situation)]: (logs,)."""
-        return np.sqrt(np.maximum([self._product(change, change) for change in self.changes(logs, drives)], 0.0))
+        return self._separations(self.changes(logs, drives))
+
+    def sizes_of(self, logs, drives):
+        """(d' (logs,), [(rho, channel)]) of noise-free logs of these drives [(world, situation)]."""
+        differences = self.differences(logs, drives)
+        return self._separations(self.filter.apply(differences)), [self._rho(each) for each in differences]
+
+    def _separations(self, changes):
+        return np.sqrt(np.maximum([self._product(change, change) for change in changes], 0.0))
+
+    def _practical(self, name, values):
+        """What is worth a word in a channel; None: another channel tells it."""
+        if name in ASKED:
+            return PRACTICAL_SHARE * float(np.sqrt(np.mean(values**2)))
+        kind = world.channel_kind(name)
+        cells = self.sound.shape[1] if kind == "pack_voltage" else 1
+        return {"voltage": PRACTICAL_V, "pack_voltage": cells * PRACTICAL_V, "temperature": PRACTICAL_K}.get(kind)
+
+    def _rho(self, difference):
+        """(rho, channel): RMS of what a drive of the same current adds to a channel, its beginning refitted, over what
+        is worth a word there; of the channel where that is most. Of a voltage the charge is refitted, not the warmth:
+        thermistors are read beside it."""
+        best = (0.0, "")
+        for k, (name, quiet) in enumerate(self._channels(self.quiet).items()):
+            practical = self._practical(name, quiet)
+            if practical is None or practical <= 0.0:
+                continue
+            starts = (self.warmths if world.channel_kind(name) == "temperature" else self.charges)[:, k].T
+            left = difference[k] - starts @ np.linalg.lstsq(starts, difference[k], rcond=1e-9)[0]
+            best = max(best, (float(np.sqrt(np.mean(left**2))) / practical, name))
+        return best
 
     def likeness(self, logs, drives):
         """Cosine between what two effects change in noise-free logs: 1 when nobody can tell them apart."""
