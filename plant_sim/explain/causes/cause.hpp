@@ -115,6 +115,18 @@ struct Cause {
   return c.soc.size() > 0 ? c.soc : predict(model, c).battery.soc;
 }
 
+/// The form, and where the log's SOC is judged also one for a BMS that began by the curve of the model: its charge is
+/// wrong by what the form changes of that.
+[[nodiscard]] inline std::vector<Form> with_begun_soc(const Form& form, const World& model, const Comparison& c) {
+  if (c.find("soc") == nullptr) return {form};
+  Form begun = form;
+  begun.apply = [plain = form.apply, from = driven_soc(model, c)(0)](World& w, Values v) {
+    w.reported_from_soc = from;
+    plain(w, v);
+  };
+  return {form, begun};
+}
+
 /// All resistance that a cell has in the cold, 20 K below the temperature of its tables [ohm]: no change takes away
 /// more.
 [[nodiscard]] double cold_resistance(const CellParameters& cell);

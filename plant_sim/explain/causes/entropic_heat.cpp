@@ -13,15 +13,8 @@ Cause entropic_heat() {
           .parameters = {{"entropy_v_per_k", "V/K", -2e-3, 2e-3, 1.5e-4, 1e3, "mV/K"}},
           .forms = [](const World& model, const Comparison& c) -> std::vector<Form> {
             if (!has_temperature(c)) return {};
-            const Form form = plain_form(1, [](World& w, Values v) { w.car.cell.effects.entropy_v_per_k += v[0]; });
-            if (c.find("soc") == nullptr) return {form};
-            // A BMS that began by a curve without it reports what that said: its charge is wrong by the warmth.
-            Form begun = form;
-            begun.apply = [plain = form.apply, from = driven_soc(model, c)(0)](World& w, Values v) {
-              w.reported_from_soc = from;
-              plain(w, v);
-            };
-            return {form, begun};
+            return with_begun_soc(
+                plain_form(1, [](World& w, Values v) { w.car.cell.effects.entropy_v_per_k += v[0]; }), model, c);
           }};
 }
 

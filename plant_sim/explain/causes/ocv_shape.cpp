@@ -68,14 +68,7 @@ Cause ocv_shape() {
             form.linear.resize(points);
             form.refined = form.linear;
             form.bend = kBend;
-            if (c.find("soc") == nullptr) return {form};
-            // A BMS that began by the curve that the model has reports what it did: it does not know the true one.
-            Form begun = form;
-            begun.apply = [plain = form.apply, from = soc(0)](World& w, Values v) {
-              w.reported_from_soc = from;
-              plain(w, v);
-            };
-            return {form, begun};
+            return with_begun_soc(form, model, c);
           },
           .is_identified = true,
           .reported = {{"rms_v", "V", 1e-4, 0.3, 5e-3, 1e3, "mV"}},
