@@ -70,6 +70,9 @@ struct Cause {
   /// A part of the cells' voltage that `identify` fits to a log together with the others: their sum is right there,
   /// and one may be too much for another that is too little.
   bool is_identified = false;
+  /// One of the laws of the cells' series resistance. What one is too much another is too little in a model that is
+  /// right on average: together they are one error, of its table.
+  bool is_law_of_resistance = false;
   /// Other numbers than the parameters themselves are reported: their descriptions, and their values from the
   /// parameters.
   std::vector<CauseParameter> reported = {};

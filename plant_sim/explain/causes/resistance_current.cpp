@@ -14,7 +14,8 @@ Cause resistance_current() {
           .forms = [](const World&, const Comparison&) -> std::vector<Form> {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.exchange_current_change += v[0]; })};
           },
-          .is_identified = true};
+          .is_identified = true,
+          .is_law_of_resistance = true};
 }
 
 }  // namespace voltlap::plant

@@ -15,7 +15,8 @@ Cause resistance_soc() {
             if (c.log.rows() == 0 || driven_soc(model, c).minCoeff() > 0.28) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.low_end_change += v[0]; })};
           },
-          .is_identified = true};
+          .is_identified = true,
+          .is_law_of_resistance = true};
 }
 
 }  // namespace voltlap::plant

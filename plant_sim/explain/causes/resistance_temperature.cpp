@@ -15,7 +15,8 @@ Cause resistance_temperature() {
       .forms = [](const World&, const Comparison&) -> std::vector<Form> {
         return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.activation_energy_j_per_mol += v[0]; })};
       },
-      .is_identified = true};
+      .is_identified = true,
+      .is_law_of_resistance = true};
 }
 
 }  // namespace voltlap::plant

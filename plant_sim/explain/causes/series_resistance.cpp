@@ -15,6 +15,7 @@ Cause series_resistance() {
             return {plain_form(1, [](World& w, Values v) { w.car.cell.effects.series_ohm += v[0]; })};
           },
           .is_identified = true,
+          .is_law_of_resistance = true,
           .present = cold_resistance};
 }
 

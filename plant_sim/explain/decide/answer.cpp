@@ -244,11 +244,19 @@ class Standing {
   std::map<std::vector<std::size_t>, Set> known_;
 };
 
-/// Does the best not tell itself from it? One of fewer causes it has to beat as it beats its own subsets: what two
+/// Causes of a set, the laws of one resistance as one.
+std::size_t errors_of(const Family& family, const Set& set) {
+  const auto laws = static_cast<std::size_t>(
+      std::count_if(set.members.begin(), set.members.end(),
+                    [&](std::size_t m) { return family.suspects[m].is_law_of_resistance; }));
+  return set.members.size() - (laws > 1 ? laws - 1 : 0);
+}
+
+/// Does the best not tell itself from it? One of fewer errors it has to beat as it beats its own subsets: what two
 /// causes follow better than the one that is there may be what no model has.
 bool is_rival(const Family& family, const Set& best, const Set& set, const Asked& asked) {
   if (set.members.size() > best.members.size()) return false;
-  if (set.members.size() < best.members.size()) return !is_worth_more(family, best, set);
+  if (errors_of(family, set) < errors_of(family, best)) return !is_worth_more(family, best, set);
   return !is_clearly_better(family, best, set, asked);
 }
 

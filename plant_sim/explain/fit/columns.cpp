@@ -272,6 +272,7 @@ Family global_family(const Observed& log, const std::vector<plant::Cause>& cause
       const plant::Form& form = forms[number];
       if (!form.apply) continue;
       Suspect suspect{static_cast<int>(k), form, number, causes[k].name, form.channel, {}};
+      suspect.is_law_of_resistance = causes[k].is_law_of_resistance;
       if (!wanted(suspect)) continue;
       bool any = false;
       for (const std::size_t p : form.linear) {

@@ -19,6 +19,7 @@ struct Suspect {
   std::size_t number = 0;      ///< of the form
   std::string name, channel;   ///< channel or member that is wrong; empty: all
   std::vector<Index> columns;  ///< one for each of form.linear
+  bool is_law_of_resistance = false;  ///< as in the catalogue
 };
 
 /// One family of hypotheses: what they are fitted to and of what they are made.
