@@ -18,8 +18,9 @@ unsigned seed() {
   return given != nullptr ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : 1U;
 }
 
-enum class Kind { kDrive, kDischarge, kCharge, kCycles, kPulses };
-constexpr Kind kKinds[] = {Kind::kDrive, Kind::kDischarge, Kind::kCharge, Kind::kCycles, Kind::kPulses};
+enum class Kind { kDrive, kDischarge, kCharge, kCycles, kPulses, kEmptied };
+constexpr Kind kKinds[] = {Kind::kDrive,  Kind::kDischarge, Kind::kCharge,
+                           Kind::kCycles, Kind::kPulses,    Kind::kEmptied};
 
 /// A cell of 5 Ah with one slow branch under a drawn current; its voltage comes late, its rows at any interval.
 struct Drawn {
@@ -34,6 +35,7 @@ struct Drawn {
     amps = between(2.0, 25.0);
     rows = static_cast<int>(between(300.0, 1500.0));
     noise_v = between(0.0, 0.005);
+    rise_v = random_() % 2 == 0 ? 0.85 : 0.05;  // over the charge: of a nickel or of an iron phosphate cathode
   }
 
   [[nodiscard]] CellLog log() {
@@ -48,8 +50,8 @@ struct Drawn {
       asked = current_at(t, asked);
       soc -= asked * kStep_s / 3600.0 / 5.0;
       branch_v += kStep_s / 30.0 * (0.7 * ohm * asked - branch_v);
-      const double low = 0.4 * std::exp(-std::max(soc, 0.0) / 0.02);
-      volts.push_back(3.3 + 0.85 * soc - low - ohm * asked - branch_v);
+      const double low = 0.9 * std::exp(-std::max(soc, 0.0) / 0.02);
+      volts.push_back(3.3 + rise_v * soc - low - ohm * asked - branch_v);
       current.push_back(asked);
     }
     for (int row = 0; row < rows; ++row) {
@@ -66,11 +68,12 @@ struct Drawn {
 
   [[nodiscard]] std::string text() const {
     return "kind " + std::to_string(static_cast<int>(kind)) + ", every " + std::to_string(every_s) + " s, late " +
-           std::to_string(late_s) + " s, sign " + std::to_string(sign) + ", rows " + std::to_string(rows);
+           std::to_string(late_s) + " s, rise " + std::to_string(rise_v) + " V, sign " + std::to_string(sign) + ", rows " +
+           std::to_string(rows);
   }
 
   Kind kind;
-  double every_s, late_s, sign, ohm, soc, amps, noise_v;
+  double every_s, late_s, sign, ohm, soc, amps, noise_v, rise_v;
   int rows;
 
  private:
@@ -83,6 +86,8 @@ struct Drawn {
         return t < 30.0 ? 0.0 : -amps * std::clamp((1.0 - soc) / 0.1, 0.05, 1.0);
       case Kind::kCycles:
         return phase < 200.0 ? amps : (phase < 300.0 ? 0.0 : (phase < 500.0 ? -0.8 * amps : 0.0));
+      case Kind::kEmptied:  // and left there, at the lowest voltage of all
+        return t < 30.0 || soc < 0.0 ? 0.0 : amps;
       case Kind::kPulses:
         return phase < 30.0 ? amps : (phase > 100.0 && phase < 110.0 ? -0.7 * amps : 0.0);
       default:
@@ -154,7 +159,7 @@ TEST(CurrentSign, ChannelsWithRatesOfTheirOwnTellTheSame) {
                                        drawn.text().c_str(), evidence);
     CHECK_TEXT(evidence * drawn.sign < 0.0 || std::abs(evidence) < 0.2, said.asCharString());
     const double of_rows = whole_sign_evidence(log);
-    CHECK_TEXT(std::abs(of_rows) < 0.4 || std::abs(evidence) > 0.2, said.asCharString());
+    CHECK_TEXT(std::abs(of_rows) < 0.6 || std::abs(evidence) > 0.2, said.asCharString());
   }
 }
 
