@@ -79,8 +79,9 @@ void CircuitFit::add_priors(Eigen::MatrixXd& normal, Eigen::VectorXd& right, dou
     const double weight = priors_.noise_v2_s / (known.sigma_v * known.sigma_v);
     const Eigen::Map<const Eigen::Vector4d> f(w.weight.data());
     normal.block<4, 4>(w.first, w.first) += weight * f * f.transpose();
-    right.segment<4>(w.first) += weight * known.voltage_v * f;
-    square += weight * known.voltage_v * known.voltage_v;
+    const double voltage_v = known.voltage_v - priors_.laws.reversible_v(known.warmer_k(priors_.laws));
+    right.segment<4>(w.first) += weight * voltage_v * f;
+    square += weight * voltage_v * voltage_v;
   }
   normal.diagonal().tail(state_count()).array() +=
       priors_.noise_v2_s / (priors_.state_sigma_v * priors_.state_sigma_v);

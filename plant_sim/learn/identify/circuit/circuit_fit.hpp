@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Separable least squares (variable projection): for given time constants the voltage is linear in Em, R0 and R_k.
 //
-//   minimise  sum w (V - V_model)^2 + s^2 (|D Em|^2 / m^2 + |D R|^2 / (c R_typical)^2) + n^2 sum (Em - OCV)^2 /
-//   sigma^2
+//   minimise  sum w (V - V_model)^2 + s^2 (|D Em|^2 / m^2 + |D R|^2 / (c R_typical)^2) + n^2 sum (Em + e (T -
+//   T_ref) - OCV)^2 / sigma^2
 //
 // w: seconds a row stands for; D: roughness; s = 2 mV s^0.5, a fixed scale; c: `smoothness`, larger is rougher;
 // n^2 [V^2 s]: power density of the residual, which puts prior knowledge and data on one scale. R >= 0 by active
 // set.
 #pragma once
 #include <Eigen/Dense>
+#include <cmath>
 #include <vector>
 
 #include "learn/identify/circuit/circuit_rows.hpp"
@@ -18,6 +19,11 @@ namespace voltlap::plant {
 /// What is known of the OCV beforehand: from rests, a slow test or another cell file.
 struct OcvKnowledge {
   double soc, voltage_v, sigma_v;
+  double temperature_c = std::nan("");  ///< at which it was read; NaN: at the reference temperature of the laws
+
+  [[nodiscard]] double warmer_k(const ResistanceLaws& laws) const {
+    return std::isfinite(temperature_c) ? temperature_c - laws.reference_temperature_c : 0.0;
+  }
 };
 
 struct FitPriors {

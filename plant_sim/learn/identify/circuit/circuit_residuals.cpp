@@ -15,6 +15,7 @@ constexpr double kResistanceFloor = 1e-3;  // of the typical resistance: no reco
 constexpr double kMostEnergy = 120.0;      // kJ/mol, of a resistance
 constexpr double kLeastOfTau = -30.0;      // kJ/mol
 constexpr double kMostEntropy = 1.0;       // mV/K
+constexpr double kMillivolt = 1e-3;
 constexpr double kMostHysteresis = 100.0;  // mV
 constexpr double kMostOfExchange = 6.0;    // of ln i_0, from what is believed of it
 
@@ -151,6 +152,12 @@ void put_laws(const FitPriors& prior, const double* laws, Index first, const Put
   }
 }
 
+/// One column more of a prior's row, apart from the others.
+struct Beside {
+  Index column = 0;
+  double weight = 0.0;
+};
+
 template <class Put>
 void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
   const FitPriors& prior = fit_.priors();
@@ -191,12 +198,14 @@ void CircuitResiduals::for_each_prior(const double* p, const Put& put) const {
   put_falls(p, at_.em, noise, put);
   for (const OcvKnowledge& known : prior.ocv) {
     const SocGrid::Weights em = fit_.ocv().weights(known.soc);
-    double residual = -known.voltage_v;
+    const Index entropy = at_.law() + ResistanceLaws::kEntropy;
+    const double warmer = kMillivolt * known.warmer_k(prior.laws);
+    double residual = warmer * p[entropy] - known.voltage_v;
     for (std::size_t k = 0; k < 4; ++k) {
       residual += em.weight[k] * p[em.first + static_cast<Index>(k)];
       w[k] = noise / known.sigma_v * em.weight[k];
     }
-    put(noise / known.sigma_v * residual, em.first, w, 4);
+    put(noise / known.sigma_v * residual, em.first, w, 4, {entropy, noise / known.sigma_v * warmer});
   }
   for (Index k = at_.state(); k < at_.doubt(); ++k) {
     w[0] = noise / prior.state_sigma_v;
@@ -222,10 +231,12 @@ void CircuitResiduals::evaluate(const double* p, double* residuals, double* jaco
     for (Index k = at_.em; k < at_.state(); ++k) data.col(k) *= std::exp(p[k]);
   }
   Index out = data_rows_;
-  for_each_prior(p, [&](double residual, Index first, const std::array<double, 4>& w, Index count) {
+  for_each_prior(p, [&](double residual, Index first, const std::array<double, 4>& w, Index count,
+                        const Beside& beside = {}) {
     residuals[out] = residual;
     for (Index k = 0; jacobian != nullptr && k < count; ++k)
       jacobian[out * n + first + k] = w[static_cast<std::size_t>(k)];
+    if (jacobian != nullptr) jacobian[out * n + beside.column] += beside.weight;
     ++out;
   });
 }
@@ -241,11 +252,17 @@ CircuitResiduals::Sums CircuitResiduals::sums(const Eigen::VectorXd& p) const {
            data.rest_square, data.load_square, 0.0, data.rest_rows, data.load_rows};
   for (Eigen::MatrixXd* part : {&out.rest, &out.load})
     *part = (part->array() * (scale * scale.transpose()).array()).matrix();
-  for_each_prior(p.data(), [&](double residual, Index first, const std::array<double, 4>& w, Index count) {
+  for_each_prior(p.data(), [&](double residual, Index first, const std::array<double, 4>& w, Index count,
+                               const Beside& beside = {}) {
     out.prior_square += residual * residual;
     const auto f = Eigen::Map<const Eigen::Vector4d>(w.data()).head(count);
     out.prior_gradient.segment(first, count) += residual * f;
     out.prior.block(first, first, count, count) += f * f.transpose();
+    if (beside.weight == 0.0) return;
+    out.prior_gradient(beside.column) += residual * beside.weight;
+    out.prior(beside.column, beside.column) += beside.weight * beside.weight;
+    out.prior.col(beside.column).segment(first, count) += beside.weight * f;
+    out.prior.row(beside.column).segment(first, count) += beside.weight * f.transpose();
   });
   out.gradient = data.gradient.cwiseProduct(scale) + out.prior_gradient;
   return out;

@@ -56,6 +56,11 @@ struct ResistanceLaws {
     return kJoules / kGasConstant *
            (1.0 / (temperature_c + kZeroCelsius) - 1.0 / (reference_temperature_c + kZeroCelsius));
   }
+  /// What the entropy adds to the OCV [V].
+  [[nodiscard]] double reversible_v(double warmer_k) const {
+    constexpr double kMillivolt = 1e-3;
+    return kMillivolt * entropy_mv_per_k * warmer_k;
+  }
   using Packed = Eigen::Vector<double, kCount>;
   /// The numbers as a fit has them: the energies [kJ/mol], ln i_0 (any value without charge transfer), e [mV/K],
   /// M [mV].

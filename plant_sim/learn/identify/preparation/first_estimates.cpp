@@ -135,7 +135,7 @@ std::vector<OcvKnowledge> ocv_from_rests(const MeasuredRun& run, double shortest
     const double ratio = std::abs(early) > 1e-4 ? std::clamp(late / early, 0.0, 0.8) : 0.0;
     const double still_to_go = late * ratio / (1.0 - ratio);
     out.push_back({run.soc(s.last - 1), v3 + still_to_go,
-                   std::max(kLeastSigma, std::abs(still_to_go) + 0.5 * std::abs(late))});
+                   std::max(kLeastSigma, std::abs(still_to_go) + 0.5 * std::abs(late)), run.temperature_c(s.last - 1)});
   }
   return out;
 }
