@@ -39,6 +39,7 @@ TEST_GROUP(CircuitResiduals) {
     }
     priors.resistance_scale = 2e-3;
     priors.ocv.push_back({0.5, 3.7, 2e-3});
+    priors.ocv.push_back({0.6, 3.75, 2e-3, -5.0});
     priors.laws = assumed_laws(25.0);
     priors.laws.branch_kj_per_mol = {{{20.0, 5.0}, {30.0, 15.0}}};
     priors.laws.exchange_a = 30.0;

@@ -183,6 +183,33 @@ TEST(DrawnLaws, OfAnyRatesAndTemperaturesAreWithinTheirIntervals) {
   CHECK_TRUE_TEXT(inside >= 0.85 * all, about(kDraws, found.asCharString()).asCharString());
 }
 
+TEST(DrawnLaws, RestsInTheColdTellTheEntropyAlsoWhereTheCircuitIsNotAllThereIs) {
+  // Then rests hold the open-circuit voltage; each at its own temperature.
+  constexpr int kDraws = 5;
+  for (int k = 0; k < kDraws; ++k) {
+    LawsCell cell = LawsCell::draw(draw);
+    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(draw); };
+    cell.entropy_mv_per_k = (k % 2 == 0 ? 1.0 : -1.0) * uniform(0.15, 0.4);
+    const double cold_c = uniform(-12.0, 0.0), ripple_v = uniform(0.7e-3, 1.5e-3);
+    std::vector<CellLog> logs{cell.record(cell.pulses({1.5}), 25.0), cell.record(cell.pulses({0.8}), cold_c)};
+    for (CellLog& log : logs) {  // of the open-circuit voltage, narrower than any table is
+      double drawn_as = 0.0;
+      for (std::size_t row = 1; row < log.rows(); ++row) {
+        drawn_as += log.current_a[row];
+        log.voltage_v[row] += ripple_v * std::sin(200.0 * drawn_as / (3600.0 * cell.capacity_ah));
+      }
+    }
+    const IdentifyResult result = identified(logs).points[0].result;
+    const SimpleString found = StringFromFormat("%.1f degC, ripple %.2f mV: entropy %.4f, true %.4f mV/K", cold_c,
+                                                1e3 * ripple_v, result.model.laws.entropy_mv_per_k,
+                                                cell.entropy_mv_per_k);
+    // The ripple stands in every rest of a test, of thirty kelvin it is a thirtieth.
+    const double most = 0.01 + 1e3 * ripple_v / (25.0 - cold_c) / 2.0;
+    CHECK_TRUE_TEXT(std::abs(result.model.laws.entropy_mv_per_k - cell.entropy_mv_per_k) <= most,
+                    about(k, found.asCharString()).asCharString());
+  }
+}
+
 TEST(DrawnLaws, OfAColdSlowRecordingBesideAWarmOneHaveTheirChargeTransfer) {
   // From what is believed of the exchange current the fit ended far off; without one R0's energy was sure and wrong.
   LawsCell cell;
