@@ -2,6 +2,8 @@
 #include "learn/validate/prediction_error.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "core/demand.hpp"
 #include "core/errors.hpp"
@@ -94,20 +96,39 @@ void settle_rows(PlacedRecording& placed) {
   placed.counts = stroke_rows(placed.run, placed.strokes);
 }
 
+/// SOC of the first row by the rest that tells it best: none where all stand on a plateau, or beyond the ends of the
+/// OCV, as a cell does that was emptied under load.
+std::optional<double> soc_by_rests(const CellModel& model, const PlacedRecording& trial) {
+  constexpr double kModel_v = 3e-3, kCapacity = 0.02, kWidest = 0.03;  // errors of OCV and capacity; of SOC
+  std::optional<double> out;
+  double least = kWidest;
+  for (const OcvKnowledge& rest : ocv_from_rests(trial.run)) {
+    const double at_c = std::isfinite(rest.temperature_c) ? rest.temperature_c : trial.temperature.start_c;
+    const double soc = model.tables().soc_of_ocv(rest.voltage_v, at_c);
+    if (soc <= 0.0 || soc >= 1.0) continue;
+    const double slope = std::max(1e-9, model.tables().ocv(soc).slope_v);
+    const double drawn = trial.options.anchor.soc - rest.soc;
+    const double sigma = std::hypot(std::hypot(rest.sigma_v, kModel_v) / slope, kCapacity * drawn);
+    if (sigma >= least) continue;
+    least = sigma;
+    out = soc + drawn;
+  }
+  return out;
+}
+
 SocAnchor anchor_of(const CellModel& model, PlacedRecording& trial) {
   const CellLog& log = *trial.log;
   std::vector<std::size_t>& full = trial.options.full_rows;
   full = full_charges(log);
   // A recording from the bench of the same cell: full is where the cell's own OCV says so.
-  std::erase_if(full, [&](std::size_t row) { return log.voltage_v[row] < model.cell().voltage_max_v - 0.1; });
+  constexpr double kFull = 0.97;
+  std::erase_if(full, [&](std::size_t row) {
+    return model.tables().soc_of_ocv(log.voltage_v[row], trial.temperature.start_c) < kFull;
+  });
   if (!full.empty()) return {full.front(), 1.0, "full charge"};
   trial.options.anchor = {0, 0.5, "fitted"};
   settle_rows(trial);
-  const auto rests = ocv_from_rests(trial.run);
-  if (!rests.empty()) {
-    const double start_c = trial.temperature.start_c;
-    return {0, 0.5 + model.tables().soc_of_ocv(rests.front().voltage_v, start_c) - rests.front().soc, "rest"};
-  }
+  if (const std::optional<double> start = soc_by_rests(model, trial)) return {0, *start, "rest"};
   double best = 1e300, centre = 0.5;
   for (double width = 0.5; width > 5e-4; width *= 0.25) {
     const double from = centre;
