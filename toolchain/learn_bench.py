@@ -146,6 +146,7 @@ def groups(found):
 def text_of(found, seed):
     judged = [x for x in found if x["ratio"] is not None]
     ratios = [x["ratio"] for x in judged]
+    knowing = [x["rms_mv"] / x["reference_at_true_temperature_mv"] for x in judged]
     lines = [f"seed {seed}, {len(found)} cells", "", "what failed:"]
     kinds = {}
     for x in found:
@@ -162,7 +163,9 @@ def text_of(found, seed):
         return "\n".join(lines)
     lines += ["", f"RMS of the kept recording over that of the true model class (wanted: {GOAL} at most):",
               f"  median {quantile(ratios, 0.5):.2f}, 90 % {quantile(ratios, 0.9):.2f}, largest {max(ratios):.2f}; "
-              f"within {GOAL}: {sum(r <= GOAL for r in ratios)} of {len(ratios)}"]
+              f"within {GOAL}: {sum(r <= GOAL for r in ratios)} of {len(ratios)}",
+              f"  of one that knows the true temperature: median {quantile(knowing, 0.5):.2f}, 90 % "
+              f"{quantile(knowing, 0.9):.2f}"]
     lines += [f"  {name:<24} {len(r):>4} cells, median {quantile(r, 0.5):.2f}, 90 % {quantile(r, 0.9):.2f}"
               for name, r in groups(judged)]
     lines += ["", "worst cells:"]

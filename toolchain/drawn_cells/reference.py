@@ -3,7 +3,7 @@
 
 Free are the OCV on its nodes, every resistance on its nodes, time constants, energies, exchange current, hysteresis and
 entropy; least squares by Gauss-Newton. Currents, voltages and the count of charge are the recorded ones, with all their
-errors; the temperature is the true one. What few recordings cannot tell is held as identify holds it: energies 15 +- 10
+errors, and so is the temperature; the true one beside it tells what the thermometer costs. What few recordings cannot tell is held as identify holds it: energies 15 +- 10
 kJ/mol, of the time constants 0 +- 10 kJ/mol, entropy 0 +- 0.15 mV/K.
 """
 import numpy as np
@@ -23,17 +23,29 @@ def hat(nodes, x):
     return out
 
 
+def recorded_temperature(rows):
+    """As it was read, steps of a kelvin as the mean of five minutes; the true one where no thermometer was."""
+    if rows.temperature is None:
+        return rows.true_temperature
+    values = np.unique(rows.temperature)
+    if len(values) > 1 and np.diff(values).min() < 0.5:
+        return rows.temperature
+    sums = np.concatenate([[0.0], np.cumsum(rows.temperature)])
+    low, high = (np.searchsorted(rows.t, rows.t + s) for s in (-150.0, 150.0))
+    return (sums[high] - sums[low]) / (high - low)
+
+
 class Recording:
     """Rows as the reference sees them."""
 
-    def __init__(self, cell, logger, rows):
+    def __init__(self, cell, logger, rows, temperature):
         self.t, self.v, self.current = rows.t, rows.v, rows.current
         self.dt = np.diff(self.t, prepend=self.t[0])
         before = np.concatenate([self.current[:1], self.current[:-1]])
         # A reading just before a change: its current has flowed; just after: the one before has; else between them.
         self.source = {0.0: self.current, 1e-3: before}.get(logger.phase, 0.5 * (self.current + before))
         self.z = 1.0 - np.cumsum(self.source * self.dt) / 3600.0 / cell.capacity_ah
-        self.temperature = rows.true_temperature
+        self.temperature = temperature
         self.h = cells.hysteresis(cell, self.z, self.source, -1.0)
         sigma = np.sqrt(logger.noise_v ** 2 + logger.step_v ** 2 / 12.0 + 2.5e-7 + (cell.r0[5] * logger.noise_a) ** 2)
         jump = np.abs(self.current - before) if logger.phase == 0.5 else np.zeros_like(before)

@@ -57,7 +57,8 @@ class Trial:
         self.plan = plan(rng, self.cell, self.logger)
         self.told_capacity, self.told_body = rng.random() < 0.3, rng.random() < 0.5
         self.again = rng.random() < 0.2
-        self.files, self.recs, self.commands = [], [], []
+        self.files, self.commands = [], []
+        self.recs, self.recs_at_true = [], []  # with the recorded and with the true temperature
         for k, (kind, t, rate) in enumerate(self.plan):
             made = programs.make(rng, self.cell, kind, t, rate, self.logger)
             answer, mask = programs.run(self.cell, made)
@@ -66,7 +67,9 @@ class Trial:
             path = folder / f"{name}_{kind}_{t:g}C_{rate:g}C.csv"
             loggers.write(path, rows)
             self.files.append(path)
-            self.recs.append(reference.Recording(self.cell, self.logger, rows))
+            for recs, temperature in ((self.recs, reference.recorded_temperature(rows)),
+                                      (self.recs_at_true, rows.true_temperature)):
+                recs.append(reference.Recording(self.cell, self.logger, rows, temperature))
         self.found = {"cell": number, "chemistry": self.cell.chemistry, "branches": len(self.cell.r),
                       "charge_transfer": bool(self.cell.exchange_a), "sample_s": self.logger.sample_s,
                       "surface_lag_s": round(self.cell.surface_lag_s, 1),
@@ -186,9 +189,9 @@ class Trial:
             self.fail("JSON not read back", f"validate: {error!r}")
             return
         fit = reference.Fit(self.cell)
-        answer = fit.solve(self.recs[:-1])
-        rec = self.recs[-1]
-        theirs = fit.model(answer, rec) - rec.v
+        rec, at_true = self.recs[-1], self.recs_at_true[-1]
+        theirs = fit.model(fit.solve(self.recs[:-1]), rec) - rec.v
+        knowing = fit.model(fit.solve(self.recs_at_true[:-1]), at_true) - rec.v
         used = rows[(rows[:, 1] > 0) & np.isfinite(rows[:, 2])]
         used = used[rec.z[np.clip(np.searchsorted(rec.t, used[:, 0] - 1e-4), 0, len(rec.t) - 1)] > EMPTY]
         weight = np.minimum(np.gradient(used[:, 0]), 60.0)
@@ -198,7 +201,8 @@ class Trial:
             return float(1e3 * np.sqrt(np.average(e ** 2, weights=np.maximum(weight, 0))))
         ours, best = rms(used[:, 2]), rms(theirs[place])
         self.found.update(rms_mv=round(ours, 3), said_mv=round(1e3 * file["rms_v"], 3), reference_mv=round(best, 3),
-                          truth_mv=round(rms((fit.model(np.zeros(fit.size), rec) - rec.v)[place]), 3),
+                          reference_at_true_temperature_mv=round(rms(knowing[place]), 3),
+                          truth_mv=round(rms((fit.model(np.zeros(fit.size), at_true) - rec.v)[place]), 3),
                           ratio=round(ours / best, 3), soc_start=file["soc_start"])
 
 

@@ -83,7 +83,7 @@ def recordings(cell, logger, seen_as):
         rng = np.random.default_rng([7, number])
         made = programs.make(rng, cell, kind, 25.0, rate, logger)
         rows = loggers.read(rng, logger, made, *programs.run(cell, made))
-        out.append(reference.Recording(seen_as, logger, rows))
+        out.append(reference.Recording(seen_as, logger, rows, rows.true_temperature))
     return out
 
 
