@@ -146,12 +146,16 @@ SocAnchor anchor_of(const CellModel& model, PlacedRecording& trial) {
 }
 
 /// First-order lag of the recorded voltage behind the current: the one that lowers the error most, if by a
-/// twentieth.
+/// twentieth. One that is shorter than the time between rows may as well be a fast branch that the cell file lacks.
 void find_lag(const PlacedRecording& placed, const CellResponse& response, FileValidation& out) {
   constexpr std::array kLags{0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0};
-  constexpr double kWorth = 0.95;
+  constexpr double kWorth = 0.95, kOfInterval = 0.9;
   out.rms_v_with_lag = out.rms_v;
+  std::vector<double> intervals;
+  for_counted(placed.run, placed.counts, [&](Index row) { intervals.push_back(placed.run.dt_s(row)); });
+  const double interval = intervals.empty() ? 0.0 : median(std::move(intervals));
   for (const double lag : kLags) {
+    if (lag < kOfInterval * interval) continue;
     Eigen::VectorXd shown = response.voltage;
     for (Index row = 1; row < shown.size(); ++row) {
       if (!placed.run.is_reset(row))

@@ -94,6 +94,21 @@ TEST(Validation, VoltageThatTrailsItsCurrentIsNamedADefect) {
   CHECK(v.rms_v_with_lag < 0.5 * v.rms_v);
 }
 
+TEST(Validation, OfASlowRecorderNoLagIsNamedThatIsShorterThanItsRows) {
+  // A fast branch that the cell file lacks, in rows of two seconds: half of what R0 drops comes a second late.
+  truth.row_s = 2.0;
+  std::vector<double> plan(60, 0.0);
+  for (int k = 0; k < 1500; ++k) plan.push_back(k % 5 < 2 ? 60.0 : 5.0);
+  CellLog log = truth.record(plan);
+  const double ohm = 2e-3;
+  double late = 0.0;
+  for (std::size_t row = 1; row < log.rows(); ++row) {
+    late = log.current_a[row] + (late - log.current_a[row]) * std::exp(-2.0 / 1.0);
+    log.voltage_v[row] += ohm * (log.current_a[row] - late);
+  }
+  DOUBLES_EQUAL(0.0, validate(cell, log, {}).voltage_lag_s, 0.0);
+}
+
 TEST(Validation, RecordingWithoutDischargeIsRefused) {
   std::vector<double> plan(600, 0.0);
   plan.insert(plan.end(), 1200, -30.0);
