@@ -114,6 +114,7 @@ class FullFitter {
     priors_.noise_v2_s = noise_density(runs_, errors);
   }
   void begin_with_held_laws() {
+    law_priors_given_ = priors_.law_priors;
     priors_.law_priors.hold_temperature();
     ResistanceLaws::Packed laws = priors_.law_priors.mean;
     laws(ResistanceLaws::kHysteresis) = priors_.laws.hysteresis_mv;
@@ -163,8 +164,8 @@ class FullFitter {
     return best;
   }
   /// The laws, where the recordings have more than one temperature or rate. With several rates a charge transfer that
-  /// bends R0 over the current is among them: in one recording if that is decisively better, in several unless it is
-  /// decisively worse. Without it the energies of tests that differ in both would hold what the current does, and be
+  /// bends R0 over the current is among them: in one recording, or at one temperature, if that is decisively better, in
+  /// several unless it is decisively worse. Without it the energies of tests that differ in both would hold what the current does, and be
   /// sure of it.
   void settle_laws() {
     if (priors_.law_priors.fixed) return;
@@ -194,7 +195,15 @@ class FullFitter {
       TableFit again = table_fit(coarse_, taus_, bent, &from);
       if (again.cost < with.cost) with = std::move(again);
     }
-    if (with.cost >= plain.cost + (runs_.size() > 1 ? decisive : -decisive)) return;
+    if (out_.laws_held) {
+      // A cell that is warmer at the higher rate has less resistance there: of one temperature a bend over the current
+      // is told only where no energy does as well.
+      FitPriors free = priors_;
+      free.law_priors = law_priors_given_;
+      if (with.cost >= table_fit(coarse_, taus_, free).cost - decisive) return;
+    } else if (with.cost >= plain.cost + (runs_.size() > 1 ? decisive : -decisive)) {
+      return;
+    }
     priors_.laws = with.fit.model.laws;
     left_v2_s_ = noise_density(coarse_, errors_of(with.fit, coarse_));
   }
@@ -304,7 +313,7 @@ class FullFitter {
       take(*cost, refined.p);
       priors_.noise_v2_s = noise_density(runs_, errors_of(out_.fit, runs_));
     }
-    out_.uncertainty = uncertainty_of(*cost, out_.packed, priors_.noise_v2_s);
+    out_.uncertainty = uncertainty_of(*cost, out_.packed, lasting_density(runs_, errors_of(out_.fit, runs_)));
     out_.priors = priors_;
     const bool chosen = !out_.smoothness_scores.empty();
     out_.smoothness_from = chosen ? "held-out pulses" : "--constant";
@@ -319,6 +328,7 @@ class FullFitter {
   std::vector<std::string>& notes_;
   Index branches_ = 2;
   Eigen::VectorXd taus_;
+  LawPriors law_priors_given_;  ///< before those over the temperature were held
   double left_v2_s_ = 0.0;  ///< density of what tables with laws leave, where these were settled
   FullFit out_;
 };

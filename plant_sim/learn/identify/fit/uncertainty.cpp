@@ -95,6 +95,17 @@ double noise_density(const std::vector<MeasuredRun>& runs, const std::vector<Eig
   return largest;
 }
 
+double lasting_density(const std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors) {
+  constexpr std::array kLasting{1000.0, 3000.0, 10000.0};
+  constexpr double kFewestBlocks = 8.0;
+  double largest = noise_density(runs, errors);
+  for (const double length : kLasting) {
+    const BlockDensity at = density_at(runs, errors, length);
+    if (at.blocks >= kFewestBlocks) largest = std::max(largest, at.density_v2_s);
+  }
+  return largest;
+}
+
 double instrument_noise(const MeasuredRun& run) {
   constexpr double kLeast = 1e-4, kSame = 0.01, kTrimmed = 0.98;  // V; of the largest current, of dt; of the rows
   const double most = run.current_a.cwiseAbs().maxCoeff();

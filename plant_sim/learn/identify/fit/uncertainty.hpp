@@ -25,6 +25,10 @@ namespace voltlap::plant {
 /// compared and the largest answer counts, so that a slow error is not taken for many independent samples.
 [[nodiscard]] double noise_density(const std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors);
 
+/// The same with blocks of up to three hours: an error of the model lasts as long as what it depends on, the charge or
+/// the temperature of a recording.
+[[nodiscard]] double lasting_density(const std::vector<MeasuredRun>& runs, const std::vector<Eigen::VectorXd>& errors);
+
 /// Noise of the instrument [V^2 s]: second differences of neighbouring rows with a steady current and equal steps. At
 /// least that of 0.1 mV at 1 Hz.
 [[nodiscard]] double instrument_noise(const MeasuredRun& run);
