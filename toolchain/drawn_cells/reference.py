@@ -3,8 +3,9 @@
 
 Free are the OCV on its nodes, every resistance on its nodes, time constants, energies, exchange current, hysteresis and
 entropy; least squares by Gauss-Newton. Currents, voltages and the count of charge are the recorded ones, with all their
-errors, and so is the temperature; the true one beside it tells what the thermometer costs. What few recordings cannot tell is held as identify holds it: energies 15 +- 10
-kJ/mol, of the time constants 0 +- 10 kJ/mol, entropy 0 +- 0.15 mV/K.
+errors, and so is the temperature; the true one beside it tells what the thermometer costs. What few recordings cannot
+tell is held as identify holds it: energies 15 +- 10 kJ/mol, of the time constants 0 +- 10 kJ/mol, entropy 0 +- 0.15
+mV/K.
 """
 import numpy as np
 

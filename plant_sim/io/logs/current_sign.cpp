@@ -75,7 +75,8 @@ Sums sums_of(const CellLog& log) {
     const double dt = row > 0 && !log.gap[row] ? log.time_s[row] - log.time_s[row - 1] : 0.0;
     if (dt > 0.0) {
       q += 0.5 * (log.current_a[row] + log.current_a[row - 1]) * dt;
-      for (std::size_t k = 1; k < i.size(); ++k) i[k] += (log.current_a[row - 1] - i[k]) * -std::expm1(-dt / kBehind_s[k]);
+      for (std::size_t k = 1; k < i.size(); ++k)
+        i[k] += (log.current_a[row - 1] - i[k]) * -std::expm1(-dt / kBehind_s[k]);
     }
     i[0] = log.current_a[row];
     low = std::min(low, q);

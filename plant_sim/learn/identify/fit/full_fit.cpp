@@ -165,8 +165,8 @@ class FullFitter {
   }
   /// The laws, where the recordings have more than one temperature or rate. With several rates a charge transfer that
   /// bends R0 over the current is among them: in one recording, or at one temperature, if that is decisively better, in
-  /// several unless it is decisively worse. Without it the energies of tests that differ in both would hold what the current does, and be
-  /// sure of it.
+  /// several unless it is decisively worse. Without it the energies of tests that differ in both would hold what the
+  /// current does, and be sure of it.
   void settle_laws() {
     if (priors_.law_priors.fixed) return;
     constexpr double kDecisive = 6.0;  // of the noise density: twice ln 20

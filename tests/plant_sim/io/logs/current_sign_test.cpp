@@ -68,8 +68,8 @@ struct Drawn {
 
   [[nodiscard]] std::string text() const {
     return "kind " + std::to_string(static_cast<int>(kind)) + ", every " + std::to_string(every_s) + " s, late " +
-           std::to_string(late_s) + " s, rise " + std::to_string(rise_v) + " V, sign " + std::to_string(sign) + ", rows " +
-           std::to_string(rows);
+           std::to_string(late_s) + " s, rise " + std::to_string(rise_v) + " V, sign " + std::to_string(sign) +
+           ", rows " + std::to_string(rows);
   }
 
   Kind kind;
