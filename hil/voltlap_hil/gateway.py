@@ -6,6 +6,7 @@ A fault is in force when `install` returns, so that a harness that holds the tic
 from __future__ import annotations
 
 import atexit
+import gc
 import multiprocessing
 import select
 import signal
@@ -109,6 +110,7 @@ class GatewayProcess:
 
 
 def _serve(dbc: Dbc, pipe: Connection, other_end: Connection) -> None:
+    gc.freeze()  # a collection of what was forked would copy page after page: seconds, on a machine with other work
     other_end.close()  # else the pipe would not end when the harness dies
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the harness, which closes the pipe
     try:
