@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -22,6 +23,10 @@ from pathlib import Path
 PROJECT = Path(__file__).resolve().parent.parent
 SUITE_TIMEOUT_S = 2400  # a hang; the longest suite builds all with another compiler, 15 min on a machine of two cores
 EXIT_INTERRUPTED = 130
+YOUNG_S = 10.0
+
+_interrupted = threading.Event()
+_running = {}  # processes of suites and when they began
 
 
 @dataclasses.dataclass
@@ -37,16 +42,33 @@ class Outcome:
 
 def call(command, folder, environment=None):
     """Exit code and output; a suite that hangs has failed."""
+    if _interrupted.is_set():
+        return EXIT_INTERRUPTED, "interrupted"
     try:
-        done = subprocess.run(command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              text=True, errors="replace", timeout=SUITE_TIMEOUT_S)
-        return done.returncode, done.stdout
-    except subprocess.TimeoutExpired as late:
-        text = late.stdout or ""
-        text = text if isinstance(text, str) else text.decode(errors="replace")
-        return 1, f"{text}\nno end after {SUITE_TIMEOUT_S} s"
+        with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              text=True, errors="replace") as process:
+            _running[process] = time.monotonic()
+            try:
+                if _interrupted.is_set():
+                    process.send_signal(signal.SIGINT)
+                text, _ = process.communicate(timeout=SUITE_TIMEOUT_S)
+                return process.returncode, text
+            except subprocess.TimeoutExpired:
+                process.kill()
+                return 1, f"{process.communicate()[0]}\nno end after {SUITE_TIMEOUT_S} s"
+            finally:
+                del _running[process]
     except OSError as error:
         return 1, f"{command[0]}: {error.strerror}"
+
+
+def interrupt_the_young():
+    """The terminal interrupts what runs. A suite that a free worker started just then has not heard it."""
+    _interrupted.set()
+    now = time.monotonic()
+    for process, begin in list(_running.items()):
+        if now - begin < YOUNG_S:
+            process.send_signal(signal.SIGINT)
 
 
 def whole_command(name, code, output):
@@ -169,6 +191,7 @@ def main():
             outcomes.append(done.result())
             report(outcomes[-1])
     except KeyboardInterrupt:  # the suites that run have had it from the terminal too; the others do not start
+        interrupt_the_young()
         pool.shutdown(wait=True, cancel_futures=True)
         print("interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED

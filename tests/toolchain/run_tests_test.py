@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The test runner counts what it is told, and takes silence, crashes and empty suites for failures."""
+import concurrent.futures
 import json
 import os
 import pathlib
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -81,6 +83,22 @@ def test_suites_of_a_run_in_the_background_hear_an_interruption(tmp_path):
                          env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}, timeout=HANG_S,
                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
     assert "0 passed, 1 failed" in run.stdout, "the suite should have died of its own interruption"
+
+
+def test_a_suite_that_began_just_before_an_interruption_hears_it_and_none_begins_after(monkeypatch):
+    """The terminal's signal comes once: a worker that is free by it may start the next suite before it is told."""
+    monkeypatch.setattr(run_tests, "_interrupted", threading.Event())
+    hears = "signal.signal(signal.SIGINT, signal.default_int_handler)"
+    endless = [sys.executable, "-c", f"import signal, time; {hears}\nwhile True: time.sleep(0.1)"]
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:
+        running = pool.submit(run_tests.call, endless, ".")
+        while not run_tests._running:
+            time.sleep(0.01)
+        time.sleep(0.5)
+        run_tests.interrupt_the_young()
+        code, _ = running.result(timeout=HANG_S)
+    assert code != 0 and not run_tests._running
+    assert run_tests.call(endless, ".") == (130, "interrupted")
 
 
 def test_interruption_ends_the_run_without_starting_more(tmp_path):
