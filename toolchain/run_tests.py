@@ -53,9 +53,11 @@ def call(command, folder, environment=None):
                     process.send_signal(signal.SIGINT)
                 text, _ = process.communicate(timeout=SUITE_TIMEOUT_S)
                 return process.returncode, text
-            except subprocess.TimeoutExpired:
+            except subprocess.TimeoutExpired as late:  # its own children may hold the pipe for ever
                 process.kill()
-                return 1, f"{process.communicate()[0]}\nno end after {SUITE_TIMEOUT_S} s"
+                text = late.stdout or ""
+                text = text if isinstance(text, str) else text.decode(errors="replace")
+                return 1, f"{text}\nno end after {SUITE_TIMEOUT_S} s"
             finally:
                 del _running[process]
     except OSError as error:

@@ -22,6 +22,7 @@ constexpr double kNoise = 0.02;        // of the largest current: what moves by 
 /// that comes late.
 constexpr std::array kBehind_s{0.0, 2.0, 30.0};
 using Followed = std::array<double, kBehind_s.size()>;
+static_assert(kBehind_s.size() == 3, "Sums::add names them");
 
 struct Point {
   double q, v, weight;

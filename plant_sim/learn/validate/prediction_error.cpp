@@ -120,10 +120,11 @@ SocAnchor anchor_of(const CellModel& model, PlacedRecording& trial) {
   const CellLog& log = *trial.log;
   std::vector<std::size_t>& full = trial.options.full_rows;
   full = full_charges(log);
-  // A recording from the bench of the same cell: full is where the cell's own OCV says so.
-  constexpr double kFull = 0.97;
+  // A recording from the bench of the same cell: full is where the cell's own OCV says so, by more than a hysteresis,
+  // which lifts a half empty iron phosphate cell to where the curve of a full one begins.
+  constexpr double kFull = 0.92, kHysteresis_v = 0.04;  // from one side of it to the other
   std::erase_if(full, [&](std::size_t row) {
-    return model.tables().soc_of_ocv(log.voltage_v[row], trial.temperature.start_c) < kFull;
+    return model.tables().soc_of_ocv(log.voltage_v[row] - kHysteresis_v, trial.temperature.start_c) < kFull;
   });
   if (!full.empty()) return {full.front(), 1.0, "full charge"};
   trial.options.anchor = {0, 0.5, "fitted"};

@@ -2,6 +2,7 @@
 #include "learn/validate/prediction_error.hpp"
 
 #include <cmath>
+#include <cstdlib>
 #include <random>
 
 #include "plant_sim/core/scratch.hpp"
@@ -68,6 +69,55 @@ TEST(Validation, RecordingThatBeginsHalfEmptyIsPlacedByItsRest) {
   STRCMP_EQUAL("rest", v.soc_start_from.c_str());
   DOUBLES_EQUAL(0.6, v.soc_start, 2e-3);
   CHECK(v.rms_v < 1e-3);
+}
+
+TEST(Validation, OnAPlateauNoRestIsFullThatAHysteresisLiftsThereAndAFullOneIs) {
+  // An iron phosphate cell: 3.33 to 3.34 V from 0.3 to 0.96 of its charge, 3.40 V full; its curve is that of discharge,
+  // a charge before leaves it 20 to 35 mV above.
+  const auto em = [](double s) {
+    return s < 0.3 ? 2.83 + s / 0.6 : s < 0.96 ? 3.33 + 0.01 * (s - 0.3) / 0.66 : 3.34 + 0.06 * (s - 0.96) / 0.04;
+  };
+  for (std::size_t k = 0; k < cell.ocv_soc.size(); ++k) cell.ocv_v[k] = em(cell.ocv_soc[k]);
+  cell.voltage_max_v = 3.6;
+  const char* given = std::getenv("VOLTLAP_TEST_SEED");
+  std::mt19937 draw(given != nullptr ? static_cast<unsigned>(std::atoi(given)) : 1U);
+  for (int trial = 0; trial < 20; ++trial) {
+    const bool full = trial % 4 == 0;
+    const double start = full ? 1.0 : std::uniform_real_distribution(0.45, 0.93)(draw);
+    const double lifted_v = std::uniform_real_distribution(0.02, 0.035)(draw);
+    CellLog log;
+    log.path = "plateau";
+    double s = start;
+    for (int row = 0; row < 2000; ++row) {
+      const double i = row < 300 ? 0.0 : 30.0;
+      s -= i / 3600.0 / cell.capacity_ah;
+      log.time_s.push_back(row);
+      log.current_a.push_back(i);
+      log.voltage_v.push_back(em(s) + lifted_v - 2e-3 * i);
+      log.gap.push_back(false);
+    }
+    const FileValidation v = validate(cell, log, {});
+    const auto said = StringFromFormat("VOLTLAP_TEST_SEED=%s, trial %d: SOC %.3f, lifted by %.1f mV: %.3f from %s",
+                                       given != nullptr ? given : "1", trial, start, 1e3 * lifted_v, v.soc_start,
+                                       v.soc_start_from.c_str());
+    CHECK_TEXT((v.soc_start_from == "full charge") == full, said.asCharString());
+  }
+}
+
+TEST(Validation, RestBelowTheCurveOfACellThatWasEmptiedUnderLoadTellsNoSoc) {
+  std::vector<double> plan(60, 0.0);
+  const double amps = 30.0, start = 0.8;
+  plan.insert(plan.end(), static_cast<std::size_t>(start * 3600.0 * truth.capacity_ah / amps), amps);
+  CellLog log = truth.record(plan, start);
+  for (int row = 0; row < 900; ++row) {
+    log.time_s.push_back(log.time_s.back() + 1.0);
+    log.current_a.push_back(0.0);
+    log.voltage_v.push_back(KnownCell::em(0.0) - 0.3);
+    log.gap.push_back(false);
+  }
+  const FileValidation v = validate(cell, log, {});
+  CHECK(v.soc_start_from != "rest");
+  DOUBLES_EQUAL(start, v.soc_start, 0.02);
 }
 
 TEST(Validation, RecordingWithoutARestIsPlacedByItsVoltage) {
