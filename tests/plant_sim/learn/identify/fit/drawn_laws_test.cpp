@@ -30,6 +30,14 @@ TEST_GROUP(DrawnLaws) {
     for (const CellLog& log : logs) temperatures_c.push_back(log.temperature_c.front());
     return identify_cell(logs, temperatures_c, options);
   }
+  /// Of the open-circuit voltage, narrower than any table is: the circuit is not all there is.
+  static void add_ripple(CellLog & log, const LawsCell& cell, double ripple_v) {
+    double drawn_as = 0.0;
+    for (std::size_t row = 1; row < log.rows(); ++row) {
+      drawn_as += log.current_a[row];
+      log.voltage_v[row] += ripple_v * std::sin(200.0 * drawn_as / (3600.0 * cell.capacity_ah));
+    }
+  }
   /// RMS of a model on a recording that begins full, and of the recording's overvoltage [V].
   struct Prediction {
     double rms_v, overvoltage_v;
@@ -192,13 +200,7 @@ TEST(DrawnLaws, RestsInTheColdTellTheEntropyAlsoWhereTheCircuitIsNotAllThereIs) 
     cell.entropy_mv_per_k = (k % 2 == 0 ? 1.0 : -1.0) * uniform(0.15, 0.4);
     const double cold_c = uniform(-12.0, 0.0), ripple_v = uniform(0.7e-3, 1.5e-3);
     std::vector<CellLog> logs{cell.record(cell.pulses({1.5}), 25.0), cell.record(cell.pulses({0.8}), cold_c)};
-    for (CellLog& log : logs) {  // of the open-circuit voltage, narrower than any table is
-      double drawn_as = 0.0;
-      for (std::size_t row = 1; row < log.rows(); ++row) {
-        drawn_as += log.current_a[row];
-        log.voltage_v[row] += ripple_v * std::sin(200.0 * drawn_as / (3600.0 * cell.capacity_ah));
-      }
-    }
+    for (CellLog& log : logs) add_ripple(log, cell, ripple_v);
     const IdentifyResult result = identified(logs).points[0].result;
     const SimpleString found = StringFromFormat("%.1f degC, ripple %.2f mV: entropy %.4f, true %.4f mV/K", cold_c,
                                                 1e3 * ripple_v, result.model.laws.entropy_mv_per_k,
@@ -249,4 +251,23 @@ TEST(DrawnLaws, OfOneTemperatureAreAssumedAndSaySo) {
   DOUBLES_EQUAL(15.0, result.model.laws.ohmic_kj_per_mol, 0.1);
   DOUBLES_EQUAL(10.0, result.uncertainty.sigma.tail(ResistanceLaws::kCount)(ResistanceLaws::kOhmic), 2.0);
   CHECK(!result.model.laws.has_charge_transfer());
+}
+
+TEST(DrawnLaws, AtOneTemperatureABendOfTheCurrentIsNotMadeOfSelfHeating) {
+  // A cell without a charge transfer that is warmer at the higher rate, as it warms itself there, has less resistance.
+  constexpr int kDraws = 2;
+  for (int k = 0; k < kDraws; ++k) {
+    LawsCell cell = LawsCell::draw(draw);
+    const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(draw); };
+    cell.exchange_a = 0.0;
+    cell.ohmic_kj = uniform(25.0, 40.0);
+    cell.r1_kj = cell.r2_kj = uniform(35.0, 45.0);
+    const double at_c = uniform(20.0, 28.0), warmer_c = at_c + uniform(3.0, 6.0);
+    std::vector<CellLog> logs{cell.record(cell.pulses({1.0}), at_c), cell.record(cell.pulses({3.0}), warmer_c)};
+    for (CellLog& log : logs) add_ripple(log, cell, 1e-3);
+    const CellIdentification found = identified(logs);
+    CHECK_TRUE_TEXT(!found.points[0].result.model.laws.has_charge_transfer(),
+                    about(k, StringFromFormat("1C at %.1f, 3C at %.1f degC, %.1f and %.1f kJ/mol", at_c, warmer_c,
+                                              cell.ohmic_kj, cell.r1_kj).asCharString()).asCharString());
+  }
 }
