@@ -253,7 +253,7 @@ TEST(DrawnLaws, OfOneTemperatureAreAssumedAndSaySo) {
   CHECK(!result.model.laws.has_charge_transfer());
 }
 
-TEST(DrawnLaws, AtOneTemperatureABendOfTheCurrentIsNotMadeOfSelfHeating) {
+TEST(DrawnLaws, AtOneTemperatureWhatACellWarmsIsNoBendOverTheCurrent) {
   // A cell without a charge transfer that is warmer at the higher rate, as it warms itself there, has less resistance.
   constexpr int kDraws = 2;
   for (int k = 0; k < kDraws; ++k) {
@@ -265,9 +265,14 @@ TEST(DrawnLaws, AtOneTemperatureABendOfTheCurrentIsNotMadeOfSelfHeating) {
     const double at_c = uniform(20.0, 28.0), warmer_c = at_c + uniform(3.0, 6.0);
     std::vector<CellLog> logs{cell.record(cell.pulses({1.0}), at_c), cell.record(cell.pulses({3.0}), warmer_c)};
     for (CellLog& log : logs) add_ripple(log, cell, 1e-3);
-    const CellIdentification found = identified(logs);
-    CHECK_TRUE_TEXT(!found.points[0].result.model.laws.has_charge_transfer(),
-                    about(k, StringFromFormat("1C at %.1f, 3C at %.1f degC, %.1f and %.1f kJ/mol", at_c, warmer_c,
-                                              cell.ohmic_kj, cell.r1_kj).asCharString()).asCharString());
+    const IdentifyResult result = identified(logs).points[0].result;
+    const ResistanceLaws& laws = result.model.laws;
+    const SimpleString of = StringFromFormat("1C at %.1f, 3C at %.1f degC, %.1f and %.1f kJ/mol, found %.1f and %.1f",
+                                             at_c, warmer_c, cell.ohmic_kj, cell.r1_kj, laws.ohmic_kj_per_mol,
+                                             laws.branch_kj_per_mol[0].resistance);
+    CHECK_TRUE_TEXT(!laws.has_charge_transfer(), about(k, of.asCharString()).asCharString());
+    // What it warms tells its energy where that takes more than an error of the circuit would.
+    CHECK_TRUE_TEXT(result.laws_assumed || std::abs(laws.ohmic_kj_per_mol - cell.ohmic_kj) < 8.0,
+                    about(k, of.asCharString()).asCharString());
   }
 }
