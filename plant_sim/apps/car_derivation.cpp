@@ -79,9 +79,14 @@ void derive_pack(const VehicleParameters& base, const VehicleParameters& car, De
   if (!cell && !parallel && !out.given("battery.cells_in_series")) return;
   if (cell || parallel) {
     constexpr double kFirmwareMost_a = 1000.0;
-    const double each_a = car.cell.current_breakpoints_a.back(), pack_a = each_a * battery.cells_in_parallel;
-    out.put("bms.discharge_current_max_a", std::min(kFirmwareMost_a, pack_a),
-            fmt::format("derived: {} x {:g} A, as far as the cell is known", battery.cells_in_parallel, each_a));
+    constexpr double kUsualRate = 3.0;  // 1/h
+    const double known_a = car.cell.current_breakpoints_a.back();  // 0: tables that are the same at any current
+    const double each_a = known_a > 0.0 ? known_a : rounded(kUsualRate * car.cell.capacity_ah, 0.1);
+    out.put("bms.discharge_current_max_a", std::min(kFirmwareMost_a, each_a * battery.cells_in_parallel),
+            known_a > 0.0
+                ? fmt::format("derived: {} x {:g} A, as far as the cell is known", battery.cells_in_parallel, each_a)
+                : fmt::format("assumed: {} x {:g} A, 3C; the cell's file says no largest current",
+                              battery.cells_in_parallel, each_a));
     const double one_c = rounded(car.cell.capacity_ah * battery.cells_in_parallel, 1.0);
     out.put("bms.charge_current_max_a", std::clamp(one_c, 1.0, kFirmwareMost_a), "derived: 1C");
     constexpr double kHalf = 0.5;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 
+#include "explain/balances/car_balances.hpp"
 #include "explain/causes/list.hpp"
 #include "explain/decide/members.hpp"
 #include "explain/decide/rounds.hpp"
@@ -95,7 +96,9 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   const auto progress = [&](const char* what, double fraction) {
     if (options.progress) options.progress(what, fraction);
   };
-  Holding how{{model.kind != plant::ModelKind::kCell, !options.references.empty()}, Minutes::kAll};
+  Holding how;
+  how.compared.soc_stated = model.kind != plant::ModelKind::kCell;
+  how.compared.judge_soc = !options.references.empty();
   how.compared.temperature_stated = model.temperature_stated;
   std::vector<plant::Cause> causes = plant::catalogue(options.without);
   plant::size_for(model.world.car.cell, causes);
@@ -114,6 +117,11 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   saying.with_references = !references.empty();
   saying.gate = unusual(gated.findings, usual_findings);
   if (!gated.enough.empty()) return too_little(saying, gated);
+  if (!plant::knows_cornering(model.world, gated.log)) {
+    gated.log.repairs.emplace_back(
+        "forces on the car and what its tyres slip are not judged: corners hold the model's tyres back "
+        "(tyres.cornering_stiffness_per_rad), and the log has no lateral acceleration. Log it, or set that to 0");
+  }
   progress("comparing with the model", 0.5);
   how.minutes = minutes_of(options.fit_blocks);
   Held held = held_against(model.world, gated.log, how);

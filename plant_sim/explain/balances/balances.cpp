@@ -251,7 +251,6 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   Comparison out;
   out.log = std::move(recording);
   const Recording& log = out.log;
-  if (log.derived.contains("motor_speed")) out.derived_radius_m = model.car.tyres.radius_m;
   const MainVoltage main = main_voltage(model, log);
   out.channels.push_back({main.name, Balance::kVoltage, "V", main.measured});
   const auto cells = log.numbered("cell_voltage_"), thermistors = log.numbered("temperature_");
@@ -281,7 +280,11 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   if (const VectorXd* ambient = log.find("ambient")) {
     out.facts.ambient_above_model_k = (held(*ambient).array() - model.car.environment.ambient_c).matrix();
   }
-  for (BalanceChannel& channel : car_channels(model, log)) out.channels.push_back(std::move(channel));
+  const bool with_force = knows_cornering(model, log);
+  for (BalanceChannel& channel : car_channels(model, log)) {
+    const bool of_force = channel.name == "speed" || channel.name == "motor_speed";
+    if (with_force || !of_force) out.channels.push_back(std::move(channel));
+  }
   if (cells.size() > 1) out.groups.push_back(group_of(log, "cell_voltage_", Balance::kVoltage));
   if (thermistors.size() > 1) out.groups.push_back(group_of(log, "temperature_", Balance::kHeat));
   settle_start(model, main, options.soc_stated, out);

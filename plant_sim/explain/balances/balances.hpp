@@ -47,7 +47,6 @@ struct Comparison {
   LogFacts facts;
   std::vector<BalanceChannel> channels;
   std::vector<Group> groups;
-  double derived_radius_m = 0.0;  ///< of the tyres that a motor speed was reckoned with; 0: it was read
   Eigen::VectorXd soc;            ///< that the model has, by row; empty: not reckoned yet
   [[nodiscard]] const BalanceChannel* find(const std::string& name) const;
 };

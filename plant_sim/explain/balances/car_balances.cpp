@@ -5,13 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "car/powertrain/driveline.hpp"
 #include "car/powertrain/inverter.hpp"
-#include "car/vehicle/aero.hpp"
+#include "car/powertrain/motor.hpp"
 #include "car/vehicle/brakes.hpp"
-#include "car/vehicle/chassis.hpp"
-#include "car/vehicle/rolling_resistance.hpp"
-#include "car/vehicle/tyre.hpp"
+#include "explain/balances/car_motion.hpp"
 #include "explain/balances/recorded_motor.hpp"
 
 namespace voltlap::plant {
@@ -20,9 +17,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kMoving = 2.0;     // m/s; below it neither slip nor force is judged
 constexpr double kMemory = 2.0;     // s, of the gain of speed
-constexpr double kTouch = 0.01;     // of the brake pedal; below it the pads do not touch, what is read is noise
 constexpr double kPads = 1.0;       // bar above a released pedal; from there on the pads touch
 constexpr double kCoarse = 0.05;    // s between rows
 constexpr double kRecovers = 0.4;   // s after braking, until wheels turn as the car goes
@@ -71,6 +66,7 @@ class Driving {
         speed_(*log.find("speed")),
         torque_(*(log.find("motor_torque") != nullptr ? log.find("motor_torque") : log.find("accelerator"))),
         brake_(log.find("brake")),
+        lateral_(log.find("lateral_acceleration")),
         pressure_(log.find("brake_pressure")),
         pulls_(kPulls * largest_of(torque_)) {
     if (pressure_ != nullptr) pads_ = released(*pressure_) + kPads;
@@ -86,6 +82,7 @@ class Driving {
 
   [[nodiscard]] bool at(Index row) const {
     if (!(speed_(row) > kMoving) || !std::isfinite(torque_(row))) return false;
+    if (lateral_ != nullptr && !std::isfinite((*lateral_)(row))) return false;
     if (brake_ != nullptr) return std::isfinite((*brake_)(row)) && (!is_coarse(row) || rolls_freely(row));
     if (pressure_ != nullptr) return rolls_freely(row);
     return torque_(row) > pulls_;  // the brakes may be on where the motor does not pull
@@ -109,7 +106,7 @@ class Driving {
 
   const Recording& log_;
   const VectorXd &speed_, &torque_;
-  const VectorXd *brake_, *pressure_;
+  const VectorXd *brake_, *lateral_, *pressure_;
   double pulls_, pads_ = kPads;
   std::vector<bool> rolls_freely_;
 };
@@ -165,18 +162,20 @@ VectorXd power_of(const World& world, const Comparison& comparison) {
   const Recording& log = comparison.log;
   const MotorSection& m = world.car.motor;
   const Inverter inverter(world.car.inverter);
+  // A motor whose speed was reckoned from the car's turns as the tyres slip in this world.
+  const bool reckoned = log.derived.contains("motor_speed");
   const VectorXd reported = reported_torque(world, comparison), given = true_torque(world, comparison, reported),
-                 &speed = *log.find("motor_speed");
+                 speed = reckoned ? motor_speed_of(world, comparison) : *log.find("motor_speed");
   const VectorXd &volts = *pack_voltage(log), &current = *log.find("current");
-  // A motor whose speed was reckoned from the car's turns faster where the tyres are smaller.
-  const double smaller =
-      comparison.derived_radius_m > 0.0 ? comparison.derived_radius_m / world.car.tyres.radius_m : 1.0;
-  const double turns = kRpm * smaller;
+  // A winding that is warm has more resistance, whatever its magnets do.
+  const VectorXd warm = m.winding_loss && m.winding_per_kelvin > 0.0 ? winding_above_ambient(world, comparison, reported)
+                                                                     : VectorXd::Zero(log.rows());
+  const double ambient_c = m.winding_per_kelvin > 0.0 ? world.car.environment.ambient_c : m.winding_reference_c;
   VectorXd out(log.rows());
   for (Index row = 0; row < log.rows(); ++row) {
-    const double omega = speed(row) * turns, eta = given(row) * omega >= 0.0 ? m.efficiency : 1.0 / m.efficiency;
+    const double omega = speed(row) * kRpm, eta = given(row) * omega >= 0.0 ? m.efficiency : 1.0 / m.efficiency;
     const double phase = reported(row) / (m.constant_nm_per_a * eta);
-    const double motor_w = motor_power(m, phase, omega) + (given(row) - reported(row)) * omega / eta;
+    const double motor_w = motor_power(m, phase, omega, ambient_c + warm(row)) + (given(row) - reported(row)) * omega / eta;
     const double dc_w = inverter.dc_power(motor_w) + inverter_stage_loss(world.car.inverter, phase, volts(row)) +
                         weakening_loss(world, omega);
     // Inverter and motor warm the same water: a log cannot tell whose losses changed.
@@ -190,81 +189,9 @@ VectorXd power_of(const World& world, const Comparison& comparison) {
   return power_as_torque(log, out);
 }
 
-/// Friction brakes' force on the car, with what their heat takes from it.
-VectorXd brake_force(const World& world, const Comparison& comparison) {
-  const Recording& log = comparison.log;
-  const VectorXd &speed = *log.find("speed"), *pedal = log.find("brake");
-  VectorXd out = VectorXd::Zero(log.rows());
-  if (pedal == nullptr) return out;
-  const VehicleParameters& car = world.car;
-  BrakeRotors rotors(car.brakes, 0.0);
-  for (Index row = 1; row < log.rows(); ++row) {
-    const double dt = std::min(1.0, log.time_s(row) - log.time_s(row - 1)), v = speed(row);
-    if (!std::isfinite((*pedal)(row)) || !std::isfinite(v)) continue;
-    const BrakeTorques t = brake_torques(car.brakes, (*pedal)(row) > kTouch ? (*pedal)(row) : 0.0);
-    const double front = t.front_nm / car.tyres.radius_m * (1.0 + world.friction_per_k * rotors.front_c()),
-                 rear = t.rear_nm / car.tyres.radius_m * (1.0 + world.friction_per_k * rotors.rear_c());
-    const double most =
-        car.tyres.pacejka_d * (1.0 + world.grip_change) * total_mass(car) * car.environment.gravity_mps2;
-    out(row) = v > kMoving ? std::min(front + rear, most) : 0.0;
-    rotors.advance(front * v * dt, rear * v * dt, dt, 0.0);
-  }
-  return out;
-}
-
-VectorXd drive_force(const World& world, const Comparison& comparison) {
-  const VectorXd torque = true_torque(world, comparison, reported_torque(world, comparison));
-  const VectorXd* speed = comparison.log.find("motor_speed");
-  VectorXd out(torque.size());
-  for (Index row = 0; row < torque.size(); ++row) {
-    const double omega = speed != nullptr && std::isfinite((*speed)(row)) ? (*speed)(row)*kRpm : 0.0;
-    const double shaft = torque(row) - motor_drag(world.car.motor, omega);
-    out(row) = wheel_torque(world.car.powertrain, shaft, shaft >= 0.0) / world.car.tyres.radius_m;
-  }
-  return out;
-}
-
 /// Speed gained over the last seconds.
 VectorXd gained_speed(const World& world, const Comparison& comparison) {
-  const Recording& log = comparison.log;
-  const VehicleParameters& car = world.car;
-  const VectorXd &speed = *log.find("speed"), brakes = brake_force(world, comparison),
-                 drive = drive_force(world, comparison);
-  VectorXd acceleration(log.rows());
-  const double r = car.tyres.radius_m, mass = total_mass(car);
-  const double inertia = (car.vehicle.front_axle_inertia_kg_m2 + car.powertrain.driveline_inertia_kg_m2) / (r * r);
-  for (Index row = 0; row < log.rows(); ++row) {
-    const double v = speed(row);
-    const double force = drive(row) - drag_force(car, v + world.wind_mps) - rolling_force(car, v) -
-                         mass * car.environment.gravity_mps2 * world.slope - brakes(row);
-    acceleration(row) = force / (mass + inertia);
-  }
-  return gain_of_speed(log, acceleration);
-}
-
-/// Slip that this part of the peak force takes. Grip is the peak: how stiff a tyre is at no slip stays.
-double slip_at(const TyreSection& tyre, double force_n, double normal_n, double grip) {
-  constexpr double kMost = 0.97;  // of the peak; beyond it no slip is steady
-  const double used = std::clamp(force_n / (normal_n * tyre.pacejka_d * grip), -kMost, kMost);
-  double inner = std::tan(std::asin(used) / tyre.pacejka_c), stiff = inner;
-  for (int round = 0; round < 3; ++round) {  // inner = x - E (x - atan x), x = B k
-    stiff = (inner - tyre.pacejka_e * std::atan(stiff)) / (1.0 - tyre.pacejka_e);
-  }
-  return stiff * grip / tyre.pacejka_b;
-}
-
-VectorXd motor_speed_of(const World& world, const Comparison& comparison) {
-  const Recording& log = comparison.log;
-  const VehicleParameters& car = world.car;
-  const VectorXd &speed = *log.find("speed"), drive = drive_force(world, comparison);
-  VectorXd out = VectorXd::Constant(log.rows(), kNothing);
-  for (Index row = 0; row < log.rows(); ++row) {
-    if (!(speed(row) > kMoving)) continue;
-    const double normal = axle_loads(car, drive(row) / total_mass(car), speed(row)).rear_n;
-    const double slip = slip_at(car.tyres, drive(row), normal, 1.0 + world.grip_change) * (1.0 + world.slip_change);
-    out(row) = speed(row) * (1.0 + slip) * car.powertrain.final_drive / car.tyres.radius_m / kRpm;
-  }
-  return out;
+  return gain_of_speed(comparison.log, acceleration_of(world, comparison));
 }
 
 /// Rows in which the driver does not ask the motor for torque.
@@ -332,6 +259,10 @@ std::vector<BalanceChannel> car_channels(const World& model, const Recording& lo
     out.push_back({"motor_torque", Balance::kForce, "Nm", measured_released_torque(log)});
   }
   return out;
+}
+
+bool knows_cornering(const World& model, const Recording& log) {
+  return model.car.tyres.cornering_stiffness_per_rad <= 0.0 || log.find("lateral_acceleration") != nullptr;
 }
 
 VectorXd power_as_torque(const Recording& log, const VectorXd& power) {

@@ -3,7 +3,8 @@
 // brakes.
 //
 //   power        V I  =  P_dc(torque, motor speed) + auxiliary
-//   speed        m dv/dt  =  torque i eta / r - drag - rolling - m g slope - brakes
+//   speed        m dv/dt  =  torque i eta / r - drag - rolling - m g slope - brakes - drag of corners (of a logged
+//                lateral acceleration)
 //   motor_speed  =  v (1 + slip(force)) i / r
 //   motor_torque =  -(share of braking that the motor takes), while the accelerator is released
 // Power is compared as the torque that would make the difference, because noise and wander of the recorded torque
@@ -21,6 +22,9 @@ namespace voltlap::plant {
 
 /// The balances that the log can feed; none for a cell or a pack.
 [[nodiscard]] std::vector<BalanceChannel> car_channels(const World& model, const Recording& log);
+
+/// False where tyres hold the car back in corners, and the log does not say how it corners.
+[[nodiscard]] bool knows_cornering(const World& model, const Recording& log);
 
 /// What of a power [W] by row is left in the channel `power` [Nm].
 [[nodiscard]] Eigen::VectorXd power_as_torque(const Recording& log, const Eigen::VectorXd& power);

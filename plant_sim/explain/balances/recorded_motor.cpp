@@ -23,26 +23,30 @@ double base_speed(const MotorSection& m) {
   return std::numeric_limits<double>::infinity();
 }
 
-/// Kelvin above ambient of the winding, from the model's losses.
+}  // namespace
+
 VectorXd winding_above_ambient(const World& world, const Comparison& comparison, const VectorXd& torque) {
+  constexpr double kStep_s = 0.05;  // the quickest mode of the chain is about 0.2 s
   const Recording& log = comparison.log;
   const VectorXd* speed = log.find("motor_speed");
-  MotorThermal thermal(world.car.motor, 0.0);
+  const MotorSection& m = world.car.motor;
+  const double ambient_c = world.car.environment.ambient_c;
+  MotorThermal thermal(m, 0.0);
   VectorXd out = VectorXd::Zero(log.rows());
   for (Index row = 1; row < log.rows(); ++row) {
     const double dt = std::min(1.0, log.time_s(row) - log.time_s(row - 1));
-    const MotorSection& m = world.car.motor;
     const double current = std::isfinite(torque(row)) ? torque(row) / m.constant_nm_per_a : 0.0;
     const double omega = speed != nullptr && std::isfinite((*speed)(row)) ? (*speed)(row)*kRpm : 0.0;
-    double heat = std::abs(motor_loss(m, current, omega, current * omega >= 0.0));
+    double heat =
+        std::abs(motor_loss(m, current, omega, current * omega >= 0.0, ambient_c + thermal.copper_c()));
     if (!m.winding_loss) heat += m.winding_resistance_ohm * current * current;
-    for (int part = 0; part < 20; ++part) thermal.advance(heat * dt / 20, dt / 20, 0.0);
+    const double steel = motor_drag(m, omega) * omega;
+    const auto parts = std::max(1, static_cast<int>(std::ceil(dt / kStep_s)));
+    for (int part = 0; part < parts; ++part) thermal.advance(heat * dt / parts, dt / parts, 0.0, steel * dt / parts);
     out(row) = thermal.copper_c();
   }
   return out;
 }
-
-}  // namespace
 
 double weakening_loss(const World& world, double omega) {
   constexpr double kShare = 0.1;  // at twice the base speed, of the copper loss at full current; assumed

@@ -14,6 +14,10 @@ inline constexpr double kRpm = 2.0 * 3.14159265358979323846 / 60.0;  // rad/s
 [[nodiscard]] Eigen::VectorXd true_torque(const World& world, const Comparison& comparison,
                                           const Eigen::VectorXd& reported);
 
+/// Kelvin above ambient of the winding, from the model's losses at that torque.
+[[nodiscard]] Eigen::VectorXd winding_above_ambient(const World& world, const Comparison& comparison,
+                                                    const Eigen::VectorXd& torque);
+
 /// Loss [W] of the current that weakens the field beyond the base speed, against the base speed that the model has.
 [[nodiscard]] double weakening_loss(const World& world, double omega);
 

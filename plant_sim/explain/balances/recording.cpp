@@ -144,6 +144,7 @@ Recording read_recording(const DataFolder& data, const std::string& path, const 
   Recording log;
   log.path = path;
   log.repairs = read.notes;
+  log.temperatures_of_core = read.temperatures_of_core;
   log.published_is_no_measurement = read.published_is_no_measurement;
   put_defects(read.defects, log);
   for (const MaskedStretch& m : read.masked) log.masked.push_back({m.channel, m.start_s, m.end_s, m.reason});

@@ -29,6 +29,7 @@ struct Recording {
   std::map<std::string, std::vector<double>>
       passed_s;  ///< by role: between these times its values are straight lines, and say nothing of what was there
   std::set<std::string> derived;  ///< roles that were reckoned from others: no evidence of their own
+  bool temperatures_of_core = false;         ///< of the cells within, not where a thermistor sits
   bool published_is_no_measurement = false;  ///< of the pack's voltage: it rises with the discharge current
   std::vector<Masked> masked;
   std::vector<std::string> repairs;  ///< in words, for the report

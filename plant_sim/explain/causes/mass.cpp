@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The car is heavier or lighter than the model: follows the acceleration.
+#include "car/vehicle/chassis.hpp"
 #include "explain/causes/cause.hpp"
 #include "explain/causes/list.hpp"
 
@@ -14,8 +15,8 @@ Cause mass() {
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
             if (c.find("speed") == nullptr) return {};
             return {plain_form(1, [](World& w, Values v) {
-              const double total = w.car.vehicle.mass_kg + w.car.vehicle.driver_mass_kg;
-              w.car.vehicle.mass_kg += v[0] * total;
+              VehicleSection& car = w.car.vehicle;
+              (car.mass_kg > 0.0 ? car.mass_kg : car.mass_without_pack_kg) += v[0] * total_mass(w.car);
             })};
           }};
 }

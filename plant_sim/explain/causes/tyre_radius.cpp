@@ -12,7 +12,7 @@ Cause tyre_radius() {
           .test = "ten turns of a wheel, measured with a tape",
           .parameters = {{"change", "1", -0.15, 0.15, 0.015, 100, "%"}},
           .forms = [](const World&, const Comparison& c) -> std::vector<Form> {
-            const bool reckoned = c.derived_radius_m > 0.0 && c.find("power") != nullptr;
+            const bool reckoned = c.log.derived.contains("motor_speed") && c.find("power") != nullptr;
             if (c.find("motor_speed") == nullptr && !reckoned) return {};
             return {plain_form(1, [](World& w, Values v) { w.car.tyres.radius_m *= 1.0 + v[0]; })};
           }};

@@ -32,7 +32,7 @@ plant::Prediction thinned_prediction(Observed& log, Index first) {
   std::map<std::string, VectorXd>& signals = log.comparison.log.signals;
   const std::vector<bool> knows = plant::knows_gain(log.comparison.log);
   std::map<std::string, VectorXd> driven_by;  // as it was recorded
-  for (const char* role : {"current", "motor_torque", "accelerator", "brake"}) {
+  for (const char* role : {"current", "motor_torque", "accelerator", "brake", "lateral_acceleration"}) {
     const auto found = signals.find(role);
     if (found == signals.end()) continue;
     VectorXd& values = found->second;

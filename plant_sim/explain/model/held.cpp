@@ -32,9 +32,11 @@ void put_left(const Family& family, const std::string& unit, std::map<std::strin
 
 }  // namespace
 
-Held held_against(const plant::World& model, plant::Recording read, const Holding& how) {
+Held held_against(const plant::World& given, plant::Recording read, const Holding& how) {
   Held out;
-  out.world = model;
+  out.world = given;
+  if (read.temperatures_of_core) out.world.car.cell.surface_lag_s = 0.0;
+  const plant::World& model = out.world;
   plant::Comparison comparison = plant::comparison_of(model, interpolated(model, std::move(read)), how.compared);
   if (comparison.log.derived.contains("motor_speed")) {
     // As the car's speed is, and the slip that its tyres have by the model.

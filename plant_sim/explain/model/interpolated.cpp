@@ -66,7 +66,7 @@ void derive_torque(const plant::World& model, plant::Recording& log) {
 
 plant::Recording interpolated(const plant::World& model, plant::Recording log) {
   for (const char* role : {"speed", "wheel_speed_1", "wheel_speed_2", "motor_speed", "motor_torque",
-                           "motor_current", "accelerator", "brake"}) {
+                           "motor_current", "accelerator", "brake", "lateral_acceleration"}) {
     const auto values = log.signals.find(role);
     const auto read = log.read_s.find(role);
     if (values == log.signals.end() || read == log.read_s.end()) continue;

@@ -145,7 +145,7 @@ ReadChannel channel_of(const Observed& out, std::size_t c, double volts_bin_s) {
   ReadChannel made{from.name,
                    from.unit,
                    from.balance,
-                   practical_size(from.name, out.model, out.comparison, read),
+                   practical_size(from.name, out),
                    roles.empty() ? Reader::of_rows(log, from.measured - out.base.channels[c], volts_bin_s)
                                  : Reader::of_roles(read, roles, bin),
                    {},
@@ -225,18 +225,21 @@ bool is_between_rows(const VectorXd& current) {
 
 }  // namespace
 
-double practical_size(const std::string& channel, const plant::World& model, const plant::Comparison& comparison,
-                      const plant::Recording& read) {
-  constexpr double kCell_v = 1e-3, kPack_v = 20e-3, kHeat_k = 0.1, kSoc = 0.005, kOfCar = 0.005;
+double practical_size(const std::string& channel, const Observed& log) {
+  constexpr double kCell_v = 1e-3, kOfDrop = 0.005, kPack_v = 20e-3, kHeat_k = 0.1, kSoc = 0.005, kOfCar = 0.005;
   constexpr double kCoarse_s = 0.05, kCoarse = 3.0;
-  const double volts = is_between_rows(comparison.facts.current_a) ? kCoarse * kCell_v : kCell_v;
+  const plant::Comparison& comparison = log.comparison;
+  const VectorXd& drop_v = log.base.battery.drop_v;
+  // Of what a current takes nobody knows a two-hundredth: the sensor's gain, a fifth of a kelvin.
+  const double known_v = kOfDrop * std::sqrt(drop_v.squaredNorm() / static_cast<double>(drop_v.size()));
+  const double volts = std::max(known_v, is_between_rows(comparison.facts.current_a) ? kCoarse * kCell_v : kCell_v);
   if (channel == "voltage") return volts;
   if (channel == "temperature") {
-    return std::max(kHeat_k, step_error_of_heat(read));
+    return std::max(kHeat_k, step_error_of_heat(log.read));
   }
   if (channel == "soc") return kSoc;
   const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty();
-  if (channel.ends_with("voltage")) return beside_cells ? kPack_v : volts * model.car.battery.cells_in_series;
+  if (channel.ends_with("voltage")) return beside_cells ? kPack_v : volts * log.model.car.battery.cells_in_series;
   const plant::BalanceChannel* found = comparison.find(channel);
   double square = 0.0, count = 0.0;
   for (const double v : found->measured) {
@@ -246,8 +249,8 @@ double practical_size(const std::string& channel, const plant::World& model, con
   }
   // Between rows that are far apart a pedal is anywhere: the speed gained between them is known the worse. Power in
   // and power out are read in the same row.
-  const plant::Recording& log = comparison.log;
-  const double row_s = (log.time_s(log.rows() - 1) - log.time_s(0)) / static_cast<double>(log.rows() - 1);
+  const VectorXd& time_s = comparison.log.time_s;
+  const double row_s = (time_s(time_s.size() - 1) - time_s(0)) / static_cast<double>(time_s.size() - 1);
   const double known = row_s > kCoarse_s && channel != "power" ? kCoarse : 1.0;
   return known * kOfCar * std::sqrt(square / std::max(1.0, count));
 }

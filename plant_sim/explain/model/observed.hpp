@@ -53,7 +53,6 @@ struct Observed {
 [[nodiscard]] Observed observed(const plant::World& model, plant::Comparison comparison);
 
 /// RMS of a channel that is worth a word: a step of a good sensor.
-[[nodiscard]] double practical_size(const std::string& channel, const plant::World& model,
-                                    const plant::Comparison& comparison, const plant::Recording& read);
+[[nodiscard]] double practical_size(const std::string& channel, const Observed& log);
 
 }  // namespace voltlap::explain

@@ -205,6 +205,7 @@ DriveLog read_drive_log(const std::string& path, const RoleMap* given, const Dat
   DriveLog log;
   log.path = path;
   log.map = map.source;
+  log.temperatures_of_core = map.temperatures_of_core;
   const auto files = by_file(map);
   if (const auto own = files.find(""); own != files.end()) add_file(log, map, path, own->second, true);
   for (const auto& [file, roles] : files) {

@@ -47,6 +47,7 @@ struct DriveLog {
   std::vector<LogDefect> defects;
   std::vector<double> restarts_s;     ///< where the recorder began anew: what lay before is not known
   std::vector<std::string> absent;  ///< roles of the map of which the recording has no sample at all
+  bool temperatures_of_core = false;  ///< of the cells within, not where a thermistor sits
   bool published_is_no_measurement = false;  ///< the pack's voltage rises with the discharge current, the bus's falls
   std::vector<std::string> notes;   ///< decisions in words: sign of the current, joined recordings
   FrameAccount frames;              ///< of the recording and of what its map joins

@@ -279,7 +279,8 @@ void Proposer::propose_single() {
                                  {"accelerator", Meaning::kAccelerator, "", false},
                                  {"brake", Meaning::kBrake, "", false},
                                  {"motor_speed", Meaning::kMotorSpeed, "rpm", true},
-                                 {"motor_torque", Meaning::kMotorTorque, "Nm", true}};
+                                 {"motor_torque", Meaning::kMotorTorque, "Nm", true},
+                                 {"lateral_acceleration", Meaning::kLateralAcceleration, "m/s2", false}};
   for (const Single& single : kSingles) {
     const SignalCandidates candidates = named(single.meaning, single.of_others);
     if (candidates.size() != 1 || candidates.front().name.owner == Owner::kWheel) continue;

@@ -307,7 +307,7 @@ std::optional<Candidate> pack_voltage_beside_cells(const MeasuredTable& table, c
   return std::nullopt;
 }
 
-/// It only grows, but where it begins anew.
+/// It only grows, but where it begins anew; one that has nothing to count stands still.
 bool is_one_way(const MeasuredTable& table, const Candidate& counter) {
   constexpr double kRestart = 0.5, kRounding = 1e-3;  // of its value; of the largest
   const auto& q = table.values[counter.column];
@@ -319,7 +319,12 @@ bool is_one_way(const MeasuredTable& table, const Candidate& counter) {
     if (value < before - kRounding * most && value > kRestart * before) return false;
     before = value;
   }
-  return most > 0.0;
+  return true;
+}
+
+bool counts(const MeasuredTable& table, const Candidate& counter) {
+  const auto& q = table.values[counter.column];
+  return std::any_of(q.begin(), q.end(), [](double value) { return std::isfinite(value) && value > 0.0; });
 }
 
 /// Testers that count what goes in and what comes out: only both together tell the net charge.
@@ -331,7 +336,7 @@ void add_counter_pair(const MeasuredTable& table, RoleMap& map) {
     return all[0];
   };
   const auto in = counter(kRoleNames[7]), out = counter(kRoleNames[8]);
-  if (!in || !out) return;
+  if (!in || !out || (!counts(table, *in) && !counts(table, *out))) return;
   map.roles["charged_ah"] = source_of(table, *in);
   map.roles["discharged_ah"] = source_of(table, *out);
 }

@@ -239,6 +239,22 @@ std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vec
   return keep;
 }
 
+namespace {
+
+/// How many cells would have such a voltage: few are ever above 4.25 V, and at the highest of a recording few below
+/// that of a full iron phosphate cell, 3.4 V.
+std::string likely_count(const std::vector<double>& voltage_v) {
+  constexpr double kMost = 4.25, kLeast = 3.4, kMany = 1000.0;
+  double high = 0.0;
+  for (const double v : voltage_v) high = std::isfinite(v) ? std::max(high, v) : high;
+  const double from = std::ceil(high / kMost), to = std::floor(high / kLeast);
+  if (!(from >= 1.0 && to <= kMany)) return "";
+  if (to <= from) return fmt::format(" {:.0f}, by the highest voltage", from);
+  return fmt::format(" {:.0f} (cells of 4.2 V when full) to {:.0f} (3.4 V), by the highest voltage", from, to);
+}
+
+}  // namespace
+
 void bring_to_one_cell(CellLog& log, int series) {
   VOLTLAP_DEMAND(series >= 1);
   double typical = median(log.voltage_v) / series;
@@ -249,12 +265,8 @@ void bring_to_one_cell(CellLog& log, int series) {
     typical /= 1000.0;
   }
   if (!(typical > kCellVoltageMin && typical < kCellVoltageMax)) {
-    constexpr double kUsualCell = 3.7;
-    const double whole = typical * series, count = std::round(whole / kUsualCell);
-    const std::string flag = count >= 1.0 && count <= 1000.0
-                                 ? fmt::format("give --cells-in-series {:.0f}, the count at {:g} V a cell", count,
-                                               kUsualCell)
-                                 : "give --cells-in-series";
+    const double whole = typical * series;
+    const std::string flag = "give --cells-in-series" + likely_count(log.voltage_v);
     throw InputError(log.path, fmt::format("a median voltage of {:.4g} V for {} cells in series", whole, series),
                      fmt::format("{} to {} V for each cell", kCellVoltageMin, kCellVoltageMax),
                      "Correct the unit in the role map, or " + flag);

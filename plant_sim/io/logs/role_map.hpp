@@ -5,6 +5,7 @@
 //   match = ["t,I,U"]           # optional: header lines that this map is chosen for without --map
 //   match_columns = ["t", "I"]  # optional: columns that a table must have for the same
 //   match_frames = [0x6B0]      # optional: identifiers that a CAN recording must have for the same
+//   temperatures_of_core = true # optional: of the cells within, as a simulation has them, not of their surface
 //   [roles]
 //   current = {column = "I", unit = "A", scale = 1, offset = 0, discharge = "+"}   # "+", "-" or "auto"
 //   voltage = {column = "U", unit = "mV"}
@@ -31,6 +32,7 @@ struct RoleMap {
   std::vector<std::string> match;           ///< header lines that it fits
   std::vector<std::string> match_columns{};  ///< columns of a table that it fits
   std::vector<std::uint32_t> match_frames;  ///< identifiers of a CAN recording that it fits, without flags
+  bool temperatures_of_core = false;        ///< of the cells within, not where a thermistor sits
   std::map<std::string, RoleSource> roles;  ///< by role name; <n> may stand for all numbers at once
   std::vector<std::string> notes{};         ///< how columns were recognised where no map named them
   [[nodiscard]] const RoleSource* find(const std::string& role) const;

@@ -306,11 +306,20 @@ void take_match(const std::string& path, const toml::table& file, RoleMap& map) 
   }
 }
 
+void take_place_of_temperatures(const std::string& path, const toml::table& file, RoleMap& map) {
+  const toml::node* given = file.get("temperatures_of_core");
+  if (given == nullptr) return;
+  if (!given->is_boolean()) {
+    throw InputError(place_of(path, *given, "temperatures_of_core"), found_text(*given), "true or false", "Correct it");
+  }
+  map.temperatures_of_core = given->value_or(false);
+}
+
 }  // namespace
 
 RoleMap load_role_map(const std::string& path) {
   const toml::table file = parse_toml_file(path);
-  constexpr std::array<std::string_view, 4> kKnown{"match", "match_columns", "match_frames", "roles"};
+  constexpr std::array<std::string_view, 5> kKnown{"match", "match_columns", "match_frames", "temperatures_of_core", "roles"};
   for (const auto& [key, node] : file) {
     if (std::find(kKnown.begin(), kKnown.end(), key.str()) != kKnown.end()) continue;
     throw InputError(place_of(path, node, key.str()), fmt::format("key \"{}\"", key.str()),
@@ -325,6 +334,7 @@ RoleMap load_role_map(const std::string& path) {
   RoleMap map;
   map.source = path;
   take_match(path, file, map);
+  take_place_of_temperatures(path, file, map);
   Complaints complaints;
   for (const auto& [key, node] : *roles) {
     const std::string role(key.str());

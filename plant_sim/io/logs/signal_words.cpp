@@ -30,6 +30,9 @@ const std::array kMeanings{
                   "status",     "state",      "flag",      "fault",    "error",   "crc",   "checksum", "id"},
                  {"leistung", "功率", "мощность", "電力", "能量", "容量", "内阻"}},
     MeaningWords{Meaning::kSoc, {"soc", "ladezustand"}, {"ladezustand", "荷电"}},
+    MeaningWords{Meaning::kLateralAcceleration,
+                 {"lateral", "lat", "latacc", "latg", "ay", "querbeschleunigung", "transversal"},
+                 {"lateral", "querbeschleunigung", "横向加速"}},
     MeaningWords{Meaning::kAccelerator,
                  {"accelerator", "throttle", "apps", "accel", "gas", "gaspedal", "fahrpedal", "pedal"},
                  {"throttle", "accelerator", "fahrpedal", "油门", "加速踏板"}},
@@ -213,6 +216,8 @@ bool is_of(Quantity quantity, Meaning meaning) {
       return quantity == Quantity::kRotation;
     case Meaning::kMotorTorque:
       return quantity == Quantity::kTorque;
+    case Meaning::kLateralAcceleration:
+      return quantity == Quantity::kAcceleration;
     default:
       return false;
   }

@@ -20,6 +20,7 @@ enum class Meaning {
   kSpeed,
   kMotorSpeed,
   kMotorTorque,
+  kLateralAcceleration,
   kAccelerator,
   kBrake,
   kOther,  ///< a quantity that no role has: power, energy, resistance

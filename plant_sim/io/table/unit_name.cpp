@@ -28,7 +28,8 @@ constexpr NamedUnit kSecond{"s", kT}, kMilliSecond{"ms", kT, 1e-3}, kMicroSecond
     kPercent{"%", kP, 0.01}, kMetrePerSecond{"m/s", Quantity::kSpeed},
     kKilometrePerHour{"km/h", Quantity::kSpeed, 1 / 3.6},
     kMilePerHour{"mph", Quantity::kSpeed, 0.44704}, kPerMinute{"rpm", Quantity::kRotation},
-    kNewtonMetre{"Nm", Quantity::kTorque};
+    kNewtonMetre{"Nm", Quantity::kTorque}, kMetrePerSecondSquared{"m/s2", Quantity::kAcceleration},
+    kGravity{"g", Quantity::kAcceleration, 9.80665};
 
 constexpr std::array kSpellings{
     Spelling{"s", kSecond}, Spelling{"sec", kSecond}, Spelling{"secs", kSecond}, Spelling{"second", kSecond},
@@ -58,13 +59,15 @@ constexpr std::array kSpellings{
     Spelling{"kmh", kKilometrePerHour}, Spelling{"kph", kKilometrePerHour}, Spelling{"mph", kMilePerHour},
     Spelling{"rpm", kPerMinute}, Spelling{"1/min", kPerMinute}, Spelling{"u/min", kPerMinute},
     Spelling{"nm", kNewtonMetre},
-    Spelling{"n.m", kNewtonMetre}};
+    Spelling{"n.m", kNewtonMetre}, Spelling{"m/s2", kMetrePerSecondSquared},
+    Spelling{"m/s^2", kMetrePerSecondSquared}, Spelling{"m/s\xC2\xB2", kMetrePerSecondSquared},
+    Spelling{"g", kGravity}};
 
 // Of columns that no role has; they say that a row is one of units.
-constexpr std::array<std::string_view, 42> kOthers{
+constexpr std::array<std::string_view, 39> kOthers{
     "-",   "1",   "#",   "w",    "kw",   "mw",  "wh",  "mwh",   "w.h", "kwh",  "ohm", "mohm", "\xCE\xA9", "m\xCE\xA9",
-    "hz",  "khz", "m",   "mm",   "cm",   "km",  "ft",  "g",     "kg",  "deg",  "\xC2\xB0", "rad", "deg/s", "\xC2\xB0/s",
-    "rad/s", "m/s2", "m/s^2", "bar", "kpa", "mbar", "psi", "pa", "n", "ratio", "cnt", "counts", "v/s", "bool"};
+    "hz",  "khz", "m",   "mm",   "cm",   "km",  "ft",  "kg",  "deg",  "\xC2\xB0", "rad", "deg/s", "\xC2\xB0/s",
+    "rad/s", "bar", "kpa", "mbar", "psi", "pa", "n", "ratio", "cnt", "counts", "v/s", "bool"};
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -117,12 +120,28 @@ bool is_unit_text(std::string_view text) {
   return text.size() > 2 && text.front() == '[' && text.back() == ']';
 }
 
+namespace {
+
+/// Arbin numbers a channel behind its unit: "Temperature (C)_1" is "Temperature_1 (C)".
+void put_number_before_unit(std::string& name) {
+  const std::size_t number = name.rfind('_');
+  if (number == std::string::npos || number == 0 || name[number - 1] != ')' || number + 1 == name.size()) return;
+  const bool digits = std::all_of(name.begin() + static_cast<std::ptrdiff_t>(number) + 1, name.end(),
+                                  [](unsigned char c) { return std::isdigit(c) != 0; });
+  const std::size_t bracket = name.rfind('(', number);
+  if (!digits || bracket == std::string::npos) return;
+  name = name.substr(0, bracket) + name.substr(number) + " " + name.substr(bracket, number - bracket);
+}
+
+}  // namespace
+
 ColumnName column_name(std::string_view given) {
   std::string plain(trimmed(given));
   for (const auto& [wide, narrow] : {std::pair{"\xEF\xBC\x88", "("}, {"\xEF\xBC\x89", ")"}}) {
     for (std::size_t at = plain.find(wide); at != std::string::npos; at = plain.find(wide))
       plain.replace(at, 3, narrow);
   }
+  put_number_before_unit(plain);
   const std::string_view header = plain;
   const auto [unit, at] = unit_at_end(header);
   ColumnName out{"", std::string(unit)};

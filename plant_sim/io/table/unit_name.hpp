@@ -7,7 +7,19 @@
 
 namespace voltlap::plant {
 
-enum class Quantity { kTime, kCurrent, kVoltage, kTemperature, kCharge, kShare, kSpeed, kRotation, kTorque, kOther };
+enum class Quantity {
+  kTime,
+  kCurrent,
+  kVoltage,
+  kTemperature,
+  kCharge,
+  kShare,
+  kSpeed,
+  kRotation,
+  kTorque,
+  kAcceleration,
+  kOther
+};
 
 struct NamedUnit {
   std::string_view name;      ///< canonical, such as "mA"

@@ -30,8 +30,17 @@ plant::Comparison drive_at(double row_s, unsigned seed) {
   return out;
 }
 
-double practical_v(const plant::Comparison& comparison) {
-  return practical_size("voltage", plant::World{}, comparison, comparison.log);
+double practical(const std::string& channel, const plant::Comparison& comparison, const plant::Recording& read,
+                 double drop_v = 0.0) {
+  Observed log;
+  log.comparison = comparison;
+  log.read = read;
+  log.base.battery.drop_v = VectorXd::Constant(comparison.log.time_s.size(), drop_v);
+  return practical_size(channel, log);
+}
+
+double practical_v(const plant::Comparison& comparison, double drop_v = 0.0) {
+  return practical("voltage", comparison, comparison.log, drop_v);
 }
 
 /// A test of pulses, one row a second: each begins in the same half of the rows and ends in a drawn one.
@@ -82,6 +91,12 @@ TEST(Observed, ATestAtOneCurrentMayBeLoggedSeldom) {
   DOUBLES_EQUAL(1e-3, practical_v(test), 1e-12);
 }
 
+TEST(Observed, WhatACurrentTakesIsKnownToATwoHundredth) {
+  const plant::Comparison test = drive_at(0.1, 1);
+  DOUBLES_EQUAL(1e-3, practical_v(test, 0.1), 1e-12);
+  DOUBLES_EQUAL(2e-3, practical_v(test, 0.4), 1e-12);
+}
+
 TEST(Observed, StepsThatWerePassedMakeNoTemperatureCoarse) {
   plant::Comparison log = drive_at(0.5, 1);
   const Index rows = log.log.time_s.size();
@@ -89,8 +104,8 @@ TEST(Observed, StepsThatWerePassedMakeNoTemperatureCoarse) {
   read = VectorXd::LinSpaced(rows, 22.2, 27.9);
   for (double& value : read) value = std::round(value);
   const plant::Recording taken_away = unstepped(log.log);
-  DOUBLES_EQUAL(0.1, practical_size("temperature", plant::World{}, log, taken_away), 1e-12);
-  DOUBLES_EQUAL(1.0 / std::sqrt(12.0), practical_size("temperature", plant::World{}, log, log.log), 1e-12);
+  DOUBLES_EQUAL(0.1, practical("temperature", log, taken_away), 1e-12);
+  DOUBLES_EQUAL(1.0 / std::sqrt(12.0), practical("temperature", log, log.log), 1e-12);
   CHECK(is_coarse(read));
   CHECK_FALSE(is_coarse(VectorXd::Constant(5, 21.0)));
 }
@@ -103,7 +118,7 @@ TEST(Observed, SpeedIsKnownTheWorseTheFurtherRowsAreApartPowerIsNot) {
       log->channels.push_back({channel, balance, "", VectorXd::Constant(log->log.time_s.size(), 200.0)});
     }
     const auto worth = [&](const plant::Comparison& log) {
-      return practical_size(channel, plant::World{}, log, log.log);
+      return practical(channel, log, log.log);
     };
     DOUBLES_EQUAL(1.0, worth(fine), 1e-9);
     DOUBLES_EQUAL(std::string(channel) == "power" ? 1.0 : 3.0, worth(coarse), 1e-9);
