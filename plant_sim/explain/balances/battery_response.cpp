@@ -210,6 +210,13 @@ class LoggedCell {
     return (2.0 * (a * before_v + b * now_v) + a * now_v + b * before_v) / 6.0;
   }
 
+  /// A current that differs between two rows was switched somewhere between them, I^2 is then (a^2 + b^2) / 2 in the
+  /// mean and not that of a straight line, (a^2 + a b + b^2) / 3; of one that changes slowly both are the same.
+  [[nodiscard]] static double switched_w(const RowState& s, const CellInterval& interval) {
+    const double jump_a = interval.end_a - interval.begin_a;
+    return s.circuit.r0_ohm * jump_a * jump_a / 6.0;
+  }
+
   void warm_row(RowState& s, Index row, double heat_w, const Step& step) const {
     const CellInterval& interval = step.interval;
     double heat = heat_w;
@@ -220,7 +227,7 @@ class LoggedCell {
       heat += mean_power_w(step, s.above_v, above);
       s.above_v = above;
     }
-    heat += cell_.reversible_w(interval.mean_a(), s.temperature_c);
+    heat += switched_w(s, interval) + cell_.reversible_w(interval.mean_a(), s.temperature_c);
     CellThermal thermal = cell_.thermal();
     if (facts_.stopped[static_cast<std::size_t>(row)])
       thermal.cooling_w_per_k *= 1.0 + world_.cooling_at_stop_change;
