@@ -191,7 +191,7 @@ VectorXd power_of(const World& world, const Comparison& comparison) {
 
 /// Speed gained over the last seconds.
 VectorXd gained_speed(const World& world, const Comparison& comparison) {
-  return gain_of_speed(comparison.log, acceleration_of(world, comparison));
+  return gain_of_speed(comparison.log, acceleration_of(world, comparison), spun_up(world, comparison.log));
 }
 
 /// Rows in which the driver does not ask the motor for torque.
@@ -271,9 +271,10 @@ VectorXd power_as_torque(const Recording& log, const VectorXd& power) {
   return (power.array() / (omega.square() + kCreep * kCreep).sqrt()).matrix();
 }
 
-VectorXd gain_of_speed(const Recording& log, const VectorXd& acceleration) {
+VectorXd gain_of_speed(const Recording& log, const VectorXd& acceleration, const VectorXd& beside) {
   return remembered(log, [&](Index row) {
-    return 0.5 * (acceleration(row) + acceleration(row - 1)) * (log.time_s(row) - log.time_s(row - 1));
+    const double gain = 0.5 * (acceleration(row) + acceleration(row - 1)) * (log.time_s(row) - log.time_s(row - 1));
+    return beside.size() > 0 ? gain + beside(row) : gain;
   });
 }
 

@@ -77,6 +77,8 @@ class Road {
                            climb_n_ - brakes_n - corners_n;
     return force_n / (mass_ + turning_kg_);
   }
+  /// Of all that is to be sped up, what turns with the driven wheels.
+  [[nodiscard]] double share_of_driven() const { return driven_kg_ / (mass_ + turning_kg_); }
   /// Of the tyres' grip along the road, what a corner leaves.
   [[nodiscard]] double grip_share(Index row) const {
     constexpr double kLeast = 1e-3;
@@ -114,6 +116,19 @@ VectorXd acceleration_of(const World& world, const Comparison& comparison) {
   const Road road(world, log);
   VectorXd out(log.rows());
   for (Index row = 0; row < log.rows(); ++row) out(row) = road.acceleration(row, drive(row), brakes(row));
+  return out;
+}
+
+VectorXd spun_up(const World& world, const Recording& log) {
+  const VectorXd *motor = log.find("motor_speed"), &speed = *log.find("speed");
+  if (motor == nullptr) return {};
+  const double per_rpm = kRpm * world.car.tyres.radius_m / world.car.powertrain.final_drive;  // m/s at the wheel
+  const double share = Road(world, log).share_of_driven();
+  VectorXd out = VectorXd::Zero(log.rows());
+  for (Index row = 1; row < log.rows(); ++row) {
+    const double faster = per_rpm * ((*motor)(row) - (*motor)(row - 1)) - (speed(row) - speed(row - 1));
+    if (std::isfinite(faster)) out(row) = -share * faster;
+  }
   return out;
 }
 

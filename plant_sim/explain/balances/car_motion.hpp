@@ -15,6 +15,10 @@ inline constexpr double kTouch = 0.01;  // of the brake pedal; below it the pads
 /// By row [m/s2].
 [[nodiscard]] Eigen::VectorXd acceleration_of(const World& world, const Comparison& comparison);
 
+/// Speed [m/s] that the car does not gain since the row before, negative: driven wheels that begin to slip take it, as
+/// their speed is recorded. Empty without it.
+[[nodiscard]] Eigen::VectorXd spun_up(const World& world, const Recording& log);
+
 /// By row [rpm]; NaN below kMoving.
 [[nodiscard]] Eigen::VectorXd motor_speed_of(const World& world, const Comparison& comparison);
 

@@ -64,6 +64,7 @@ class Proposer {
     }
     propose_families();
     propose_single();
+    propose_motor();
     propose_temperature();
     return std::move(out_);
   }
@@ -73,6 +74,7 @@ class Proposer {
     if (!recording_.is_can) propose_time();
     propose_families();
     propose_single();
+    if (!recording_.is_can) propose_motor();
     propose_temperature();
     if (recording_.is_can) note_unused_cells();
     std::stable_sort(out_.roles.begin(), out_.roles.end(),
@@ -114,6 +116,7 @@ class Proposer {
   void propose_families();
   void add_family(const std::string& stem, const SignalFamily& family);
   void propose_single();
+  void propose_motor();
   void propose_temperature();
   void note_unused_cells();
   [[nodiscard]] SignalCandidates named(Meaning meaning, bool of_others) const;
@@ -296,6 +299,24 @@ void Proposer::propose_single() {
       continue;
     add(single.role, candidate, source, "by its name, in range");
   }
+}
+
+/// The current that makes the motor's torque, and the voltage on the inverter's side: taken where one signal alone is
+/// called so and says its unit.
+void Proposer::propose_motor() {
+  SignalCandidates currents, buses;
+  for (const SignalCandidate& candidate : all_) {
+    if (is_taken(candidate) || !candidate.signal->unit || !candidate.name.is_actual) continue;
+    const Quantity quantity = candidate.signal->unit->quantity;
+    if (quantity == Quantity::kCurrent && candidate.name.meaning == Meaning::kCurrent && candidate.name.is_motors)
+      currents.push_back(candidate);
+    if (quantity == Quantity::kVoltage && candidate.name.owner == Owner::kBus && !candidate.is_cell_voltage())
+      buses.push_back(candidate);
+  }
+  if (currents.size() == 1 && out_.find("motor_current") == nullptr)
+    add("motor_current", currents[0], source_in(*currents[0].signal, "A"), "by its name and unit");
+  if (buses.size() == 1 && out_.find("bus_voltage") == nullptr)
+    add("bus_voltage", buses[0], source_in(*buses[0].signal, "V"), "by its name and unit");
 }
 
 void Proposer::propose_temperature() {

@@ -98,6 +98,11 @@ constexpr std::array kOthers =
     std::to_array<std::string_view>({"phase",   "phasea",   "phaseb", "phasec", "iq",  "id",        "heater", "aux",
                                      "charger", "lv",       "motor",  "mot",    "mg",  "du",        "pump",   "fan",
                                      "supply",  "inverter", "inv",    "dcdc",   "12v", "umrichter", "sensor"});
+// Whose current makes the motor's torque; that of one phase, or of one axis, is another.
+constexpr std::array<std::string_view, 3> kMotors{"motor", "mot", "phase"};
+constexpr std::array<std::string_view, 3> kMotorsParts{"motor", "phasen", "moteur"};
+constexpr std::array<std::string_view, 13> kOfOnePhase{"phasea", "phaseb", "phasec", "a", "b", "c", "u", "v", "w",
+                                                       "id",     "iq",     "d",      "q"};
 constexpr std::array<std::string_view, 4> kNotActualParts{"sollwert", "限", "设定", "最大"};
 
 bool has_word(const std::vector<std::string>& words, std::span<const std::string_view> wanted) {
@@ -237,6 +242,7 @@ SpokenName spoken_name(std::string_view name) {
   out.is_letter = words.size() == 1 && words.front().size() == 1;
   out.is_actual = !has_word(words, kNotActual) && !has_part(words, kNotActualParts);
   out.is_others = has_word(words, kOthers);
+  out.is_motors = (has_word(words, kMotors) || has_part(words, kMotorsParts)) && !has_word(words, kOfOnePhase);
   if (out.meaning == Meaning::kSpeed && out.is_others) out.meaning = Meaning::kMotorSpeed;
   for (const OwnerWords& row : kOwners) {
     if (out.owner == Owner::kNobody && says(row, words)) out.owner = row.owner;

@@ -34,6 +34,7 @@ struct SpokenName {
   Owner owner = Owner::kNobody;
   bool is_actual = true;       ///< false: a limit, a set point, an extreme, a filtered or a calculated value
   bool is_others = false;      ///< of a motor, an inverter, a pump, a charger
+  bool is_motors = false;      ///< of a motor or its phases together
   bool is_plain = false;       ///< nothing but the quantity, its owner, its unit and numbers
   bool is_letter = false;      ///< nothing but one Latin letter
   std::optional<long> number;  ///< the last one in the name
