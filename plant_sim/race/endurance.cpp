@@ -204,9 +204,9 @@ class Run {
     if (result_.laps != before) lap_start_m_ = by_position() ? result_.laps * profile_.length_m() : line_.distance_m();
   }
 
-  /// Of the course where the car is; a recorded drive has none.
+  /// Of the course where the car is. A recorded drive has none, and one that is driven by the clock feels none.
   [[nodiscard]] double course_curvature_per_m() const {
-    if (options_.drive) return std::numeric_limits<double>::quiet_NaN();
+    if (!by_position()) return std::numeric_limits<double>::quiet_NaN();
     const auto& at = profile_.distance_m;
     const double lap_m = std::clamp(line_.distance_m() - lap_start_m_, 0.0, profile_.length_m());
     const auto behind = std::upper_bound(at.begin(), at.end(), lap_m);

@@ -56,7 +56,7 @@ struct TimeSample {
   double power_mean_w;     ///< of the last 500 ms, over the integration steps
   double longitudinal_mps2;
   double charge_drawn_ah;  ///< net, from the pack, since the car was ready to drive
-  double lateral_mps2;     ///< v^2 times the course's curvature here, positive to the right; NaN without a course
+  double lateral_mps2;     ///< v^2 times the course's curvature, positive to the right; NaN without, or by the clock
   const std::vector<double>* cell_voltage_v;
   const std::vector<double>* cell_temperature_c;
   const std::vector<double>* cell_soc;

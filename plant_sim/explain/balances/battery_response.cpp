@@ -213,6 +213,8 @@ class LoggedCell {
   /// A current that differs between two rows was switched somewhere between them, I^2 is then (a^2 + b^2) / 2 in the
   /// mean and not that of a straight line, (a^2 + a b + b^2) / 3; of one that changes slowly both are the same.
   [[nodiscard]] static double switched_w(const RowState& s, const CellInterval& interval) {
+    constexpr double kKnown_s = 2.0;  // in longer ones it was anything
+    if (interval.dt_s > kKnown_s) return 0.0;
     const double jump_a = interval.end_a - interval.begin_a;
     return s.circuit.r0_ohm * jump_a * jump_a / 6.0;
   }

@@ -168,14 +168,16 @@ VectorXd power_of(const World& world, const Comparison& comparison) {
                  speed = reckoned ? motor_speed_of(world, comparison) : *log.find("motor_speed");
   const VectorXd &volts = *pack_voltage(log), &current = *log.find("current");
   // A winding that is warm has more resistance, whatever its magnets do.
-  const VectorXd warm = m.winding_loss && m.winding_per_kelvin > 0.0 ? winding_above_ambient(world, comparison, reported)
-                                                                     : VectorXd::Zero(log.rows());
+  const bool warms = m.winding_loss && m.winding_per_kelvin > 0.0;
+  const VectorXd warm =
+      warms ? winding_above_ambient(world, comparison, reported) : VectorXd(VectorXd::Zero(log.rows()));
   const double ambient_c = m.winding_per_kelvin > 0.0 ? world.car.environment.ambient_c : m.winding_reference_c;
   VectorXd out(log.rows());
   for (Index row = 0; row < log.rows(); ++row) {
     const double omega = speed(row) * kRpm, eta = given(row) * omega >= 0.0 ? m.efficiency : 1.0 / m.efficiency;
     const double phase = reported(row) / (m.constant_nm_per_a * eta);
-    const double motor_w = motor_power(m, phase, omega, ambient_c + warm(row)) + (given(row) - reported(row)) * omega / eta;
+    const double copper_c = ambient_c + warm(row);
+    const double motor_w = motor_power(m, phase, omega, copper_c) + (given(row) - reported(row)) * omega / eta;
     const double dc_w = inverter.dc_power(motor_w) + inverter_stage_loss(world.car.inverter, phase, volts(row)) +
                         weakening_loss(world, omega);
     // Inverter and motor warm the same water: a log cannot tell whose losses changed.

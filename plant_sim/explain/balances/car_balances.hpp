@@ -29,7 +29,8 @@ namespace voltlap::plant {
 /// What of a power [W] by row is left in the channel `power` [Nm].
 [[nodiscard]] Eigen::VectorXd power_as_torque(const Recording& log, const Eigen::VectorXd& power);
 
-/// What of an acceleration [m/s2] by row, and of a gain since the row before [m/s], is left in the channel `speed` [m/s].
+/// What of an acceleration [m/s2] by row, and of a gain since the row before [m/s], is left in the channel `speed`
+/// [m/s].
 [[nodiscard]] Eigen::VectorXd gain_of_speed(const Recording& log, const Eigen::VectorXd& acceleration,
                                             const Eigen::VectorXd& beside = {});
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "explain/balances/recorded_motor.hpp"
 #include "explain/gate/integrity.hpp"
 #include "explain/gate/rail.hpp"
 #include "explain/model/beginning.hpp"
@@ -120,14 +121,15 @@ VectorXd recorded_until(const VectorXd& time_s) {
 }
 
 /// Rows after the longest stretches of which nothing is known; between rows that are nearer the current is
-/// straight.
-std::vector<Index> gaps_of(const VectorXd& time_s) {
-  constexpr double kLong_s = 60.0;
+/// straight, or as it was counted.
+std::vector<Index> gaps_of(const VectorXd& time_s, const VectorXd& counted_a) {
+  constexpr double kLong_s = 60.0, kUncounted_s = 8.0;
   constexpr std::size_t kMost = 8;
-  const double least = std::max(kLong_s, kGap * row_interval_s(time_s));
+  const double usual = kGap * row_interval_s(time_s);
   std::vector<Index> out;
   for (Index row = 1; row < time_s.size(); ++row) {
-    if (time_s(row) - time_s(row - 1) > least) out.push_back(row);
+    const bool counted = counted_a.size() > 0 && std::isfinite(counted_a(row));
+    if (time_s(row) - time_s(row - 1) > std::max(counted ? kLong_s : kUncounted_s, usual)) out.push_back(row);
   }
   const auto length = [&](Index row) { return time_s(row) - time_s(row - 1); };
   std::sort(out.begin(), out.end(), [&](Index a, Index b) { return length(a) > length(b); });
@@ -223,6 +225,23 @@ bool is_between_rows(const VectorXd& current) {
   return off > kMuch * kMuch * all;
 }
 
+/// What tyres slip is known to a tenth of itself; so is what a motor that nobody read turns faster than the car.
+double slip_doubt(const plant::World& model, const plant::Comparison& comparison, const VectorXd& power) {
+  constexpr double kOfSlip = 0.1, kMoving = 2.0;
+  const plant::Recording& log = comparison.log;
+  if (!log.derived.contains("motor_speed")) return 0.0;
+  const VectorXd &motor = *log.find("motor_speed"), &speed = *log.find("speed");
+  const double rolling = plant::kRpm * model.car.tyres.radius_m / model.car.powertrain.final_drive;
+  double square = 0.0, count = 0.0;
+  for (Index row = 0; row < power.size(); ++row) {
+    const double slip = motor(row) * rolling / speed(row) - 1.0;
+    if (!(speed(row) > kMoving) || !std::isfinite(slip) || !std::isfinite(power(row))) continue;
+    square += std::pow(power(row) * slip, 2);
+    count += 1.0;
+  }
+  return kOfSlip * std::sqrt(square / std::max(1.0, count));
+}
+
 }  // namespace
 
 double practical_size(const std::string& channel, const Observed& log) {
@@ -252,7 +271,8 @@ double practical_size(const std::string& channel, const Observed& log) {
   const VectorXd& time_s = comparison.log.time_s;
   const double row_s = (time_s(time_s.size() - 1) - time_s(0)) / static_cast<double>(time_s.size() - 1);
   const double known = row_s > kCoarse_s && channel != "power" ? kCoarse : 1.0;
-  return known * kOfCar * std::sqrt(square / std::max(1.0, count));
+  const double of_slip = channel == "power" ? slip_doubt(log.model, comparison, found->measured) : 0.0;
+  return std::max(of_slip, known * kOfCar * std::sqrt(square / std::max(1.0, count)));
 }
 
 std::vector<VectorXd> Observed::effect_of(const plant::Prediction& changed) const {
@@ -330,7 +350,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   Observed out;
   out.model = model;
   out.comparison = std::move(comparison);
-  out.comparison.facts.gaps = gaps_of(out.comparison.log.time_s);
+  out.comparison.facts.gaps = gaps_of(out.comparison.log.time_s, out.comparison.facts.counted_a);
   if (const auto rail = plant::rail_of(*out.comparison.log.find("current")))
     out.comparison.facts.at_limit = rail->at;
   mask_open(out.comparison);

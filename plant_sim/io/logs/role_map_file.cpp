@@ -319,7 +319,8 @@ void take_place_of_temperatures(const std::string& path, const toml::table& file
 
 RoleMap load_role_map(const std::string& path) {
   const toml::table file = parse_toml_file(path);
-  constexpr std::array<std::string_view, 5> kKnown{"match", "match_columns", "match_frames", "temperatures_of_core", "roles"};
+  constexpr std::array<std::string_view, 5> kKnown{"match", "match_columns", "match_frames", "temperatures_of_core",
+                                                   "roles"};
   for (const auto& [key, node] : file) {
     if (std::find(kKnown.begin(), kKnown.end(), key.str()) != kKnown.end()) continue;
     throw InputError(place_of(path, node, key.str()), fmt::format("key \"{}\"", key.str()),

@@ -141,22 +141,14 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
 
 /// SOC first: another capacity or another idea of full is no contradiction, nor is hysteresis, for which the model has
 /// a state.
-void IdentificationProblem::settle_recordings() {
-  std::vector<std::string> notes, unsaid;
-  const std::vector<PreparedLog> before = prepared;
+std::vector<std::string> IdentificationProblem::settle_recordings() {
+  std::vector<std::string> notes, unsaid, left_out;
   FitPriors with_state = priors;
   const bool has_state = take_hysteresis(runs, capacity_ah, with_state, unsaid) > 0.0;
   capacity_ah = settle_soc(prepared, with_state, options.capacity_ah.has_value(), notes);
-  if (!has_state && leave_out_contradictions(prepared, priors, result.notes)) {
-    // Without the one that misled them.
-    notes.clear();
-    for (PreparedLog& one : prepared) {
-      const auto as_it_was = [&](const PreparedLog& other) { return other.log == one.log; };
-      one = *std::find_if(before.begin(), before.end(), as_it_was);
-    }
-    capacity_ah = settle_soc(prepared, priors, options.capacity_ah.has_value(), notes);
-  }
+  if (!has_state) leave_out_contradictions(prepared, priors, left_out);
   result.notes.insert(result.notes.end(), notes.begin(), notes.end());
+  return left_out;
 }
 
 std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
@@ -172,6 +164,7 @@ std::vector<MeasuredRun> IdentificationProblem::weighed_runs() const {
 
 void IdentificationProblem::make_runs() {
   const bool every_row = options.block_s > 0.0;
+  const std::vector<std::string> before = result.notes;
   prepared = prepare(logs,
                      {options.capacity_ah, options.capacity_fallback_ah, options.temperatures_c, options.hold,
                       options.ocv},
@@ -203,7 +196,12 @@ void IdentificationProblem::make_runs() {
     runs = runs_of(prepared, every_row);
   }
   VOLTLAP_DEMAND(runs.size() == prepared.size());
-  settle_recordings();
+  if (const std::vector<std::string> left_out = settle_recordings(); !left_out.empty()) {
+    result.notes = before;
+    result.notes.insert(result.notes.end(), left_out.begin(), left_out.end());
+    forget_left_out(prepared, logs, options.temperatures_c);
+    return make_runs();
+  }
   runs = weighed_runs();
 }
 

@@ -84,7 +84,7 @@ struct IdentificationProblem {
 
  private:
   void make_runs();
-  void settle_recordings();
+  [[nodiscard]] std::vector<std::string> settle_recordings();  ///< why some were left out
   [[nodiscard]] std::vector<MeasuredRun> weighed_runs() const;
   void drop_slope_of_warmed_cell();
   void estimate_temperatures();

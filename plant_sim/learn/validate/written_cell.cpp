@@ -119,7 +119,16 @@ CellParameters read_back(const std::string& toml, const DataFolder& data) {
   AtomicFile file(path);
   file.write(toml);
   file.commit();
-  return load_cell(data, path, "identify");
+  try {
+    return load_cell(data, path, "identify");
+  } catch (const InputError& refused) {
+    // The folder is gone with this: what is wrong is the number, not a file that anybody could correct.
+    const std::string what(refused.what()), named = path + ":";
+    const std::size_t at = what.find(named), key = at == std::string::npos ? at : what.find(", ", at);
+    if (key == std::string::npos) throw;
+    throw InputError("The cell that these recordings would make is none: " + what.substr(key + 2) +
+                     " Check --cells-in-series and --cells-in-parallel, and the units of the columns.");
+  }
 }
 
 void take_errors_of_file(const CellParameters& file, const std::vector<CellIdentification>& each,

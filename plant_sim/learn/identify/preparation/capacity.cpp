@@ -15,7 +15,7 @@ namespace voltlap::plant {
 namespace {
 
 /// Voltages at rest of full cells: NMC, NCA, LMO and LCO; LFP, whose plateau ends below 3.34 V; LTO.
-bool is_full_voltage(double v) { return v >= 4.05 || (v >= 3.345 && v <= 3.75) || (v >= 2.5 && v <= 2.9); }
+bool is_full_voltage(double v) { return v >= 4.12 || (v >= 3.345 && v <= 3.75) || (v >= 2.5 && v <= 2.9); }
 
 /// A known OCV by SOC.
 class KnownOcv {
@@ -176,7 +176,7 @@ std::vector<std::size_t> possible_full_rows(const CellLog& log) {
 }
 
 RecordedEnds recorded_ends(const CellLog& log, const RunOptions& options) {
-  // Of the full voltage: an NCA cell has 3.3 V at a tenth of its charge, an NMC cell 3.45; of the charge that was moved.
+  // Of the full voltage: an NCA cell has 3.3 V at a tenth of its charge, an NMC cell 3.45; of the charge that moved.
   constexpr double kEmpty = 0.79, kNear = 0.005;
   const std::vector<double> drawn = charge_drawn_ah(log, options.hold);
   const double r0 = resistance_step_median({make_run(log, options)});

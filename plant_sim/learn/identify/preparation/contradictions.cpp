@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -124,6 +125,21 @@ bool leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPrior
     prepared.erase(prepared.begin() + static_cast<std::ptrdiff_t>(worst->recording));
   }
   return any;
+}
+
+void forget_left_out(std::vector<PreparedLog>& prepared, std::vector<CellLog>& logs,
+                     std::vector<double>& temperatures_c) {
+  std::vector<CellLog> kept;
+  std::vector<double> kept_c;
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const auto is_of = [&](const PreparedLog& one) { return one.log == &logs[k]; };
+    if (std::none_of(prepared.begin(), prepared.end(), is_of)) continue;
+    if (k < temperatures_c.size()) kept_c.push_back(temperatures_c[k]);
+    kept.push_back(std::move(logs[k]));
+  }
+  prepared.clear();
+  logs = std::move(kept);
+  temperatures_c = std::move(kept_c);
 }
 
 }  // namespace voltlap::plant

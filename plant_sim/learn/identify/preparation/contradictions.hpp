@@ -17,4 +17,9 @@ namespace voltlap::plant {
 bool leave_out_contradictions(std::vector<PreparedLog>& prepared, const FitPriors& priors,
                               std::vector<std::string>& notes);
 
+/// What was left out is no recording of this cell: neither its capacity nor its ends are. `logs` and their temperatures
+/// are those that are prepared; these are to be prepared anew.
+void forget_left_out(std::vector<PreparedLog>& prepared, std::vector<CellLog>& logs,
+                     std::vector<double>& temperatures_c);
+
 }  // namespace voltlap::plant

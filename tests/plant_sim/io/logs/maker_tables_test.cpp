@@ -63,6 +63,29 @@ TEST_GROUP(MakerTables) {
   }
 };
 
+TEST(MakerTables, ArbinCountsDischargeAloneWhereNothingIsCharged) {
+  // Its counter of charge stands still; the other tells what a gap drew. The thermometer's number is behind its unit.
+  const auto table = [](int unmoved) {
+    std::string text =
+        "Test_Time(s),Current(A),Voltage(V),Charge_Capacity(Ah),Discharge_Capacity(Ah),Temperature (C)_1\n";
+    for (int k = 0; k < 60; ++k) {
+      if (k >= 30 && k < 45) continue;
+      const double current = k >= 10 ? 10.0 : 0.0, drawn = 10.0 * std::max(0, k - 10) * 60.0 / 3600.0;
+      const double charged = unmoved != 0 ? 0.0 : k < 5 ? 0.0 : 1e-4;
+      text += fmt::format("{},{:.4f},{:.4f},{:.6f},{:.6f},29.5\n", 60 * k, -current, 4.0 - 0.01 * current, charged,
+                          drawn);
+    }
+    return text;
+  };
+  for (const int unmoved : {0, 1}) {
+    const CellLog log = log_of(table(unmoved));
+    CHECK_EQUAL(45, log.rows());
+    CHECK_EQUAL(log.rows(), log.charge_ah.size());
+    DOUBLES_EQUAL(10.0 * 49.0 / 60.0, log.charge_ah.back() - log.charge_ah.front(), 1e-3);
+    DOUBLES_EQUAL(29.5, log.temperature_c.front(), 1e-9);
+  }
+}
+
 TEST(MakerTables, Arbin) {
   is_the_cell("Data_Point,Test_Time(s),Step_Time(s),Step_Index,Current(A),Voltage(V),Charge_Capacity(Ah),dV/dt(V/s)\n" +
               rows_of([](const Row& r) {

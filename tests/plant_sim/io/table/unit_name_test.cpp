@@ -25,6 +25,9 @@ TEST(UnitName, StandsInANameInEveryFormThatMakersUse) {
   has("Current, A", "current", "A");
   has("Zeit in ms", "zeit", "ms");
   has("\xE7\x94\xB5\xE6\xB5\x81\xEF\xBC\x88mA\xEF\xBC\x89", "\xE7\x94\xB5\xE6\xB5\x81", "mA");
+  has("Temperature (C)_1", "temperature 1", "degC");
+  has("Lateral acceleration [g]", "lateral acceleration", "g");
+  has("lateral_mps2", "lateral mps2", "");
   has("Voltage", "voltage", "");
   has("relative time(h:min:s.ms)", "relative time", "");
 }

@@ -53,6 +53,31 @@ TEST(Capacity, WholeDischargeIsTheCapacity) {
   CHECK(has(notes, "what the longest discharge draws"));
 }
 
+TEST(Capacity, EndsThatAreNoneAreToldByTheirVoltages) {
+  // An NMC cell rests at 3.45 V with a tenth of its charge, one of iron phosphate at 3.33 V half full.
+  struct Rests {
+    double begin_v, end_v;
+    bool full, empty;
+  };
+  for (const Rests& rests : {Rests{4.18, 3.45, true, false}, {4.18, 3.1, true, true}, {3.98, 3.1, false, true},
+                             {3.33, 2.5, false, true}, {3.36, 3.2, true, false}}) {
+    CellLog log;
+    for (int row = 0; row < 4000; ++row) {
+      log.time_s.push_back(row);
+      log.current_a.push_back(row < 200 || row >= 3800 || row / 100 % 2 == 0 ? 0.0 : 2.0);
+      log.voltage_v.push_back(rests.begin_v + (rests.end_v - rests.begin_v) * row / 3999.0);
+      log.temperature_c.push_back(25.0);
+    }
+    log.gap.assign(log.rows(), false);
+    RunOptions run;
+    run.capacity_ah = 1.0;
+    const RecordedEnds ends = recorded_ends(log, run);
+    const SimpleString what = StringFromFormat("%.2f to %.2f V", rests.begin_v, rests.end_v);
+    CHECK_EQUAL_TEXT(rests.full, ends.full, what.asCharString());
+    CHECK_EQUAL_TEXT(rests.empty, ends.empty, what.asCharString());
+  }
+}
+
 TEST(Capacity, WhatADriveDrewIsCalledSo) {
   for (const double start_soc : {1.0, 0.75}) {
     notes.clear();

@@ -39,6 +39,24 @@ TEST(RecordingsTogether, OneThatContradictsIsLeftOutAndNamed) {
   DOUBLES_EQUAL(1.0, with.model.r0_ohm(8, 5.0) / without.model.r0_ohm(8, 5.0), 0.01);
 }
 
+TEST(RecordingsTogether, OneThatIsLeftOutTellsNoCapacity) {
+  std::vector<double> short_plan = cell.pulses({0.3});
+  short_plan.resize(short_plan.size() / 2);
+  CellLog behind_a_cable = named("cable.csv", cell.record(short_plan, 25.0));
+  for (std::size_t row = 0; row < behind_a_cable.rows(); ++row)
+    behind_a_cable.voltage_v[row] -= 0.15 * behind_a_cable.current_a[row];
+  const CellLog first = named("a.csv", cell.record(cell.pulses({1.0, 2.0}), 25.0)),
+                second = named("b.csv", cell.record(cell.pulses({1.0, 2.0}), 15.0));
+  options.temperatures_c = {25.0, 25.0, 15.0};
+  const IdentifyResult with = identify({behind_a_cable, first, second}, options);
+  options.temperatures_c = {25.0, 15.0};
+  const IdentifyResult without = identify({first, second}, options);
+  CHECK(says(with, "cable.csv contradicts"));
+  DOUBLES_EQUAL(without.model.capacity_ah, with.model.capacity_ah, 1e-9);
+  DOUBLES_EQUAL(without.rms_v, with.rms_v, 1e-9);
+  STRCMP_EQUAL("a.csv", with.files.front().path.c_str());
+}
+
 TEST(RecordingsTogether, WhereAnotherBeginsIsFoundWithTheTables) {
   const auto plan = cell.pulses({1.0, 2.0});
   std::vector<double> part = cell.pulses({1.5});
