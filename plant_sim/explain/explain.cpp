@@ -27,6 +27,22 @@ std::vector<plant::FoundCause> unusual(const std::vector<plant::GateFinding>& fi
   return plant::unusual_findings(worth, usual);
 }
 
+Holding holding_of(const plant::Model& model, bool has_references) {
+  Holding out;
+  out.compared.soc_stated = model.kind != plant::ModelKind::kCell;
+  out.compared.judge_soc = has_references;
+  out.compared.temperature_stated = model.temperature_stated;
+  return out;
+}
+
+void note_what_is_not_judged(const plant::World& model, plant::Recording& log) {
+  const bool has_speed = log.find("speed") != nullptr || log.find("wheel_speed_1") != nullptr;
+  if (!has_speed || plant::knows_cornering(model, log)) return;
+  log.repairs.emplace_back(
+      "forces on the car and what its tyres slip are not judged: corners hold the model's tyres back "
+      "(tyres.cornering_stiffness_per_rad), and the log has no lateral acceleration. Log it, or set that to 0");
+}
+
 Minutes minutes_of(const std::string& fit_blocks) {
   return fit_blocks == "even" ? Minutes::kEven : fit_blocks == "odd" ? Minutes::kOdd : Minutes::kAll;
 }
@@ -96,10 +112,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   const auto progress = [&](const char* what, double fraction) {
     if (options.progress) options.progress(what, fraction);
   };
-  Holding how;
-  how.compared.soc_stated = model.kind != plant::ModelKind::kCell;
-  how.compared.judge_soc = !options.references.empty();
-  how.compared.temperature_stated = model.temperature_stated;
+  Holding how = holding_of(model, !options.references.empty());
   std::vector<plant::Cause> causes = plant::catalogue(options.without);
   plant::size_for(model.world.car.cell, causes);
   plant::Gated gated = plant::integrity_gate(std::move(raw), model);
@@ -117,11 +130,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   saying.with_references = !references.empty();
   saying.gate = unusual(gated.findings, usual_findings);
   if (!gated.enough.empty()) return too_little(saying, gated);
-  if (!plant::knows_cornering(model.world, gated.log)) {
-    gated.log.repairs.emplace_back(
-        "forces on the car and what its tyres slip are not judged: corners hold the model's tyres back "
-        "(tyres.cornering_stiffness_per_rad), and the log has no lateral acceleration. Log it, or set that to 0");
-  }
+  note_what_is_not_judged(model.world, gated.log);
   progress("comparing with the model", 0.5);
   how.minutes = minutes_of(options.fit_blocks);
   Held held = held_against(model.world, gated.log, how);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A car as `voltlap new` writes it: tyres that corners hold back, a rotor with inertia, a winding that warms, cells that
-are warmer than their surface, weighed without its pack. Drawn; VOLTLAP_TEST_SEED repeats a draw."""
+"""A car as `voltlap new` writes it: tyres that corners hold back, a rotor with inertia, a winding that warms, cells
+that are warmer than their surface, weighed without its pack. Drawn; VOLTLAP_TEST_SEED repeats a draw."""
 import pathlib
 import tomllib
 
