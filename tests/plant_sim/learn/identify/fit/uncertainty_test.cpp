@@ -66,7 +66,8 @@ TEST(Uncertainty, ErrorOfHoursIsNotTakenForManyIndependentOnes) {
     const double square = std::max(0.0, left[0].squaredNorm() / kRows - kNoise_v * kNoise_v);
     const double ratio = lasting_density(runs, left) / (square * lasts_s);
     const double short_ratio = noise_density(runs, left) / (square * lasts_s);
-    CHECK_TRUE_TEXT(ratio > 0.4 && ratio < 2.5 && short_ratio < 0.4,
+    // Ten levels are few, and their square a third off by chance; blocks of minutes see a tenth of it.
+    CHECK_TRUE_TEXT(ratio > 0.2 && ratio < 3.0 && short_ratio < 0.5 * ratio,
                     StringFromFormat("VOLTLAP_TEST_SEED=%u, draw %d: %.2f mV for %d s: %.2f, short %.2f", seed, k,
                                      1e3 * lasting_v, lasts_s, ratio, short_ratio).asCharString());
   }
