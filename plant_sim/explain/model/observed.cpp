@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "explain/balances/car_motion.hpp"
 #include "explain/balances/recorded_motor.hpp"
 #include "explain/gate/integrity.hpp"
 #include "explain/gate/rail.hpp"
@@ -123,7 +124,8 @@ VectorXd recorded_until(const VectorXd& time_s) {
 /// Rows after the longest stretches of which nothing is known; between rows that are nearer the current is
 /// straight, or as it was counted.
 std::vector<Index> gaps_of(const VectorXd& time_s, const VectorXd& counted_a) {
-  constexpr double kLong_s = 60.0, kUncounted_s = 8.0;
+  constexpr double kLong_s = 60.0;
+  constexpr double kUncounted_s = 8.0;  // at 100 A some 4 mV of a pack of 27 Ah
   constexpr std::size_t kMost = 8;
   const double usual = kGap * row_interval_s(time_s);
   std::vector<Index> out;
@@ -227,7 +229,7 @@ bool is_between_rows(const VectorXd& current) {
 
 /// What tyres slip is known to a tenth of itself; so is what a motor that nobody read turns faster than the car.
 double slip_doubt(const plant::World& model, const plant::Comparison& comparison, const VectorXd& power) {
-  constexpr double kOfSlip = 0.1, kMoving = 2.0;
+  constexpr double kOfSlip = 0.1;  // chosen
   const plant::Recording& log = comparison.log;
   if (!log.derived.contains("motor_speed")) return 0.0;
   const VectorXd &motor = *log.find("motor_speed"), &speed = *log.find("speed");
@@ -235,7 +237,7 @@ double slip_doubt(const plant::World& model, const plant::Comparison& comparison
   double square = 0.0, count = 0.0;
   for (Index row = 0; row < power.size(); ++row) {
     const double slip = motor(row) * rolling / speed(row) - 1.0;
-    if (!(speed(row) > kMoving) || !std::isfinite(slip) || !std::isfinite(power(row))) continue;
+    if (!(speed(row) > plant::kMoving) || !std::isfinite(slip) || !std::isfinite(power(row))) continue;
     square += std::pow(power(row) * slip, 2);
     count += 1.0;
   }
