@@ -120,6 +120,43 @@ TEST(CarBalances, braking_by_the_motor_shows_in_the_torque_with_the_accelerator_
   CHECK(largest(residual("speed", sound_car(), on)) < kLeft);
 }
 
+TEST(CarBalances, a_winding_that_warms_takes_more_power) {
+  const Comparison on = drive();
+  World cold = sound_car();
+  MotorSection& motor = cold.car.motor;
+  motor.winding_loss = true;
+  motor.winding_resistance_ohm = 0.02;
+  motor.winding_reference_c = cold.car.environment.ambient_c;
+  motor.insulation_conductance_w_per_k = motor.steel_conductance_w_per_k = 60.0;
+  motor.aluminium_conductance_w_per_k = motor.convection_w_per_m2_k = 50.0;
+  motor.surface_area_m2 = 0.1;
+  for (double* mass : {&motor.copper_mass_kg, &motor.steel_mass_kg, &motor.aluminium_mass_kg}) *mass = 4.0;
+  for (double* heat : {&motor.copper_heat_capacity_j_per_kg_k, &motor.steel_heat_capacity_j_per_kg_k,
+                       &motor.aluminium_heat_capacity_j_per_kg_k})
+    *heat = 400.0;
+  World warm = cold;
+  warm.car.motor.winding_per_kelvin = 0.0039;
+  const VectorXd more = predicted("power", warm, on) - predicted("power", cold, on);
+  CHECK(largest(more.head(20)) < 0.1 * largest(more.tail(200)));
+  CHECK(more.minCoeff() > -1e-9 && largest(more) > 0.01);
+}
+
+TEST(CarBalances, wheels_that_begin_to_slip_take_speed_that_the_car_does_not_gain) {
+  Comparison on = drive();
+  World car = sound_car();
+  car.car.powertrain.driveline_inertia_kg_m2 = 1.0;
+  const VectorXd rolls = predicted("speed", car, on);
+  const VectorXd& torque = on.log.signals.at("motor_torque");
+  Index from = 1500;
+  while (torque(from - 1) < 0.8 * torque.maxCoeff()) ++from;
+  for (Index row = from; row < torque.size(); ++row) on.log.signals["motor_speed"](row) *= 1.1;
+  const VectorXd slips = predicted("speed", car, on);
+  // J / r^2 of all that is sped up, times what the wheels turn faster.
+  const double kg = 1.0 / (kRadius * kRadius), faster = 0.1 * on.log.signals["speed"](from);
+  DOUBLES_EQUAL(-kg / (kMass + kg) * faster, slips(from) - rolls(from), 0.02 * faster);
+  DOUBLES_EQUAL(0.0, slips(from - 1) - rolls(from - 1), 1e-12);
+}
+
 TEST(CarBalances, less_grip_slips_more_near_the_limit_and_no_more_at_rest) {
   const Comparison on = drive();
   World slippery = sound_car();
