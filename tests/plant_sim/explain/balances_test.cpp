@@ -338,3 +338,24 @@ TEST(Balances, a_late_pack_voltage_is_late_by_what_the_model_says_between_the_re
     for (const Index row : {kAt - 2, kAt + 1, kAt + 2, kAt + 4}) CHECK(std::abs(added(row)) < 0.05 * sag);
   }
 }
+
+TEST(Balances, a_current_that_is_switched_between_rows_heats_as_it_does_in_fine_ones) {
+  const World model = leaf();
+  const auto rise = [&](int rows_a_second) {  // 300 A for 0.6 s of each 1.2 s, switched in the middle between two rows
+    Recording log;
+    const Index rows = 600 * rows_a_second;
+    log.time_s = VectorXd::LinSpaced(rows, 0.0, static_cast<double>(rows - 1) / rows_a_second);
+    LogFacts facts;
+    facts.initial_soc = 0.8;
+    facts.stopped.assign(static_cast<std::size_t>(rows), false);
+    facts.current_a = VectorXd::Zero(rows);
+    for (Index row = 0; row < rows; ++row) {
+      if (std::fmod(log.time_s(row) + 0.05, 1.2) < 0.6) facts.current_a(row) = 300.0;
+    }
+    log.signals["current"] = facts.current_a;
+    return battery_response(model, log, facts).temperature_c(rows - 1) - facts.initial_temperature_c;
+  };
+  const double fine_k = rise(200), coarse_k = rise(10);
+  CHECK(fine_k > 2.0);
+  DOUBLES_EQUAL(1.0, coarse_k / fine_k, 0.01);
+}
