@@ -233,13 +233,9 @@ void IdentificationProblem::estimate_temperatures() {
     const double start_c = one.run.temperature_c;
     std::vector<double> warming =
         estimated_temperature(log, one.run.hold, options.thermal(capacity_ah), heat, {start_c, start_c});
-    const double warmest = *std::max_element(warming.begin(), warming.end());
-    if (warmest - warming.front() < kWorthIt_k) continue;
+    if (*std::max_element(warming.begin(), warming.end()) - warming.front() < kWorthIt_k) continue;
     log.temperature_c = std::move(warming);
     one.temperature_estimated = any = true;
-    result.notes.push_back(fmt::format("{}: no temperature was recorded; by the heat that it makes and its body the "
-                                       "cell went from {:.1f} to {:.1f} degC.",
-                                       std::filesystem::path(log.path).filename().string(), start_c, warmest));
   }
   if (any) runs = weighed_runs();
 }
@@ -300,6 +296,17 @@ double IdentificationProblem::estimate_temperatures_by(const CircuitModel& model
   return most;
 }
 
+void IdentificationProblem::note_warming() {
+  for (const PreparedLog& one : prepared) {
+    if (!one.temperature_estimated) continue;
+    const std::vector<double>& warmed = one.log->temperature_c;
+    result.notes.push_back(fmt::format("{}: no temperature was recorded; by the heat that it makes and its body the "
+                                       "cell went from {:.1f} to {:.1f} degC.",
+                                       std::filesystem::path(one.log->path).filename().string(), warmed.front(),
+                                       *std::max_element(warmed.begin(), warmed.end())));
+  }
+}
+
 void IdentificationProblem::collect_rests() {
   for (const MeasuredRun& run : runs) {
     for (const OcvKnowledge& rest : ocv_from_rests(run)) rests.push_back(rest);
@@ -355,7 +362,6 @@ double IdentificationProblem::rms_of_held_out_blocks(const FullFit& full) const 
 IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
   if (by_stage()) return identify_by_stage(logs, options);
   constexpr int kWarmingPasses = 2;
-  constexpr std::size_t kEnoughRests = 5;
   constexpr double kSameTemperature_k = 0.5;
   const auto begin = std::chrono::steady_clock::now();
   FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}, tau_centre_s};
@@ -368,15 +374,14 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
   fit_options.ends_undriven = ends_undriven(runs, result.capacity);
   const std::vector<std::string> notes = result.notes;
   FullFit full = full_fit(runs, priors, fit_options, result.notes);
-  // Few rests do not tell an open-circuit voltage from a resistance, nor its heat.
-  const int passes = fit_options.rests.size() >= kEnoughRests || !options.ocv.empty() ? kWarmingPasses : 0;
-  for (int pass = 0; pass < passes; ++pass) {
+  for (int pass = 0; pass < kWarmingPasses; ++pass) {
     if (estimate_temperatures_by(full.fit.model) < kSameTemperature_k) break;
     runs = weighed_runs();
     if (options.block_s > 0.0) hold_out_blocks();
     result.notes = notes;
     full = full_fit(runs, priors, fit_options, result.notes);
   }
+  note_warming();
   take(full, capacity_ah, result);
   result.laws_assumed = result.laws_assumed || full.laws_held;
   widen_intervals(full);

@@ -91,6 +91,7 @@ struct IdentificationProblem {
   [[nodiscard]] double temperature_spread() const;
   void assume_laws_of_one_temperature();
   double estimate_temperatures_by(const CircuitModel& model);
+  void note_warming();
   void collect_rests();
   void hold_out_blocks();
   void widen_intervals(const FullFit& full);
