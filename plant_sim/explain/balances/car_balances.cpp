@@ -27,13 +27,6 @@ constexpr double kGap = 0.5;        // s without a row, over which no sum goes o
 constexpr double kReleased = 0.02;  // of the accelerator; below it the torque is what the brakes ask for
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
-const VectorXd* pack_voltage(const Recording& log) {
-  for (const char* role : {"pack_voltage", "bus_voltage"}) {
-    if (const VectorXd* found = log.find(role)) return found;
-  }
-  return nullptr;
-}
-
 bool has_torque(const Recording& log) {
   return log.find("motor_torque") || log.find("accelerator");
 }
@@ -242,13 +235,26 @@ VectorXd measured_gain_of_speed(const Recording& log) {
 
 }  // namespace
 
+const VectorXd* pack_voltage(const Recording& log) {
+  for (const char* role : {"pack_voltage", "bus_voltage"}) {
+    if (const VectorXd* found = log.find(role)) return found;
+  }
+  return nullptr;
+}
+
+/// Rows whose torque is unknown are not judged.
+VectorXd measured_power(const Recording& log) {
+  const VectorXd power = power_as_torque(log, pack_voltage(log)->cwiseProduct(*log.find("current")));
+  const VectorXd* pedal = log.find("motor_torque") != nullptr ? nullptr : log.find("accelerator");
+  return pedal != nullptr ? VectorXd(pedal->array().isFinite().select(power, kNothing)) : power;
+}
+
 std::vector<BalanceChannel> car_channels(const World& model, const Recording& log) {
   if (model.car.tyres.radius_m <= 0.0) return {};
   std::vector<BalanceChannel> out;
   const VectorXd *volts = pack_voltage(log), *speed = log.find("speed"), *motor = log.find("motor_speed");
   if (has_torque(log) && motor != nullptr && volts != nullptr) {
-    out.push_back(
-        {"power", Balance::kPower, "Nm", power_as_torque(log, volts->cwiseProduct(*log.find("current")))});
+    out.push_back({"power", Balance::kPower, "Nm", measured_power(log)});
   }
   if (has_torque(log) && has_gain_of_speed(log)) {
     out.push_back({"speed", Balance::kForce, "m/s", measured_gain_of_speed(log)});

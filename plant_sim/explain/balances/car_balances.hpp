@@ -20,6 +20,9 @@
 
 namespace voltlap::plant {
 
+/// Of pack or bus; null where neither is recorded.
+[[nodiscard]] const Eigen::VectorXd* pack_voltage(const Recording& log);
+
 /// The balances that the log can feed; none for a cell or a pack.
 [[nodiscard]] std::vector<BalanceChannel> car_channels(const World& model, const Recording& log);
 

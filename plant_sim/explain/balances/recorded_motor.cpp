@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "car/powertrain/motor.hpp"
+#include "car/powertrain/torque_curve.hpp"
+#include "explain/balances/car_balances.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -58,29 +60,25 @@ double weakening_loss(const World& world, double omega) {
   return loss(changed) - loss(base);
 }
 
-VectorXd reported_torque(const World& world, const Comparison& comparison) {
-  const Recording& log = comparison.log;
+VectorXd torque_of_pedal(const World& world, const Recording& log) {
   const MotorSection& motor = world.car.motor;
+  const TorqueCurve curve(motor);
+  const VectorXd& pedal = *log.find("accelerator");
+  const VectorXd *speed = log.find("motor_speed"), *volts = pack_voltage(log);
   VectorXd out(log.rows());
-  if (const VectorXd* measured = log.find("motor_torque")) {
-    out = *measured;
-  } else {
-    const VectorXd& pedal = *log.find("accelerator");
-    const VectorXd* speed = log.find("motor_speed");
-    for (Index row = 0; row < log.rows(); ++row) {
-      const double omega = speed != nullptr ? (*speed)(row)*kRpm : 0.0;
-      const double base = motor.curve_torque_nm.front(), at = omega / kRpm / (1.0 + world.base_speed_change);
-      double most = base;
-      for (std::size_t k = 1; k < motor.curve_speed_rpm.size(); ++k) {
-        const double x0 = motor.curve_speed_rpm[k - 1], x1 = motor.curve_speed_rpm[k];
-        if (at < x0) break;
-        const double part = std::clamp((at - x0) / (x1 - x0), 0.0, 1.0);
-        most = motor.curve_torque_nm[k - 1] + part * (motor.curve_torque_nm[k] - motor.curve_torque_nm[k - 1]);
-      }
-      out(row) = std::min(motor_torque(motor, pedal(row) * world.car.inverter.current_max_a, 1.0), most);
-    }
+  for (Index row = 0; row < log.rows(); ++row) {
+    const double omega = speed != nullptr ? (*speed)(row)*kRpm : 0.0;
+    const double current = curve.current(pedal(row) * world.car.inverter.current_max_a,
+                                         omega / (1.0 + world.base_speed_change),
+                                         volts != nullptr ? (*volts)(row) : motor.curve_voltage_v);
+    out(row) = motor_torque(motor, current, omega);
   }
   return out;
+}
+
+VectorXd reported_torque(const World& world, const Comparison& comparison) {
+  const VectorXd* measured = comparison.log.find("motor_torque");
+  return measured != nullptr ? *measured : torque_of_pedal(world, comparison.log);
 }
 
 VectorXd true_torque(const World& world, const Comparison& comparison, const VectorXd& reported) {

@@ -7,6 +7,9 @@ namespace voltlap::plant {
 
 inline constexpr double kRpm = 2.0 * 3.14159265358979323846 / 60.0;  // rad/s
 
+/// Motor torque at the shaft that the pedal asks for, along the motor's curve; NaN where the pedal is unknown.
+[[nodiscard]] Eigen::VectorXd torque_of_pedal(const World& world, const Recording& log);
+
 /// Motor torque at the shaft that inverter or pedal report.
 [[nodiscard]] Eigen::VectorXd reported_torque(const World& world, const Comparison& comparison);
 

@@ -3,9 +3,11 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "car/powertrain/motor.hpp"
+#include "explain/model/cut_torque.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -75,7 +77,7 @@ plant::Recording interpolated(const plant::World& model, plant::Recording log) {
   }
   derive_speed(log);
   derive_torque(model, log);
-  return log;
+  return without_cut_torque(model, std::move(log));
 }
 
 }  // namespace voltlap::explain
