@@ -139,9 +139,14 @@ double holes_in(const VectorXd& values) {
       std::count_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); }));
 }
 
-void find_holes(const std::string& role, const VectorXd& values, std::vector<GateFinding>& findings) {
+/// Before a first reading, which a slow message gives a few seconds after the others, there is no hole.
+void find_holes(const std::string& role, const VectorXd& time_s, const VectorXd& values,
+                std::vector<GateFinding>& findings) {
+  constexpr double kFirst_s = 5.0;
   const auto rows = static_cast<double>(values.size());
-  const double holes = holes_in(values);
+  Index first = 0;
+  while (first < values.size() && !std::isfinite(values(first)) && time_s(first) <= time_s(0) + kFirst_s) ++first;
+  const double holes = holes_in(values.tail(values.size() - first));
   if (holes > 0.0 && holes < rows)
     findings.push_back({"dropped_or_late_frames", role, "count", holes, "1", holes > 0.005 * rows});
 }
@@ -220,7 +225,7 @@ Gated integrity_gate(Recording raw, const Model& model) {
   Gated out;
   out.log = std::move(raw);
   find_gaps(out.log, out.findings);
-  for (const auto& [role, values] : out.log.signals) find_holes(role, values, out.findings);
+  for (const auto& [role, values] : out.log.signals) find_holes(role, out.log.time_s, values, out.findings);
   note_holes(out.log);
   VectorXd moving = *out.log.find("current");
   double last = 0.0, most = 0.0;

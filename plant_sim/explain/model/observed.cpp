@@ -213,20 +213,6 @@ double hidden_by_steps(const Observed& log, const ReadChannel& channel) {
   return error / channel.practical;
 }
 
-/// Does the current change so much from row to row that what flowed between them may be anything? Then the charge
-/// and the lags that a model makes of the rows are off as well.
-bool is_between_rows(const VectorXd& current) {
-  constexpr double kMuch = 0.5;  // of its RMS; a drive at 1 Hz has 0.9, at 10 Hz 0.3, at 100 Hz 0.1
-  double off = 0.0, all = 0.0;
-  for (Index row = 1; row + 1 < current.size(); ++row) {
-    const double beside = current(row) - 0.5 * (current(row - 1) + current(row + 1));
-    if (!std::isfinite(beside)) continue;
-    off += beside * beside;
-    all += current(row) * current(row);
-  }
-  return off > kMuch * kMuch * all;
-}
-
 /// What tyres slip is known to a tenth of itself; so is what a motor that nobody read turns faster than the car.
 double slip_doubt(const plant::World& model, const plant::Comparison& comparison, const VectorXd& power) {
   constexpr double kOfSlip = 0.1;  // chosen

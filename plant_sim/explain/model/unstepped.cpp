@@ -41,8 +41,9 @@ std::vector<Change> changes_of(const VectorXd& time_s, const VectorXd& values) {
 }
 
 /// When the thermistor passed each middle: in the midst of the changes to and fro, so that the reading is as long
-/// on one side before as on the other after. Changes that end where they began are no pass.
-std::vector<Pass> passes_of(const std::vector<Change>& changes) {
+/// on one side before as on the other after. Changes that end where they began are no pass; nor are those to and fro
+/// that the recording begins or ends amid, of which it has a part.
+std::vector<Pass> passes_of(const std::vector<Change>& changes, double begin_s, double end_s) {
   std::vector<Pass> out;
   for (std::size_t first = 0; first < changes.size();) {
     std::size_t end = first + 1;
@@ -52,7 +53,9 @@ std::vector<Pass> passes_of(const std::vector<Change>& changes) {
       if (changes[end].rises == changes[first].rises) back_s += changes[end].time_s - changes[end - 1].time_s;
       ++end;
     }
-    if ((end - first) % 2 == 1) out.push_back({changes[first].time_s + back_s, changes[first].value});
+    const bool whole = end - first == 1 || (changes[first].time_s - begin_s > kToAndFro_s &&
+                                            end_s - changes[end - 1].time_s > kToAndFro_s);
+    if (whole && (end - first) % 2 == 1) out.push_back({changes[first].time_s + back_s, changes[first].value});
     first = end;
   }
   return out;
@@ -61,7 +64,8 @@ std::vector<Pass> passes_of(const std::vector<Change>& changes) {
 /// Takes the steps away; the times at which a middle was passed, or none where the values stay as they are.
 std::vector<double> unstep(const VectorXd& read_s, VectorXd& values) {
   const double step = least_change(values);
-  const std::vector<Pass> passes = passes_of(changes_of(read_s, values));
+  if (read_s.size() == 0) return {};
+  const std::vector<Pass> passes = passes_of(changes_of(read_s, values), read_s(0), read_s(read_s.size() - 1));
   if (!(step > kCoarse_k) || passes.size() < kLeastPasses) return {};
   std::vector<double> passed_s;
   for (const Pass& pass : passes) passed_s.push_back(pass.time_s);

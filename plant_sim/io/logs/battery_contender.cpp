@@ -64,6 +64,12 @@ bool is_same_level(const Contender& a, const Contender& b) {
   return apart(a, b, 0.5) < kErrors;
 }
 
+bool are_cells_alike(const Contender& a, const Contender& b) {
+  const SignalCandidate &one = *a.candidate, &other = *b.candidate;
+  return !one.name.pattern.empty() && one.name.pattern == other.name.pattern && one.is_cell_voltage() &&
+         other.is_cell_voltage();
+}
+
 LineFit line_fit(const std::vector<double>& y, const std::vector<double>& x, const std::vector<double>* z) {
   double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
   for (std::size_t k = 0; k < y.size(); ++k) {

@@ -32,6 +32,9 @@ struct Contender {
 /// Two sensors of one voltage, but for their errors.
 [[nodiscard]] bool is_same_level(const Contender& a, const Contender& b);
 
+/// Cells of one series that are called alike but for their number: any of them answers to the current.
+[[nodiscard]] bool are_cells_alike(const Contender& a, const Contender& b);
+
 struct LineFit {
   double rest;  ///< share of the variance that a straight line leaves
   std::size_t count;

@@ -225,7 +225,9 @@ const Contender* PairChooser::best_answer(const std::vector<const Contender*>& g
   }
   for (const Contender* voltage : group) {
     const bool named = voltage->standing >= Standing::kWorded && best->standing >= Standing::kWorded;
-    if (voltage == best || is_same(*voltage, *best) || (named && is_same_level(*voltage, *best))) continue;
+    if (voltage == best || is_same(*voltage, *best) || are_cells_alike(*voltage, *best) ||
+        (named && is_same_level(*voltage, *best)))
+      continue;
     const VoltageAnswer answer = voltage_answer(current.means, voltage->means);
     const bool clear = std::abs(clearest.clearest()) >= kAnswers &&
                        std::abs(answer.clearest()) < kSilentShare * std::abs(clearest.clearest());

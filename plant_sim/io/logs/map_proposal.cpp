@@ -322,8 +322,8 @@ void Proposer::propose_motor() {
 void Proposer::propose_temperature() {
   SignalCandidates temperatures, ambients;
   for (const SignalCandidate& candidate : all_) {
-    const bool fits =
-        !is_taken(candidate) && candidate.is_temperature() && candidate.name.is_actual && !candidate.name.is_others;
+    const bool fits = !is_taken(candidate) && candidate.name.is_actual && !candidate.name.is_others &&
+                      (candidate.is_temperature() || candidate.is_called_ambient());
     if (fits) (candidate.name.owner == Owner::kAmbient ? ambients : temperatures).push_back(candidate);
   }
   if (ambients.size() == 1)

@@ -67,4 +67,10 @@ bool SignalCandidate::is_temperature() const {
   return low_ * source.scale + source.offset >= range.min && high_ * source.scale + source.offset <= range.max;
 }
 
+bool SignalCandidate::is_called_ambient() const {
+  constexpr double kCold = -40.0, kWarm = 60.0;  // degC; what is warmer may be in degF
+  return name.owner == Owner::kAmbient && name.meaning == Meaning::kNothing && !signal->unit && low_ >= kCold &&
+         high_ <= kWarm;
+}
+
 }  // namespace voltlap::plant

@@ -30,6 +30,8 @@ struct SignalCandidate {
   [[nodiscard]] bool is_temperature() const;
   /// By name and unit, whatever its values.
   [[nodiscard]] bool is_called_temperature() const;
+  /// "Ambient" and no other quantity, without a unit: in degC, by its values too.
+  [[nodiscard]] bool is_called_ambient() const;
   /// "V" or "mV" by the size of the numbers where the file gives none; "" for numbers that are no battery's.
   [[nodiscard]] const char* voltage_unit() const;
   /// Volts, of a signal that is a voltage.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/demand.hpp"
@@ -58,11 +59,28 @@ DropFit::Turn turn_of(const RecordedSignal& clock, const RecordedSignal& current
   return fit.turn();
 }
 
+/// The unit in which a clock counts from 1970; nullptr for one that does not. A counter of microseconds since it was
+/// switched on runs on by a large part of what it shows.
+const char* unit_since_1970(const RecordedSignal& clock) {
+  constexpr double kFirst_s = 1e9, kLast_s = 4e9, kShort = 0.01;  // 2001 to 2096; of it, four months
+  std::vector<double> all;
+  std::copy_if(clock.value.begin(), clock.value.end(), std::back_inserter(all),
+               [](double stamp) { return std::isfinite(stamp); });
+  if (all.empty()) return nullptr;
+  const double middle = median(all);
+  if (std::abs(all.back() - all.front()) > kShort * middle) return nullptr;
+  for (const auto& [unit, seconds] : {std::pair{"s", 1.0}, {"ms", 1e-3}}) {
+    if (within(middle * seconds, kFirst_s, kLast_s)) return unit;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 TimeUnits time_units(const RecordedSignals& recording, const RecordedSignal& clock, const BatteryPair& pair) {
   constexpr double kLeast = 10.0, kLeastClear = 40.0, kMostClear = 1200.0, kMost = 5000.0;  // s
   TimeUnits out{{}, "nothing in the recording tells it"};
+  if (const char* unit = recording.is_can ? nullptr : unit_since_1970(clock)) return {{unit}, "counts since 1970"};
   if (pair.current == nullptr || pair.voltage == nullptr || !pair.is_clear || recording.is_can) return out;
   const double turn = turn_of(clock, *pair.current, *pair.voltage).value;
   if (!(turn > 0.0)) return out;
