@@ -22,7 +22,7 @@
 #include "learn/identify/result/cell_parameters.hpp"
 #include "learn/identify/result/identification_report.hpp"
 #include "learn/identify/result/identify_text.hpp"
-#include "learn/validate/written_cell.hpp"
+#include "learn/validate/written_identification.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -314,14 +314,6 @@ void IdentifyCommand::open(Outputs& files) const {
   if (!report_.empty()) files.report.emplace(report_);
 }
 
-void IdentifyCommand::check_file(const DataFolder& data, const std::string& toml,
-                                 const std::vector<CellIdentification>& each, CellIdentification& identified) const {
-  const CellParameters file = read_back(toml, data);
-  require_possible_cell(file, identified, recordings_.cells_in_series);
-  take_errors_of_file(file, each, identified);
-  if (each.size() == 1) require_file_follows(identified);  // a mean is none of its cells
-}
-
 std::string IdentifyCommand::json_text(const CellBody& body, const std::vector<CellIdentification>& each,
                                        const std::vector<std::string>& names, const MeanCell* mean,
                                        const std::string& own) {
@@ -336,7 +328,6 @@ std::string IdentifyCommand::json_text(const CellBody& body, const std::vector<C
 }
 
 int IdentifyCommand::run(const DataFolder& data) {
-  const auto shipped = [&](const std::string& cell) { return load_cell(data, cell, "identify"); };
   IdentifyOptions options;
   options.branches = branches_;
   options.hold = hold_;
@@ -346,45 +337,31 @@ int IdentifyCommand::run(const DataFolder& data) {
   take_method(options);
   take_blocks(options);
   take_ocv(data, options);
-  const ToldBody told = told_body();
-  options.thermal = [&](double capacity_ah) {
-    CellParameters cell;
-    cell_body(told, {.ah = capacity_ah}, shipped).write_into(cell);
-    return thermal_of(cell);
-  };
+  IdentificationWriter writer{data, told_body(), cell_name(), recordings_.cells_in_series, {}, {}};
+  options.thermal = [&](double capacity_ah) { return writer.thermal(capacity_ah); };
   Outputs files;
   open(files);
   const std::vector<CellData> cells = read(data);
   take_constant(cells, options);
-
-  const std::vector<CellIdentification> each = identify_cells(cells, options);
-  std::optional<MeanCell> mean;
-  std::vector<std::string> names;
-  for (const CellData& cell : cells) names.push_back(cell.name);
-  if (cells.size() > 1) mean = mean_cell(each, names);
-  CellIdentification identified = mean ? mean->identified : each.front();
-  IdentifyResult& reference = identified.reference_point().result;
-  reference.capacity.ah = reference.model.capacity_ah;
-  const CellBody body = cell_body(told, reference.capacity, shipped);
-  const CellParameters cell = cell_parameters(identified, body, cell_name(), reference.notes);
-  require_possible_size(cell, body);
-  const std::string toml = cell_toml(cell, body, identified) + (mean ? spread_comment(*mean) : "");
-  check_file(data, toml, each, identified);
+  for (const CellData& cell : cells) writer.names.push_back(cell.name);
+  writer.identify = [&](const IdentifyOptions& how) { return identify_cells(cells, how); };
+  const WrittenIdentification out = writer.that_holds_most(options);
 
   std::FILE* to = summary_stream({out_, json_, report_});
-  fmt::print(to, "{}", identification_text(cell, body, identified, recordings_.cells_in_series));
-  if (mean) fmt::print(to, "{}", spread_text(*mean));
+  fmt::print(to, "{}", identification_text(out.cell, out.body, out.identified, recordings_.cells_in_series));
+  const MeanCell* mean = out.mean ? &*out.mean : nullptr;
+  if (mean != nullptr) fmt::print(to, "{}", spread_text(*mean));
   std::vector<MethodScore> scores;
-  if (method_ == kAllMethods) scores = compare(cells, each, options);
+  if (method_ == kAllMethods) scores = compare(cells, out.each, options);
   if (!scores.empty()) fmt::print(to, "\n{}", comparison_text(scores));
-  const std::string text = identification_json(cell, body, identified, VOLTLAP_VERSION);
-  if (files.out) files.out->write(toml);
+  const std::string text = identification_json(out.cell, out.body, out.identified, VOLTLAP_VERSION);
+  if (files.out) files.out->write(out.toml);
   if (files.report) {
-    files.report->write(identification_report(
-        {cell, body, identified, each, text, mean ? &*mean : nullptr, scores, flags()}, VOLTLAP_VERSION));
+    files.report->write(identification_report({out.cell, out.body, out.identified, out.each, text, mean, scores, flags()},
+                                              VOLTLAP_VERSION));
   }
   if (files.json) {
-    const std::string all = json_text(body, each, names, mean ? &*mean : nullptr, text);
+    const std::string all = json_text(out.body, out.each, writer.names, mean, text);
     files.json->write(scores.empty() ? all : with_methods(all, scores));
   }
   files.commit();

@@ -50,9 +50,6 @@ class IdentifyCommand {
     void commit();
   };
   void open(Outputs& files) const;
-  /// Reads the cell file's text back, refuses what is not to be trusted, and puts its errors in the place of the fit's.
-  void check_file(const DataFolder& data, const std::string& toml, const std::vector<CellIdentification>& each,
-                  CellIdentification& identified) const;
   [[nodiscard]] static std::string json_text(const CellBody& body, const std::vector<CellIdentification>& each,
                                              const std::vector<std::string>& names, const MeanCell* mean,
                                              const std::string& own);

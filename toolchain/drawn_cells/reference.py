@@ -25,7 +25,8 @@ def hat(nodes, x):
 
 
 def recorded_temperature(rows):
-    """As it was read, steps of a kelvin as the mean of five minutes; the true one where no thermometer was."""
+    """As it was read, steps of a kelvin as the mean of five minutes; the true one where no thermometer was, until it is
+    known what is believed of the body."""
     if rows.temperature is None:
         return rows.true_temperature
     values = np.unique(rows.temperature)

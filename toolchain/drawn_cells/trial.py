@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One drawn cell: its recordings, what identify makes of all but one, and how that one is predicted."""
+import dataclasses
 import json
 import re
 import subprocess
@@ -14,6 +15,7 @@ from . import program as programs
 from . import reference
 
 LIMIT_S = 600
+BEGIN = (1.0, -1.0)  # of every program: full, and charged last
 EMPTY = 0.03  # SOC below which nothing is scored: there the OCV falls by volts a percent
 
 
@@ -59,10 +61,12 @@ class Trial:
         self.again = rng.random() < 0.2
         self.files, self.commands = [], []
         self.recs, self.recs_at_true = [], []  # with the recorded and with the true temperature
+        self.driven = []  # (response, mask of the readings, degC of the air, rows)
         for k, (kind, t, rate) in enumerate(self.plan):
             made = programs.make(rng, self.cell, kind, t, rate, self.logger)
             answer, mask = programs.run(self.cell, made)
             rows = loggers.read(rng, self.logger, made, answer, mask)
+            self.driven.append((answer, mask, t, rows))
             name = "unseen" if k == len(self.plan) - 1 else str(k + 1)
             path = folder / f"{name}_{kind}_{t:g}C_{rate:g}C.csv"
             loggers.write(path, rows)
@@ -120,8 +124,10 @@ class Trial:
             return self.found
         self.texts(done.stdout)
         try:
-            self.identified(json.loads(out.read_text(), parse_constant=lambda c: self.fail("no number in JSON", c)),
-                            done.stdout)
+            found = json.loads(out.read_text(), parse_constant=lambda c: self.fail("no number in JSON", c))
+            self.identified(found, done.stdout)
+            if self.logger.temperature == "none":
+                self.warm_with_stated_body({fact["key"]: fact["value"] for fact in found["facts"]})
         except (OSError, ValueError) as error:
             self.fail("JSON not read back", repr(error))
             return self.found
@@ -131,6 +137,15 @@ class Trial:
             t = ["--temperature", f"{self.plan[self.files.index(first)][1]:g}"]
             self.ended_well("identify --ocv", self.run("identify", *t, first, "--ocv", model))
         return self.found
+
+    def warm_with_stated_body(self, facts):
+        """Where no thermometer was the reference knows the heat of its cell, and of its body what identify says."""
+        stated = dataclasses.replace(self.cell, mass_kg=facts["mass_kg"],
+                                     heat_j_per_kg_k=facts["heat_capacity_j_per_kg_k"],
+                                     cooling_w_per_k=facts["convection_w_per_m2_k"] * facts["surface_area_m2"])
+        self.recs = [reference.Recording(self.cell, self.logger, rows,
+                                         cells.respond(stated, answer.t, answer.current, air, BEGIN).temperature[mask])
+                     for answer, mask, air, rows in self.driven]
 
     def texts(self, said):
         for line in said.splitlines():

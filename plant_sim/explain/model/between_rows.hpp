@@ -10,9 +10,9 @@ namespace voltlap::explain {
 [[nodiscard]] bool is_between_rows(const Eigen::VectorXd& current);
 
 /// What predictions are off for the rows that were not recorded, by how much they would be others without half of the
-/// rows: at most that, where a load goes on and off, and a third of it where it is smooth. Not what one half has slowly more:
-/// pulses that all begin in an odd row and end in an even one would be longer each, and count a charge that no row
-/// between the rows could.
+/// rows: at most that, where a load goes on and off, and a third of it where it is smooth. Not what one half has slowly
+/// more than the other: pulses that all begin in an odd row and end in an even one would be longer each, and count a
+/// charge that no row between the rows could.
 void put_between_rows(Observed& log);
 
 }  // namespace voltlap::explain

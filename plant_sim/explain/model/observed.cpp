@@ -320,13 +320,13 @@ VectorXd without_steps(const plant::Recording& log, const plant::Recording& read
 
 /// The temperature at which the tables are read: the model's own course, and slowly what the thermistors say. Steps
 /// and noise of a thermistor would come back as errors of the resistances.
-void settle_temperature(const plant::World& model, const plant::Recording& read, plant::Comparison& comparison) {
+void settle_temperature(const plant::World& model, plant::Comparison& comparison) {
   plant::LogFacts& facts = comparison.facts;
   if (facts.temperature_c.size() == 0) return;
   facts.thermistor_c = facts.temperature_c;
   const VectorXd surface = plant::battery_response(model, comparison.log, facts).surface_c;
   const VectorXd& time_s = comparison.log.time_s;
-  const VectorXd fine = without_steps(comparison.log, read);
+  const VectorXd fine = without_steps(comparison.log, unstepped(comparison.log, Passes::kAny));
   const VectorXd beside = fine.size() > 0 ? bridged(time_s, fine - surface) : facts.temperature_c - surface;
   facts.temperature_c = surface + plant::smoothed(time_s, beside, kSlow_s);
   if (fine.size() > 0) facts.thermistor_c = facts.temperature_c;  // how fast it changes no step tells
@@ -343,7 +343,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
     out.comparison.facts.at_limit = rail->at;
   mask_open(out.comparison);
   out.read = unstepped(out.comparison.log);
-  settle_temperature(model, out.read, out.comparison);
+  settle_temperature(model, out.comparison);
   settle_gaps(model, out.comparison);
   out.base = plant::predict(model, out.comparison);
   out.comparison.soc = out.base.battery.soc;

@@ -41,8 +41,8 @@ std::vector<Change> changes_of(const VectorXd& time_s, const VectorXd& values) {
 }
 
 /// When the thermistor passed each middle: in the midst of the changes to and fro, so that the reading is as long
-/// on one side before as on the other after. Changes that end where they began are no pass; nor are those to and fro
-/// that the recording begins or ends amid, of which it has a part.
+/// on one side before as on the other after. Changes that end where they began are no pass; those to and fro that
+/// begin or end within kToAndFro_s of the recording's `begin_s` or `end_s` are one in part.
 std::vector<Pass> passes_of(const std::vector<Change>& changes, double begin_s, double end_s) {
   std::vector<Pass> out;
   for (std::size_t first = 0; first < changes.size();) {
@@ -62,10 +62,13 @@ std::vector<Pass> passes_of(const std::vector<Change>& changes, double begin_s, 
 }
 
 /// Takes the steps away; the times at which a middle was passed, or none where the values stay as they are.
-std::vector<double> unstep(const VectorXd& read_s, VectorXd& values) {
+std::vector<double> unstep(const VectorXd& read_s, Passes which, VectorXd& values) {
   const double step = least_change(values);
   if (read_s.size() == 0) return {};
-  const std::vector<Pass> passes = passes_of(changes_of(read_s, values), read_s(0), read_s(read_s.size() - 1));
+  constexpr double kAnyTime_s = 1e300;
+  const bool whole = which == Passes::kWhole;
+  const std::vector<Pass> passes = passes_of(changes_of(read_s, values), whole ? read_s(0) : -kAnyTime_s,
+                                             whole ? read_s(read_s.size() - 1) : kAnyTime_s);
   if (!(step > kCoarse_k) || passes.size() < kLeastPasses) return {};
   std::vector<double> passed_s;
   for (const Pass& pass : passes) passed_s.push_back(pass.time_s);
@@ -98,10 +101,11 @@ double least_change(const VectorXd& values) {
   return out;
 }
 
-plant::Recording unstepped(plant::Recording log) {
+plant::Recording unstepped(plant::Recording log, Passes passes) {
   for (const std::string& role : log.numbered("temperature_")) {
     const auto read = log.read_s.find(role);
-    std::vector<double> passed_s = unstep(read == log.read_s.end() ? log.time_s : read->second, log.signals[role]);
+    std::vector<double> passed_s =
+        unstep(read == log.read_s.end() ? log.time_s : read->second, passes, log.signals[role]);
     if (!passed_s.empty()) log.passed_s[role] = std::move(passed_s);
   }
   return log;

@@ -22,7 +22,9 @@ inline constexpr double kCoarse_k = 0.35;  ///< smaller steps hide less than is 
 /// reading came back to where it was, and before the first change and after the last. A thermistor that changes
 /// too seldom stays as it is. `passed_s` says when the changes were: in between a model has to be straight as well
 /// before it is held against them (Reader).
-[[nodiscard]] plant::Recording unstepped(plant::Recording log);
+/// `kWhole`: a pass amid whose changes to and fro the recording begins or ends is none, its time may be a minute off.
+enum class Passes { kWhole, kAny };
+[[nodiscard]] plant::Recording unstepped(plant::Recording log, Passes passes = Passes::kWhole);
 
 /// Of an unstepped recording: was this thermistor read in coarse steps, whether they could be taken away or not?
 [[nodiscard]] bool was_read_in_steps(const plant::Recording& log, const std::string& role);

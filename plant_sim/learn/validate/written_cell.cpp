@@ -184,6 +184,19 @@ void require_possible_cell(const CellParameters& file, const CellIdentification&
   }
 }
 
+double lost_by_file(const CellIdentification& identified) {
+  constexpr double kTimes = 2.0, kBeside_v = 2e-3;
+  double out = 0.0;
+  for (const OperatingPoint& point : identified.points) {
+    for (const RecordingResult& file : point.result.files) {
+      if (!file.read_back) continue;
+      const double file_v = file.read_back->used_rms_v;
+      if (file_v > kTimes * file.read_back->fit_used_rms_v + kBeside_v) out = std::max(out, file_v);
+    }
+  }
+  return out;
+}
+
 void require_file_follows(const CellIdentification& identified) {
   constexpr double kMissed_v = 0.15, kTimes = 5.0, kBeside_v = 0.02;
   for (const OperatingPoint& point : identified.points) {

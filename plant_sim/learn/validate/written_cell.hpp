@@ -23,6 +23,9 @@ void take_errors_of_file(const CellParameters& file, const std::vector<CellIdent
 /// that the recordings were read with.
 void require_possible_cell(const CellParameters& file, const CellIdentification& identified, int cells_in_series);
 
+/// By how much the file misses a recording at most, as RMS beyond twice the fit's [V]; 0 where it holds what was fitted.
+[[nodiscard]] double lost_by_file(const CellIdentification& identified);
+
 /// Throws InputError for a recording that the file misses: half of its rows by more than 150 mV, or all with more than
 /// five times the fit's RMS and 20 mV.
 void require_file_follows(const CellIdentification& identified);

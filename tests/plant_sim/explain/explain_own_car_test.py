@@ -2,12 +2,14 @@
 """A car as `voltlap new` writes it: tyres that corners hold back, a rotor with inertia, a winding that warms, cells
 that are warmer than their surface, weighed without its pack. Drawn; VOLTLAP_TEST_SEED repeats a draw."""
 import pathlib
+import re
 import tomllib
 
 import pytest
 
 from drawn_drives import Draw, explained, rows_of, run, write
 
+DBC = pathlib.Path(__file__).parents[3] / "can_dbc" / "car.dbc"
 AIR = "26.85"  # degC, of the car that `new` begins with
 MOTORS = {"emrax_228_mv": (72, 108), "emrax_208_hv": (84, 111), "emrax_188_hv": (66, 84), "emrax_228_hv": (100, 138)}
 
@@ -98,4 +100,70 @@ def test_columns_of_motor_and_corners_are_known_by_their_names(tmp_path):
     answer, said = explained(tmp_path, write(tmp_path / "log.csv", list(german.values()), table), model=car)
     for role in ("motor_current", "bus_voltage", "lateral_acceleration"):
         assert f"{role} from" in said, said
+    assert answer["verdict"] == "no_discrepancy", said
+
+
+def table_of_frames(log, folder, every_s, torque=False):
+    """What `log decode` makes of a candump, as a team takes it to a spreadsheet: current, voltage, pedals, speed,
+    thermistors, and with `torque` what the inverter says."""
+    decoded = folder / "decoded.csv"
+    run("log", "decode", log, "--dbc", DBC, "--every", f"{every_s:g}", "--out", decoded)
+    names, rows = rows_of(decoded)
+    wanted = {"time_s": "time_s", "PackCurrent": "Pack Current [A]", "PackVoltage": "Pack Voltage [V]",
+              "FrontLeft": "Speed [m/s]", "Accelerator": "Accelerator [%]", "BrakeFront": "Brake Pressure [bar]",
+              "MotorSpeed": "Motor Speed [rpm]", **({"PhaseCurrent": "Motor Current [A]"} if torque else {})}
+    columns = {}
+    for k, name in enumerate(names):
+        signal = name.split(".")[-1].split(" ")[0]
+        if name == "time_s" or (signal in wanted and wanted[signal] not in columns):
+            columns[wanted.get(signal, name)] = k
+        module = re.match(r"Temperatures_(\w+)\.Temperature(\d)", name)
+        if module and any(row[k] for row in rows):
+            columns[f"Temp {3 * int(module[1]) + int(module[2]) + 1} [degC]"] = k
+    return write(folder / f"every{every_s:g}.csv", list(columns), [[row[k] for k in columns.values()] for row in rows])
+
+
+@pytest.mark.parametrize("every_s", [0.1, 0.5, 1.0])
+def test_what_decode_writes_of_a_sound_drive_is_sound(tmp_path, every_s):
+    """Rows that are far apart, values that were held, a pedal whose torque is cut by limits that no column says, slow
+    messages that have not come yet in the first row."""
+    draw = Draw(f"decoded{every_s:g}")
+    car = own_car(draw, tmp_path, least_parallel=2)
+    _, log = drive(draw, car)
+    answer, said = explained(tmp_path, table_of_frames(log, tmp_path, every_s, draw.random.random() < 0.5), model=car)
+    assert answer["verdict"] == "no_discrepancy", said
+
+
+def test_a_resistance_is_found_in_what_decode_writes(tmp_path):
+    """Rows of 0.1 s hide five millivolts of some cars, not a third of a resistance."""
+    draw = Draw("decoded resistance")
+    car = own_car(draw, tmp_path)
+    more = draw.random.uniform(0.003, 0.006)
+    _, log = drive(draw, car, f"cell.effects.series_ohm={more:.5f}")
+    answer, said = explained(tmp_path, table_of_frames(log, tmp_path, 0.1), model=car)
+    named = {name for cause in answer["causes"] for name in (cause["name"], *cause["equivalent_to"])}
+    others = {name for names in answer.get("alternatives", ()) for name in names}
+    assert answer["verdict"] in ("named", "ambiguous"), (more, said)
+    assert named | others >= {"series_resistance"}, (more, said)
+
+
+def test_cells_a_current_and_a_stamp_of_time_are_enough(tmp_path):
+    """No unit, no voltage of the pack; seconds since 1970, or milliseconds."""
+    draw = Draw("own cells")
+    car = own_car(draw, tmp_path)
+    log, _ = drive(draw, car)
+    names, rows = rows_of(log)
+    cells = [name for name in names if name.startswith("cell_") and name.endswith("_voltage_v")]
+    begin, per_second = draw.random.uniform(1.4e9, 1.9e9), draw.random.choice((1.0, 1e3))
+    columns = [names.index(name) for name in ("time_s", "pack_current_a", *cells)]
+    table = [[row[k] for k in columns] + [AIR] for row in rows]
+    for row in table:
+        row[0] = f"{(begin + float(row[0])) * per_second:.3f}"
+    order = list(range(2, 2 + len(cells)))
+    draw.random.shuffle(order)
+    plain = write(tmp_path / "plain.csv", ["timestamp", "pack_current", *(f"cell{k - 1}" for k in order), "ambient"],
+                  [[row[0], row[1], *(row[k] for k in order), row[-1]] for row in table])
+    answer, said = explained(tmp_path, plain, model=car)
+    assert "counts since 1970" in said and f"{len(cells) - 1} more like it" in said, said
+    assert 'ambient is column "ambient"' in said, said
     assert answer["verdict"] == "no_discrepancy", said

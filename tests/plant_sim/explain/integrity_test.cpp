@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "explain/balances/model.hpp"
@@ -115,6 +116,21 @@ TEST(Integrity, AFewRowsWithoutAValueAreNoFindingWhereReferencesHaveNone) {
   LONGS_EQUAL(0, unusual_findings(lost(17.0, false), whole).size());
   LONGS_EQUAL(1, unusual_findings(lost(400.0, true), whole).size());
   LONGS_EQUAL(0, unusual_findings(lost(400.0, true), {lost(300.0, true)}).size());
+}
+
+TEST(Integrity, BeforeAFirstReadingNothingIsMissing) {
+  const auto found_in = [](Index first, Index hole) {
+    VectorXd warms = VectorXd::LinSpaced(kRows, 25.0, 31.0);
+    warms.head(first).setConstant(std::numeric_limits<double>::quiet_NaN());
+    warms.segment(1000, hole).setConstant(std::numeric_limits<double>::quiet_NaN());
+    const std::vector<GateFinding> findings = gated(warms).findings;
+    return std::count_if(findings.begin(), findings.end(),
+                         [](const GateFinding& finding) { return finding.cause == "dropped_or_late_frames"; });
+  };
+  LONGS_EQUAL(0, found_in(0, 0));
+  LONGS_EQUAL(0, found_in(40, 0));  // 4 s
+  LONGS_EQUAL(1, found_in(40, 5));
+  LONGS_EQUAL(1, found_in(600, 0));
 }
 
 TEST(Integrity, AVoltageWhoseNoiseStopsAtRestIsFrozen) {
