@@ -17,33 +17,53 @@ constexpr double kSigmaOfBound = 1.0 / std::numbers::sqrt3;  // of errors spread
 /// One error at one sigma; of the half step all of it.
 struct Error {
   double voltage_v, voltage_gain, current_a, current_gain, rest_current_a;
-  bool half_step, body = false;
+  bool half_step, body = false, thermometer = false;
   [[nodiscard]] bool is_any() const {
-    return half_step || body || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
+    return half_step || body || thermometer || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
   }
 };
 
-std::array<Error, 7> errors_at_one_sigma(const std::vector<PreparedLog>& prepared, const InstrumentLimits& limits) {
+bool has_thermometer(const PreparedLog& one) {
+  const std::vector<double>& read = one.log->temperature_c;
+  return !one.temperature_estimated &&
+         std::any_of(read.begin(), read.end(), [](double at_c) { return std::isfinite(at_c); });
+}
+
+std::array<Error, 8> errors_at_one_sigma(const std::vector<PreparedLog>& prepared, const InstrumentLimits& limits) {
   const bool uncertain =
       std::any_of(prepared.begin(), prepared.end(), [](const PreparedLog& one) { return !one.hold_certain; });
   const bool reckoned =
       std::any_of(prepared.begin(), prepared.end(), [](const PreparedLog& one) { return one.temperature_estimated; });
+  const bool read = std::any_of(prepared.begin(), prepared.end(), has_thermometer);
   return {{{kSigmaOfBound * limits.voltage_v, 0, 0, 0, 0, false},
            {0, kSigmaOfBound * limits.voltage_gain, 0, 0, 0, false},
            {0, 0, kSigmaOfBound * limits.current_a, 0, 0, false},
            {0, 0, 0, kSigmaOfBound * limits.current_gain, 0, false},
            {0, 0, 0, 0, kSigmaOfBound * limits.rest_current_a, false},
            {0, 0, 0, 0, 0, uncertain},
-           {0, 0, 0, 0, 0, false, reckoned}}};
+           {0, 0, 0, 0, 0, false, reckoned},
+           {0, 0, 0, 0, 0, false, false, read}}};
+}
+
+/// As if the thermometer, which sits on the surface, showed what the cell had a while ago.
+void bring_forward(const CellLog& log, double by_s, std::vector<double>& temperature_c) {
+  std::size_t later = 0;
+  for (std::size_t row = 0; row < log.rows(); ++row) {
+    while (later + 1 < log.rows() && log.time_s[later] < log.time_s[row] + by_s && !log.gap[later + 1]) ++later;
+    later = std::max(later, row);
+    if (std::isfinite(log.temperature_c[later])) temperature_c[row] = log.temperature_c[later];
+  }
 }
 
 CellLog with_error(const PreparedLog& one, const Error& error) {
-  constexpr double kBody = 0.5;  // of a warming that was reckoned with an assumed body
+  constexpr double kBody = 0.5;   // of a warming that was reckoned with an assumed body
+  constexpr double kLag_s = 15.0;  // assumed: of a thermometer on the surface of a cell, 0 to 30 s
   const CellLog& log = *one.log;
   CellLog out = log;
   if (error.body && one.temperature_estimated) {
     for (double& at_c : out.temperature_c) at_c += kBody * (at_c - log.temperature_c.front());
   }
+  if (error.thermometer && has_thermometer(one)) bring_forward(log, kLag_s, out.temperature_c);
   const std::vector<bool> resting = resting_rows(log);
   for (std::size_t row = 0; row < log.rows(); ++row) {
     out.voltage_v[row] += error.voltage_v + error.voltage_gain * log.voltage_v[row];
