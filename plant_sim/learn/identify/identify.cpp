@@ -361,7 +361,7 @@ double IdentificationProblem::rms_of_held_out_blocks(const FullFit& full) const 
 
 IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& tau_centre_s) && {
   if (by_stage()) return identify_by_stage(logs, options);
-  constexpr int kWarmingPasses = 2;
+  constexpr std::size_t kWarmingPasses = 2, kEnoughSteps = 5;
   constexpr double kSameTemperature_k = 0.5;
   const auto begin = std::chrono::steady_clock::now();
   FullFitOptions fit_options{options.branches, std::move(rests), 0.0, options.progress, {}, tau_centre_s};
@@ -374,7 +374,9 @@ IdentifyResult IdentificationProblem::fit(const std::optional<Eigen::VectorXd>& 
   fit_options.ends_undriven = ends_undriven(runs, result.capacity);
   const std::vector<std::string> notes = result.notes;
   FullFit full = full_fit(runs, priors, fit_options, result.notes);
-  for (int pass = 0; pass < kWarmingPasses; ++pass) {
+  // A discharge or two tell no open-circuit voltage from a resistance, nor its heat.
+  const std::size_t passes = step_count(runs) >= kEnoughSteps || !options.ocv.empty() ? kWarmingPasses : 0;
+  for (std::size_t pass = 0; pass < passes; ++pass) {
     if (estimate_temperatures_by(full.fit.model) < kSameTemperature_k) break;
     runs = weighed_runs();
     if (options.block_s > 0.0) hold_out_blocks();

@@ -14,12 +14,16 @@ namespace {
 
 constexpr double kSigmaOfBound = 1.0 / std::numbers::sqrt3;  // of errors spread evenly up to the bound
 
-/// One error at one sigma; of the half step all of it.
+/// Of the step from a hold that is assumed to the opposite one: as when that is right once in three and the middle once
+/// in ten. A logger that reads just after each change moves a part of the first branch into R0, and nothing shows it.
+constexpr double kOtherHold = 0.6;
+
+/// One error at one sigma; of another hold all of it.
 struct Error {
   double voltage_v, voltage_gain, current_a, current_gain, rest_current_a;
-  bool half_step, body = false, thermometer = false;
+  bool other_hold, body = false, thermometer = false;
   [[nodiscard]] bool is_any() const {
-    return half_step || body || thermometer || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
+    return other_hold || body || thermometer || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
   }
 };
 
@@ -73,8 +77,8 @@ CellLog with_error(const PreparedLog& one, const Error& error) {
   return out;
 }
 
-CurrentHold half_a_step_from(CurrentHold hold) {
-  return hold == CurrentHold::kLinear ? CurrentHold::kNext : CurrentHold::kLinear;
+CurrentHold opposite(CurrentHold hold) {
+  return hold == CurrentHold::kNext ? CurrentHold::kPrevious : CurrentHold::kNext;
 }
 
 /// The recordings as they would be with an error, into `logs`; a capacity that they span themselves follows.
@@ -85,7 +89,7 @@ std::vector<PreparedLog> prepared_with(const Error& error, const std::vector<Pre
   std::vector<PreparedLog> wrong = prepared;
   double capacity = 0.0, before = 0.0;
   for (std::size_t k = 0; k < wrong.size(); ++k) {
-    if (error.half_step && !wrong[k].hold_certain) wrong[k].run.hold = half_a_step_from(wrong[k].run.hold);
+    if (error.other_hold && !wrong[k].hold_certain) wrong[k].run.hold = opposite(wrong[k].run.hold);
     before = std::max(before, counted_ah(*prepared[k].log, prepared[k].run.anchor.row, prepared[k].run.hold));
     wrong[k].log = &logs[k];
     capacity = std::max(capacity, counted_ah(logs[k], wrong[k].run.anchor.row, wrong[k].run.hold));
@@ -128,7 +132,7 @@ Eigen::VectorXd systematic_error_variance(const FittedRecordings& recordings, co
     whole.diagonal() *= 1.0 + 1e-12;
     // The fit's answer to the error: what it adds to a gradient that is not quite zero before.
     const Eigen::VectorXd change = whole.ldlt().solve(wrong.gradient - base->gradient);
-    const double sigmas = error.half_step ? kSigmaOfBound : 1.0;
+    const double sigmas = error.other_hold ? kOtherHold : 1.0;
     variance += (sigmas * change).array().square().matrix();
   }
   VOLTLAP_DEMAND(variance.allFinite());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What instruments do all day long moves the parameters and leaves no trace in the residual: an offset, a gain, rows
-// that are stamped half a step off. Each possible error is put into the recording at one sigma, and the fit's answer
+// that are stamped a step off. Each possible error is put into the recording at one sigma, and the fit's answer
 //
 //   d = -A^-1 g(recording with the error)        one Gauss-Newton step from the fit
 //
@@ -29,8 +29,8 @@ struct FittedRecordings {
   bool capacity_known;                   ///< SOC is not scaled by what the recordings span
 };
 
-/// Variance of each packed parameter. Where a recording's hold is an assumption, half a step of time is among the
-/// errors.
+/// Variance of each packed parameter. Where a recording's hold is an assumption, the opposite one is among the errors; so
+/// is a thermometer that shows what the cell had 15 s ago.
 [[nodiscard]] Eigen::VectorXd systematic_error_variance(const FittedRecordings& recordings,
                                                         const InstrumentLimits& limits, const FullFit& full);
 

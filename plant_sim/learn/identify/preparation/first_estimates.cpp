@@ -109,6 +109,12 @@ std::vector<StepEstimate> resistance_steps(const MeasuredRun& run) {
   return sharp.size() >= kEnough || least_a <= 0.0 ? sharp : gradual_steps(run, least_a, longest_s);
 }
 
+std::size_t step_count(const std::vector<MeasuredRun>& runs) {
+  std::size_t out = 0;
+  for (const MeasuredRun& run : runs) out += resistance_steps(run).size();
+  return out;
+}
+
 double resistance_step_median(const std::vector<MeasuredRun>& runs) {
   std::vector<double> resistances;
   for (const MeasuredRun& run : runs) {

@@ -29,6 +29,8 @@ struct StepEstimate {
 [[nodiscard]] std::vector<StepEstimate> resistance_steps(const MeasuredRun& run);
 /// R0 and the branches together over what a step shows: both branches add about as much again, each.
 inline constexpr double kWholeOverStep = 3.0;
+[[nodiscard]] std::size_t step_count(const std::vector<MeasuredRun>& runs);
+
 /// The middle one of all steps of the runs [ohm]; 0 without any.
 [[nodiscard]] double resistance_step_median(const std::vector<MeasuredRun>& runs);
 
