@@ -297,11 +297,6 @@ bool explains_more(const std::deque<Round>& better, const std::deque<Round>& wor
     return answer.sets.empty() ? answer.nothing : answer.sets.front().fit;
   };
   const Family& family = better.back().family;
-  if (worse.front().answer.sets.empty()) {  // with which nothing is wrong
-    Set more = better.front().answer.sets.front();
-    more.use = use_of(family, last(better), last(worse));
-    if (!is_of_use(family, more)) return false;
-  }
   const Asked asked(sounds_of(references, causes));
   constexpr double kAnySize = 0.0;  // branches that are charged are no signature of the cause that they look like
   return lead_of(last(better), last(worse)).decisive &&

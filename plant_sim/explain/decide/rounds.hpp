@@ -26,7 +26,7 @@ void put_rounds(const Held& log, const std::vector<Held>& references, const std:
                 const Holding& how, std::deque<Round>& rounds);
 
 /// Does what was found in one way to hold a log, with all that it takes, explain more of it than what was found in
-/// another, and leave no more of any channel? Where nothing is wrong with the other, by what is of use.
+/// another, and leave no more of any channel?
 [[nodiscard]] bool explains_more(const std::deque<Round>& better, const std::deque<Round>& worse,
                                  const std::vector<Held>& references, const std::vector<plant::Cause>& causes);
 

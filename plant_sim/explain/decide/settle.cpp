@@ -20,6 +20,13 @@ void take(Held held, std::deque<Round> found, Held& log, std::deque<Round>& roun
   rounds.front().held = &log;
 }
 
+/// Is what was found in one way to hold a log of practical size against another in which nothing is wrong?
+bool is_worth_it(const Round& found, const Round& nothing) {
+  Set more = found.answer.sets.front();
+  more.use = use_of(found.family, more.fit, nothing.answer.nothing);
+  return is_of_use(found.family, more);
+}
+
 /// A cause may look like a drive before the log, most of all one that comes with the first charge that is drawn: where
 /// it explains clearly more of the log, and nothing else is left to say, it is what is wrong.
 void settle_at_rest(Held& log, const std::vector<Held>& references, const std::vector<plant::Cause>& causes,
@@ -30,6 +37,8 @@ void settle_at_rest(Held& log, const std::vector<Held>& references, const std::v
   std::deque<Round> again;
   put_rounds(rests, references, causes, rest_how, again);
   if (again.front().answer.sets.empty() || unnamed_beside(again, references)) return;
+  const bool sound = rounds.front().answer.sets.empty();
+  if (sound && !is_worth_it(again.front(), rounds.front())) return;
   if (!explains_more(again, rounds, references, causes)) return;
   how = rest_how;
   take(std::move(rests), std::move(again), log, rounds);
