@@ -357,8 +357,8 @@ int IdentifyCommand::run(const DataFolder& data) {
   const std::string text = identification_json(out.cell, out.body, out.identified, VOLTLAP_VERSION);
   if (files.out) files.out->write(out.toml);
   if (files.report) {
-    files.report->write(identification_report({out.cell, out.body, out.identified, out.each, text, mean, scores, flags()},
-                                              VOLTLAP_VERSION));
+    files.report->write(identification_report(
+        {out.cell, out.body, out.identified, out.each, text, mean, scores, flags()}, VOLTLAP_VERSION));
   }
   if (files.json) {
     const std::string all = json_text(out.body, out.each, writer.names, mean, text);

@@ -48,11 +48,12 @@ plant::Recording without_cut_torque(const plant::World& model, plant::Recording 
   const VectorXd given_nm = plant::torque_of_pedal(model, log);
   const VectorXd asked_w = given_nm.cwiseProduct(*turns * plant::kRpm),
                  given_w = largest_near(log.time_s, volts->cwiseProduct(*current), kReach_s);
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   for (Index row = 0; row < log.rows(); ++row) {
     const double asked_nm =
         plant::motor_torque(motor, pedal->second(row) * model.car.inverter.current_max_a, (*turns)(row));
     const bool at_curve = slip_unknown && given_nm(row) < kBelowCurve * asked_nm;
-    if (at_curve || asked_w(row) > kSurely * given_w(row)) pedal->second(row) = std::numeric_limits<double>::quiet_NaN();
+    if (at_curve || asked_w(row) > kSurely * given_w(row)) pedal->second(row) = kUnknown;
   }
   return log;
 }

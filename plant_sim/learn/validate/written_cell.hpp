@@ -23,7 +23,8 @@ void take_errors_of_file(const CellParameters& file, const std::vector<CellIdent
 /// that the recordings were read with.
 void require_possible_cell(const CellParameters& file, const CellIdentification& identified, int cells_in_series);
 
-/// By how much the file misses a recording at most, as RMS beyond twice the fit's [V]; 0 where it holds what was fitted.
+/// RMS [V] by which the file misses a recording at most, of those that it misses by twice as much as the fit did; 0 for
+/// none.
 [[nodiscard]] double lost_by_file(const CellIdentification& identified);
 
 /// Throws InputError for a recording that the file misses: half of its rows by more than 150 mV, or all with more than

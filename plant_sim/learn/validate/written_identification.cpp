@@ -60,8 +60,8 @@ WrittenIdentification IdentificationWriter::that_holds_most(const IdentifyOption
       return;  // what is there may do
     }
     best.identified.reference_point().result.notes.push_back(fmt::format(
-        "Written as {}: as what fits best it would miss a recording by {:.1f} mV and all by {:.1f} mV, because it warms "
-        "otherwise than it was fitted; this misses all by {:.1f} mV. A thermometer{} would tell.",
+        "Written as {}: as what fits best it would miss a recording by {:.1f} mV and all by {:.1f} mV, because it "
+        "warms otherwise than it was fitted; this misses all by {:.1f} mV. A thermometer{} would tell.",
         what, 1e3 * lost_v, 1e3 * before_v, 1e3 * rms_v(best),
         told.mass_kg ? "" : ", or the cell's body (--mass, --size),"));
   };

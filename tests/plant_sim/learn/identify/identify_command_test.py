@@ -146,8 +146,9 @@ def test_errors_of_the_instruments_that_are_declared_widen_the_intervals(bench, 
         r0 = json.loads(path.read_text())["tests"][0]["parameters"]["r0_ohm"]
         return r0["ci95_high"][8] / r0["ci95_low"][8] - 1.0
 
-    # 2 % of the current is 2 % of every resistance: +- 2 % and more at 95 %.
-    assert width("--current-gain-error", "0.02") > 0.04 > width()
+    # 2 % of the current is 2 % of every resistance: +- 2 % and more at 95 %, beside what a hold that is assumed adds.
+    assert width("--current-gain-error", "0.02") ** 2 - width() ** 2 > 0.04 ** 2
+    assert width() < 0.08
 
 
 def test_what_was_told_of_the_cell_is_what_an_endurance_drives_with(bench, tmp_path):
