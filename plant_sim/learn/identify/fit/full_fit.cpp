@@ -344,12 +344,28 @@ class FullFitter {
   FullFit out_;
 };
 
+/// Says where time constants stopped at what the recordings can tell: their longest rest or load, their shortest step.
+void note_bounds(const FullFit& full, std::vector<std::string>& notes) {
+  constexpr double kAtBound = 1e-4;
+  const Eigen::MatrixXd& tau = full.fit.model.tau;
+  for (Index k = 0; k < tau.cols(); ++k) {
+    for (const double bound_s : {full.priors.tau_shortest_s, full.priors.tau_bound_s}) {
+      const auto count = ((tau.col(k).array() / bound_s - 1.0).abs() < kAtBound).count();
+      if (count == 0) continue;
+      notes.push_back(fmt::format(
+          "tau{} stands at its bound of {:.4g} s at {} of {} nodes: the recordings tell no {} one.", k + 1, bound_s,
+          count, tau.rows(), bound_s == full.priors.tau_bound_s ? "longer" : "shorter"));
+    }
+  }
+}
+
 }  // namespace
 
 FullFit full_fit(std::vector<MeasuredRun>& runs, FitPriors priors, const FullFitOptions& options,
                  std::vector<std::string>& notes) {
   VOLTLAP_DEMAND(!runs.empty() && options.branches >= 0 && options.instrument_v2_s > 0.0);
   FullFit out = FullFitter(runs, priors, options, notes).run();
+  note_bounds(out, notes);
   if (!options.ends_undriven || out.priors.constant) return out;
   if (options.progress) options.progress("a plain circuit, for the charge that nothing passed");
   FullFitOptions beside = options;

@@ -23,7 +23,8 @@ struct Error {
   double voltage_v, voltage_gain, current_a, current_gain, rest_current_a;
   bool other_hold, body = false, thermometer = false;
   [[nodiscard]] bool is_any() const {
-    return other_hold || body || thermometer || voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
+    return other_hold || body || thermometer ||
+           voltage_v + voltage_gain + current_a + current_gain + rest_current_a > 0.0;
   }
 };
 

@@ -29,8 +29,8 @@ struct FittedRecordings {
   bool capacity_known;                   ///< SOC is not scaled by what the recordings span
 };
 
-/// Variance of each packed parameter. Where a recording's hold is an assumption, the opposite one is among the errors; so
-/// is a thermometer that shows what the cell had 15 s ago.
+/// Variance of each packed parameter. Where a recording's hold is an assumption, the opposite one is among the errors;
+/// so is a thermometer that shows what the cell had 15 s ago.
 [[nodiscard]] Eigen::VectorXd systematic_error_variance(const FittedRecordings& recordings,
                                                         const InstrumentLimits& limits, const FullFit& full);
 

@@ -67,3 +67,20 @@ def test_a_short_campaign_of_the_real_tool(tmp_path):
         assert 0.0 < x["reference_mv"] < 10.0 and x["rms_mv"] < 10.0
         assert x["ratio"] > 0.9  # the true class with the same rows is not beaten: otherwise it is no measure
     assert "95 % intervals" in run.stdout and "worst cells" in run.stdout
+
+
+@pytest.mark.parametrize("seed, number", [(779, 21), (781, 0)])
+def test_rapid_discharges_without_a_thermometer_make_a_file_that_holds(tmp_path, seed, number):
+    """Whole discharges at 3C and 4C alone: tables that fitted them made another heat in the file, and were refused."""
+    run = subprocess.run([sys.executable, ROOT / "toolchain/learn_bench.py", "--tool", TOOL, "--seed", str(seed), "--cell",
+                          str(number), "--keep", tmp_path], capture_output=True, text=True, timeout=600, check=False)
+    assert "refused" not in run.stdout and "crashed" not in run.stdout, run.stdout + run.stderr
+    said = (tmp_path / f"cell_{number}/identify.txt").read_text()
+    assert "Written as a " in said, said
+
+
+def test_a_time_constant_at_its_bound_is_said(tmp_path):
+    run = subprocess.run([sys.executable, ROOT / "toolchain/learn_bench.py", "--tool", TOOL, "--seed", "779", "--cell",
+                          "10", "--keep", tmp_path], capture_output=True, text=True, timeout=600, check=False)
+    assert "at a bound without a word" not in run.stdout, run.stdout
+    assert "stands at its bound of" in (tmp_path / "cell_10/identify.txt").read_text()
