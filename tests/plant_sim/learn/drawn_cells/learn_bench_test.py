@@ -72,8 +72,9 @@ def test_a_short_campaign_of_the_real_tool(tmp_path):
 @pytest.mark.parametrize("seed, number", [(779, 21), (781, 0)])
 def test_rapid_discharges_without_a_thermometer_make_a_file_that_holds(tmp_path, seed, number):
     """Whole discharges at 3C and 4C alone: tables that fitted them made another heat in the file, and were refused."""
-    run = subprocess.run([sys.executable, ROOT / "toolchain/learn_bench.py", "--tool", TOOL, "--seed", str(seed), "--cell",
-                          str(number), "--keep", tmp_path], capture_output=True, text=True, timeout=600, check=False)
+    run = subprocess.run([sys.executable, ROOT / "toolchain/learn_bench.py", "--tool", TOOL, "--seed", str(seed),
+                          "--cell", str(number), "--keep", tmp_path],
+                         capture_output=True, text=True, timeout=600, check=False)
     assert "refused" not in run.stdout and "crashed" not in run.stdout, run.stdout + run.stderr
     said = (tmp_path / f"cell_{number}/identify.txt").read_text()
     assert "Written as a " in said, said
