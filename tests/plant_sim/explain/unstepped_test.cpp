@@ -64,6 +64,29 @@ TEST(Unstepped, StepsOfAThermistorAreTakenAwayToATenthOfThem) {
   }
 }
 
+TEST(Unstepped, AMiddleThatTheLogEndsOrBeginsAmidHasNoTime) {
+  // 31.5 degC are passed at 300 s and 32.5 at 500 s, slowly and with noise; the log ends or begins within 5 s of the one.
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    for (const bool ends : {true, false}) {
+      const double offset_s = std::uniform_real_distribution<double>(-5.0, 5.0)(random);
+      const double begin_s = ends ? 0.0 : 300.0 + offset_s, end_s = ends ? 500.0 + offset_s : 800.0;
+      VectorXd truth(static_cast<Index>((end_s - begin_s) / 0.2));
+      for (Index k = 0; k < truth.size(); ++k) truth(k) = 30.0 + (begin_s + 0.2 * static_cast<double>(k)) / 200.0;
+      const plant::Recording log = read_by(truth, 0.1, 1.0, seed);
+      // 31.5 alone, or 32.5 and 33.5: what is amid its passing says nothing, or stays as it is read.
+      const plant::Recording whole = unstepped(log);
+      const auto passed = whole.passed_s.find("temperature_1");
+      for (std::size_t k = 0; passed != whole.passed_s.end() && k < passed->second.size(); ++k) {
+        const double at_s = passed->second[k] + begin_s, middle_s = 100.0 + 200.0 * std::round((at_s - 100.0) / 200.0);
+        CHECK_TEXT(std::abs(at_s - middle_s) < 8.0, (std::to_string(seed) + ": " + std::to_string(at_s)).c_str());
+        CHECK_TEXT(ends ? at_s < 480.0 : at_s > 320.0, (std::to_string(seed) + ": " + std::to_string(at_s)).c_str());
+      }
+      CHECK(unstepped(log, Passes::kAny).signals.at("temperature_1").size() == truth.size());
+    }
+  }
+}
+
 TEST(Unstepped, AReadingThatBeginsWithNoughtHasPassedNothing) {
   // 0 degC until the unit has measured, for the first three readings: no way of 26 K up to the next step.
   VectorXd truth = (26.7 + 0.01 * VectorXd::LinSpaced(2000, 0.0, 399.8).array()).matrix();

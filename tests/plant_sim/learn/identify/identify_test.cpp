@@ -244,6 +244,20 @@ TEST(Identify, HoldThatTheVoltageDoesNotTellWidensTheIntervalOfR0) {
   CHECK(declared.uncertainty.sigma(r0) < 0.5 * open.uncertainty.sigma(r0));
 }
 
+TEST(Identify, AThermometerThatMayBeLateWidensWhatAWarmingCellShows) {
+  // 0.02 K/s: what the cell had 15 s ago is 0.3 K less, by 15 kJ/mol half a percent of R0.
+  auto logs = logs_of(cell.pulse_plan(33.0, 400));
+  const auto r0_sigma = [&](double kelvin_per_s) {
+    CellLog& log = logs.front();
+    log.temperature_c.clear();
+    for (const double t : log.time_s) log.temperature_c.push_back(25.0 + std::min(30.0, kelvin_per_s * t));
+    const IdentifyResult r = identify(logs, options);
+    return r.uncertainty.sigma(r.model.em.size() + 1);
+  };
+  const double held = r0_sigma(0.0), warms = r0_sigma(0.02);
+  CHECK_TEXT(std::sqrt(warms * warms - held * held) > 2e-3, fmt::format("{} {}", held, warms).c_str());
+}
+
 TEST(Identify, InstrumentLimitsWidenWhatTheyMove) {
   cell.noise_v = 5e-4;
   const auto logs = logs_of(cell.pulse_plan(33.0, 400));
