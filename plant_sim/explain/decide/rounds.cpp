@@ -71,6 +71,15 @@ std::vector<double> asked_alone(const Observed& log) {
   return out;
 }
 
+/// What is of use beside references: they lost as much between their rows, but not the same. Empty where no channel
+/// lost what is worth a word.
+std::vector<double> asked_between_rows(const Observed& log) {
+  std::vector<double> out;
+  for (const ReadChannel& channel : log.channels) out.push_back(std::max(1.0, channel.between_rows));
+  const bool any = std::any_of(out.begin(), out.end(), [](double asked) { return asked > 1.0; });
+  return any ? out : std::vector<double>();
+}
+
 std::vector<Sound> sounds_of(const std::vector<Held>& references, const std::vector<plant::Cause>& causes) {
   std::vector<Sound> out;
   for (const Held& reference : references) {
@@ -86,7 +95,7 @@ void answer_round(Round& round, const std::vector<Held>& references, const std::
   Family& family = round.family;
   const std::vector<Sound> theirs = sounds_of(references, causes);
   bound_noise(family, theirs);
-  if (theirs.empty()) family.asked = asked_alone(held.seen);
+  family.asked = theirs.empty() ? asked_alone(held.seen) : asked_between_rows(held.seen);
   Search search(family, causes);
   const Fit& nothing = search.nothing();
   round.answer = answer_of(family, search, Asked(theirs), [&](const Family& of, const Set& set) {
@@ -174,18 +183,26 @@ class SoundLogs {
   std::vector<std::vector<Unnamed>> shapes_;
 };
 
-/// Practical sizes of a channel that a drive without references has to be beyond.
-double least_alone(const Observed& log, const std::string& name) {
-  const auto least = [](const ReadChannel& channel) {
-    return std::max({kAlone, kBetweenRows * channel.between_rows, channel.stepped});
-  };
+const ReadChannel* channel_named(const Observed& log, const std::string& name) {
   for (const ReadChannel& channel : log.channels) {
-    if (channel.name == name) return least(channel);
+    if (channel.name == name) return &channel;
   }
   for (const Member& member : log.members) {
-    if (member.channel.name == name) return least(member.channel);
+    if (member.channel.name == name) return &member.channel;
   }
-  return kAlone;
+  return nullptr;
+}
+
+/// Practical sizes of a channel that a drive has to be beyond for what is between its rows, whatever references have.
+double least_between_rows(const Observed& log, const std::string& name) {
+  const ReadChannel* channel = channel_named(log, name);
+  return channel != nullptr ? kBetweenRows * channel->between_rows : 0.0;
+}
+
+/// The same of one without references.
+double least_alone(const Observed& log, const std::string& name) {
+  const ReadChannel* channel = channel_named(log, name);
+  return std::max({kAlone, least_between_rows(log, name), channel != nullptr ? channel->stepped : 0.0});
 }
 
 /// Shapes without a name that sound logs do not have.
@@ -194,8 +211,8 @@ std::optional<Unnamed> unnamed_of(const Held& held, const std::vector<VectorXd>&
   for (const Unnamed& one : unnamed_in(held.seen, left, 1.0)) {
     // A drive differs from the next by how it is driven most of all.
     const double least = sound_logs.none() ? least_alone(held.seen, one.channel)
-                         : one.balance == plant::Balance::kForce ? kAlone
-                                                                 : 1.0;
+                         : std::max(one.balance == plant::Balance::kForce ? kAlone : 1.0,
+                                    least_between_rows(held.seen, one.channel));
     if (!one.lead.decisive || one.practical < least || (out && one.practical < out->practical)) continue;
     if (sound_logs.none() && is_known_by_sound(held.seen, one.balance)) continue;
     if (one.practical > least + kBeyond * sound_logs.shapes(one.channel)) out = one;
@@ -316,7 +333,8 @@ std::optional<Unnamed> remainder_of(const AnswerOf& answer, const Observed& log,
     }
   }
   const double left = remains(answer, at), before = error_of(answer, log).practical;
-  const double least = references.empty() ? least_alone(log, name) : 1.0 + kBeyond * usual;
+  const double least = references.empty() ? least_alone(log, name)
+                                          : std::max(1.0 + kBeyond * usual, least_between_rows(log, name));
   if (left < std::max(least, kPart * before)) return std::nullopt;
   return Unnamed{name, balance_of(log, name), left, {}};
 }
