@@ -245,8 +245,8 @@ TEST(Identify, HoldThatTheVoltageDoesNotTellWidensTheIntervalOfR0) {
 }
 
 TEST(Identify, AThermometerThatMayBeLateWidensWhatAWarmingCellShows) {
-  // 3 K to and fro in 400 s: what the cell had 15 s ago is up to 0.7 K off. Twice as fast it is twice that, and all else
-  // that its temperature does to the fit is the same.
+  // 3 K to and fro in 400 s: what the cell had 15 s ago is up to 0.7 K off, two percent of a resistance. That makes 14
+  // per mille of the 10 that the interval of R0 has without.
   auto logs = logs_of(cell.pulse_plan(33.0, 400));
   const auto r0_sigma = [&](double period_s) {
     CellLog& log = logs.front();
@@ -258,7 +258,7 @@ TEST(Identify, AThermometerThatMayBeLateWidensWhatAWarmingCellShows) {
     return std::sqrt(square / 16.0);
   };
   const double slow = r0_sigma(4000.0), quick = r0_sigma(400.0);
-  CHECK_TEXT(std::sqrt(std::max(0.0, quick * quick - slow * slow)) > 2e-3, fmt::format("{} {}", slow, quick).c_str());
+  CHECK_TEXT(std::sqrt(std::max(0.0, quick * quick - slow * slow)) > 12e-3, fmt::format("{} {}", slow, quick).c_str());
 }
 
 TEST(Identify, InstrumentLimitsWidenWhatTheyMove) {
