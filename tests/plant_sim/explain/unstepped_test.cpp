@@ -65,7 +65,7 @@ TEST(Unstepped, StepsOfAThermistorAreTakenAwayToATenthOfThem) {
 }
 
 TEST(Unstepped, AMiddleThatTheLogEndsOrBeginsAmidHasNoTime) {
-  // 31.5 degC are passed at 300 s and 32.5 at 500 s, slowly and with noise; the log ends or begins within 5 s of the one.
+  // 31.5 degC are passed at 300 s and 32.5 at 500 s, slowly and with noise; the log ends or begins within 5 s of one.
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937 random(seed);
     for (const bool ends : {true, false}) {
