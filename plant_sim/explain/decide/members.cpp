@@ -7,6 +7,7 @@
 
 #include "explain/decide/rounds.hpp"
 #include "explain/fit/refine.hpp"
+#include "explain/model/between_rows.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
@@ -160,6 +161,8 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
     if (left && (!out || left->practical > out->practical)) out = left;
   }
   if (!said.empty()) return out;
+  // Cells are read in turn: where the current is another in each row, a value that was held is of another current.
+  const bool of_another = references.empty() && is_between_rows(held.seen.comparison.facts.current_a);
   for (std::size_t k = 0; k < held.members.size(); ++k) {
     const ReadChannel& channel = held.seen.members[k].channel;
     const double count = std::max(1.0, static_cast<double>(channel.residual.size()));
@@ -167,6 +170,7 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
     const double least = in_steps ? kLeastInSteps : kLeast;
     if (std::sqrt(channel.residual.squaredNorm() / count) < least * channel.practical) continue;
     if (references.empty() && is_read_seldom(held.seen.read, channel.name)) continue;
+    if (of_another && channel.name.starts_with("cell_voltage_")) continue;
     const double off = beyond_noise(member_family(held.seen, held.seen.members[k], {}, all_suspects));
     if (off < least || (out && off < out->practical)) continue;
     double usual = 0.0;

@@ -45,10 +45,23 @@ bool torque_is_by_pedal(const Observed& log) {
   return log.comparison.log.find("motor_torque") == nullptr;
 }
 
+/// Rows so far apart that frames which were held are of other times.
+bool is_seldom(const Observed& log) {
+  constexpr double kSeldom_s = 0.15;  // chosen
+  const VectorXd& time_s = log.comparison.log.time_s;
+  return time_s(time_s.size() - 1) - time_s(0) > kSeldom_s * static_cast<double>(time_s.size());
+}
+
+/// Nobody read the motor's speed, and wheels may have spun since the row before.
+bool spins_unseen(const Observed& log) {
+  return log.comparison.log.derived.contains("motor_speed") && is_seldom(log);
+}
+
 /// Does only a sound drive tell how well a balance is known? Of tyres and brakes always, of the motor's power where
-/// its torque was not recorded.
+/// its torque was not recorded, or its speed neither.
 bool is_known_by_sound(const Observed& log, plant::Balance balance) {
-  return balance == plant::Balance::kForce || (balance == plant::Balance::kPower && torque_is_by_pedal(log));
+  if (balance == plant::Balance::kPower) return torque_is_by_pedal(log) || spins_unseen(log);
+  return balance == plant::Balance::kForce;
 }
 
 /// What is of use where no sound drive tells how well the model does: of tyres and brakes, and of heat behind
@@ -60,8 +73,10 @@ std::vector<double> asked_alone(const Observed& log) {
   const bool air_is_coarse = air != nullptr && is_coarse(*air);
   std::vector<double> out;
   for (const ReadChannel& channel : log.channels) {
-    double asked = !is_known_by_sound(log, channel.balance) ? 1.0 : torque_is_by_pedal(log) ? kByPedal : kAlone;
+    const bool guessed = torque_is_by_pedal(log) || (channel.balance == plant::Balance::kPower && spins_unseen(log));
+    double asked = !is_known_by_sound(log, channel.balance) ? 1.0 : guessed ? kByPedal : kAlone;
     asked = std::max(asked, channel.between_rows);
+    if (channel.balance == plant::Balance::kPower && is_seldom(log)) asked = std::max(asked, kAlone);
     if (channel.balance == plant::Balance::kHeat) {
       if (channel.practical > kFinest_k || !log.read.passed_s.empty()) asked = kAlone;
       if (air_is_coarse) asked = kCoarseAir;
@@ -76,8 +91,7 @@ std::vector<double> asked_alone(const Observed& log) {
 std::vector<double> asked_between_rows(const Observed& log) {
   std::vector<double> out;
   for (const ReadChannel& channel : log.channels) out.push_back(std::max(1.0, channel.between_rows));
-  const bool any = std::any_of(out.begin(), out.end(), [](double asked) { return asked > 1.0; });
-  return any ? out : std::vector<double>();
+  return *std::max_element(out.begin(), out.end()) > 1.0 ? out : std::vector<double>();
 }
 
 std::vector<Sound> sounds_of(const std::vector<Held>& references, const std::vector<plant::Cause>& causes) {
