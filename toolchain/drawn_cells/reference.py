@@ -3,15 +3,19 @@
 
 Free are the OCV on its nodes, every resistance on its nodes, time constants, energies, exchange current, hysteresis and
 entropy; least squares by Gauss-Newton. Currents, voltages and the count of charge are the recorded ones, with all their
-errors, and so is the temperature; the true one beside it tells what the thermometer costs. What few recordings cannot
-tell is held as identify holds it: energies 15 +- 10 kJ/mol, of the time constants 0 +- 10 kJ/mol, entropy 0 +- 0.15
-mV/K.
+errors, and so is the temperature; the true one beside it tells what the thermometer costs. What the rows do not tell it
+does not know of the truth either: it is held to what is usual. Energies 15 +- 10 kJ/mol, of the time constants 0 +- 10
+kJ/mol, entropy 0 +- 0.15 mV/K; resistances, time constants and exchange currents at the middle of what such cells have,
+within a factor of two to three; tables and OCV smooth over their nodes.
 """
 import numpy as np
 
 from . import cell as cells
 
 ROWS_MAX = 30000
+USUAL_DROP_V = 0.06  # of each part at 1C
+USUAL_TAU_S = {1: (25.0,), 2: (5.0, 130.0), 3: (1.8, 27.0, 450.0)}
+USUAL_EXCHANGE = (1.4, 3.0)  # over the capacity, of both electrodes
 
 
 def hat(nodes, x):
@@ -120,27 +124,33 @@ class Fit:
             row[list(places)] = factors
             a.append(row)
             r.append(row @ p + offset)
-        k = self.rest + self.k
+        k, drop = self.rest + self.k, USUAL_DROP_V / cell.capacity_ah
+        exchange = 0.0
+        if cell.exchange_a:
+            exchange = float(np.mean(np.log(np.divide(cell.exchange_a, USUAL_EXCHANGE) / cell.capacity_ah)))
         for place, true, mean, sigma in ((k, cell.e0 / 1e3, 15, 10), (k + 1, cell.e_branch / 1e3, 15, 10),
-                                         (k + 2, cell.e_tau / 1e3, 0, 10), (k + 3, 0, 0, 1),
+                                         (k + 2, cell.e_tau / 1e3, 0, 10), (k + 3, exchange, 0, 1),
                                          (k + 4, 1e3 * cell.hysteresis_v, 0, 30),
                                          (k + 5, 1e3 * cell.entropy_v_per_k, 0, 0.15)):
             add([place], [1.0 / sigma], (true - mean) / sigma)
         for j in range(self.k):
-            add([self.rest + j], [1.0])
-        for table in self.r:
+            add([self.rest + j], [1.0], np.log(cell.tau_s[j] / USUAL_TAU_S[self.k][j]))
+        for table, true, usual in zip(self.r, [cell.r0, *cell.r], [drop] + [drop / self.k] * self.k):
+            level = np.log(true / usual)
             for m in range(self.n):
-                add([table.start + m], [1.0])
+                add([table.start + m], [1.0], level[m])
             for m in range(1, self.n - 1):
-                add(range(table.start + m - 1, table.start + m + 2), np.array([1, -2, 1]) / 0.2)
+                bend = np.array([1, -2, 1]) / 0.2
+                add(range(table.start + m - 1, table.start + m + 2), bend, bend @ level[m - 1:m + 2])
         for m in range(1, self.u.stop - 1):
-            add(range(m - 1, m + 2), np.array([1, -2, 1]) / 0.05)
+            bend = np.array([1, -2, 1]) / 0.1
+            add(range(m - 1, m + 2), bend, bend @ cell.ocv_v[m - 1:m + 2])
         return np.array(r), np.array(a)
 
     def solve(self, recs):
         p, cost = np.zeros(self.size), np.inf
         step = np.zeros(self.size)
-        for _ in range(6):
+        for _ in range(12):
             r, a = self.rows(p, recs)
             b, c = self.believed(p)
             now = r @ r + b @ b

@@ -8,6 +8,7 @@
 #include "car/battery/cell_tables.hpp"
 #include "core/signal.hpp"
 #include "explain/balances/car_balances.hpp"
+#include "explain/balances/held_cells.hpp"
 #include "explain/balances/counted_charge.hpp"
 #include "explain/gate/integrity.hpp"
 
@@ -113,7 +114,7 @@ struct MainVoltage {
 MainVoltage main_voltage(const World& model, const Recording& log) {
   const auto cells = log.numbered("cell_voltage_");
   if (const VectorXd* one = log.find("voltage")) return {*one, "voltage", 1.0};
-  if (!cells.empty()) return {mean_of(log, cells), "voltage", 1.0};
+  if (!cells.empty() && !log.pack_is_nearer) return {mean_of(log, cells), "voltage", 1.0};
   const char* role = log.find("pack_voltage") != nullptr ? "pack_voltage" : "bus_voltage";
   return {*log.find(role), role, static_cast<double>(model.car.battery.cells_in_series)};
 }
@@ -254,7 +255,9 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   const MainVoltage main = main_voltage(model, log);
   out.channels.push_back({main.name, Balance::kVoltage, "V", main.measured});
   const auto cells = log.numbered("cell_voltage_"), thermistors = log.numbered("temperature_");
-  if (!cells.empty() && log.find("pack_voltage") != nullptr) {
+  if (log.pack_is_nearer) {
+    out.channels.push_back({"voltage", Balance::kVoltage, "V", mean_of(log, cells)});
+  } else if (!cells.empty() && log.find("pack_voltage") != nullptr) {
     out.channels.push_back({"pack_voltage", Balance::kVoltage, "V", *log.find("pack_voltage")});
   }
   if (main.name != "bus_voltage" && log.find("bus_voltage") != nullptr) {
@@ -262,7 +265,8 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   }
   out.facts.stopped = stopped_rows(log);
   settle_rests(out);
-  out.facts.voltage_v = held(main.measured) / main.cells;
+  // Heat by voltages of another time than the current's would be heat of loads that were not there.
+  if (!log.cells_apart || log.pack_is_nearer) out.facts.voltage_v = held(main.measured) / main.cells;
   out.facts.sensor_cells = main.name == "voltage" && !cells.empty() ? 0.0 : main.cells;
   const bool starts_at_rest = !out.facts.at_rest.empty() && out.facts.at_rest.front();
   if (options.judge_soc && starts_at_rest && log.find("soc") != nullptr) {
@@ -317,7 +321,7 @@ void put_channels(const World& world, const Comparison& comparison, const LogFac
   const auto cells = log.numbered("cell_voltage_");
   const bool is_mean =
       log.find("voltage") == nullptr;  // then the first channel is the cells' mean, reckoned already
-  const VectorXd cells_v = cells.empty()
+  const VectorXd cells_v = cells.empty() || log.pack_is_nearer
                                ? VectorXd(series * out.battery.voltage_v)
                                : VectorXd((is_mean ? comparison.channels.front().measured : mean_of(log, cells)) *
                                           static_cast<double>(cells.size()));
@@ -332,13 +336,17 @@ void put_channels(const World& world, const Comparison& comparison, const LogFac
       world.voltage.delay_s == 0.0 ? VectorXd::Zero(log.rows())
                                    : VectorXd(shifted(log.time_s, modelled_v, -world.voltage.delay_s) - modelled_v);
   const VectorXd sensed = reading(levels, log.time_s, pack_v) - pack_v + (1.0 + levels.gain) * late;
+  const VectorXd old = older_cells(world, log.time_s, out.battery);
   for (const BalanceChannel& channel : comparison.channels) {
     const bool first = out.channels.empty();
-    if (first && channel.name == "voltage") {
+    if (channel.name == "voltage" && !first) {
+      const VectorXd within = true_pack_voltage(log, sensed + unit_v) + world.pack_resistance_ohm * pack_current;
+      out.channels.push_back(within / series + old);
+    } else if (first && channel.name == "voltage") {
       out.channels.push_back(cells.empty() ? reading(world.voltage, log.time_s, out.battery.voltage_v)
-                                           : out.battery.voltage_v);
+                                           : VectorXd(out.battery.voltage_v + old));
     } else if (first || channel.name == "pack_voltage") {
-      out.channels.push_back(pack_v + sensed);
+      out.channels.push_back(log.pack_is_nearer ? VectorXd(pack_v + sensed) : VectorXd(pack_v + sensed - series * old));
     } else if (channel.name == "bus_voltage") {
       const bool published = log.find("pack_voltage") != nullptr;
       const VectorXd before = published ? true_pack_voltage(log, sensed + unit_v) : terminals_v;

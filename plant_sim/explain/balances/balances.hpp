@@ -4,6 +4,8 @@
 //
 //   voltage        cell's (or mean cell's, or pack's) voltage given the current
 //   pack_voltage   pack voltage given the sum of the cells (where cells are recorded)
+//                  (of a table whose cells were read at other times than its current: the pack's voltage given the
+//                  current, and the mean cell's given the pack's)
 //   bus_voltage    bus voltage given the pack voltage
 //   soc            SOC in the log given the current (only where sound logs tell how the log's SOC is made)
 //   temperature    mean thermistor given current and voltage

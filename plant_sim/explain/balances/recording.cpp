@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/errors.hpp"
+#include "explain/balances/held_cells.hpp"
 #include "io/logs/drive_log.hpp"
 
 namespace voltlap::plant {
@@ -158,6 +159,7 @@ Recording read_recording(const DataFolder& data, const std::string& path, const 
     log.read_s[role] = log.time_s - held.age_s;
     if (own > kSeldom * turn) log.age_s[role] = std::move(held.age_s);
   }
+  settle_held_cells(log);
   return log;
 }
 

@@ -30,6 +30,9 @@ struct Recording {
       passed_s;  ///< by role: between these times its values are straight lines, and say nothing of what was there
   std::set<std::string> derived;  ///< roles that were reckoned from others: no evidence of their own
   bool temperatures_of_core = false;         ///< of the cells within, not where a thermistor sits
+  bool cells_at_rows = false;               ///< a table: within a row nobody knows when a cell was read
+  bool cells_apart = false;                 ///< and of other times than its current, or than each other
+  bool pack_is_nearer = false;              ///< the voltage of the pack is of the current's time then
   bool published_is_no_measurement = false;  ///< of the pack's voltage: it rises with the discharge current
   std::vector<Masked> masked;
   std::vector<std::string> repairs;  ///< in words, for the report

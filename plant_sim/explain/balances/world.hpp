@@ -18,6 +18,8 @@ struct SensorError {
 struct World {
   VehicleParameters car;
   SensorError current, voltage;      ///< `voltage`: of the cell or, with cells recorded, of the pack's own sensor
+  double cells_late_s = 0.0;         ///< by which all cells were read before the time that the log has for them
+  double cells_held = 0.0;           ///< share of the cells that are of another load than the row's, whichever it was
   double current_limit_a = 0.0;      ///< from here on readings end, and the voltage says what flowed; 0: nowhere
   double pack_resistance_ohm = 0.0;  ///< between cells and where the pack voltage is taken
   double published_compensation_ohm = 0.0;  ///< times I: added to the pack voltage that a battery unit publishes

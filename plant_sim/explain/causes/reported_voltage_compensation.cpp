@@ -42,6 +42,8 @@ Cause reported_voltage_compensation() {
             Form at_once = plain_form(1, [](World& w, Values v) { w.published_compensation_ohm += v[0]; });
             at_once.at.resize(3, 0.0);
             std::vector<Form> out{at_once};
+            // Cells of other times than the current's tell of no filter.
+            if (c.log.pack_is_nearer && c.find("bus_voltage") == nullptr) return out;
             for (const double tau_s : {0.3, 2.0}) {
               out.push_back(filtered(false, tau_s));
               out.push_back(filtered(true, tau_s));

@@ -154,6 +154,7 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
   // no error: 24 sound drives of 5 minutes, steps of 1 K, had 2.2 practical sizes at most.
   constexpr double kLeast = 2.0, kLeastInSteps = 3.0;  // practical sizes
   constexpr double kBeyond = 3.0;                      // of what references have
+  constexpr double kOfApart = 1.5;                     // of what its time may make of it
   std::optional<Unnamed> out;
   for (const AnswerOf& answer : said) {
     const auto left =
@@ -162,12 +163,12 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
   }
   if (!said.empty()) return out;
   // Cells are read in turn: where the current is another in each row, a value that was held is of another current.
-  const bool of_another = references.empty() && is_between_rows(held.seen.comparison.facts.current_a);
+  const bool of_another = references.empty() && is_between_rows(held.seen.comparison);
   for (std::size_t k = 0; k < held.members.size(); ++k) {
     const ReadChannel& channel = held.seen.members[k].channel;
     const double count = std::max(1.0, static_cast<double>(channel.residual.size()));
     const bool in_steps = references.empty() && was_read_in_steps(held.seen.read, channel.name);
-    const double least = in_steps ? kLeastInSteps : kLeast;
+    const double least = std::max(in_steps ? kLeastInSteps : kLeast, kOfApart * channel.apart);
     if (std::sqrt(channel.residual.squaredNorm() / count) < least * channel.practical) continue;
     if (references.empty() && is_read_seldom(held.seen.read, channel.name)) continue;
     if (of_another && channel.name.starts_with("cell_voltage_")) continue;

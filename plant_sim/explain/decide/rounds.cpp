@@ -21,6 +21,7 @@ constexpr double kFarOff = 10.0;    // practical sizes
 constexpr double kFarBeside = 3.0;  // the same beyond what sound logs leave, where there are such logs
 constexpr double kAlone = 2.0;      // practical sizes, where no reference tells how well the model does
 constexpr double kBetweenRows = 3.0;  // of what is off for the rows that were not recorded, of an error without a name
+constexpr double kOfApart = 1.5;      // of what it is for cells that were read between the rows
 constexpr double kByPedal = 20.0;   // the same where the pedal is all that tells the torque: a tenth of it
 
 /// The channel, by name, that shows a suspect best.
@@ -210,7 +211,7 @@ const ReadChannel* channel_named(const Observed& log, const std::string& name) {
 /// Practical sizes of a channel that a drive has to be beyond for what is between its rows, whatever references have.
 double least_between_rows(const Observed& log, const std::string& name) {
   const ReadChannel* channel = channel_named(log, name);
-  return channel != nullptr ? kBetweenRows * channel->between_rows : 0.0;
+  return channel != nullptr ? std::max(kBetweenRows * channel->between_rows, kOfApart * channel->apart) : 0.0;
 }
 
 /// The same of one without references.
@@ -280,7 +281,7 @@ std::optional<Unnamed> far_off(const Held& held, const std::vector<VectorXd>& le
     const ReadChannel& channel = held.seen.channels[c];
     if (channel.balance == plant::Balance::kForce || channel.balance == plant::Balance::kPower) continue;
     const double error = std::min(beyond_white(left[c]), usual_error(left[c])) / channel.practical;
-    const double least = sound_logs.none() ? kFarOff : kFarBeside;
+    const double least = std::max(sound_logs.none() ? kFarOff : kFarBeside, kOfApart * channel.apart);
     if (error < least || (out && error < out->practical)) continue;
     if (error > least + kBeyond * sound_logs.error(channel.name))
       out = Unnamed{channel.name, channel.balance, error, {}};

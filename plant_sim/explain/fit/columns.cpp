@@ -22,6 +22,8 @@ constexpr double kUnderLoad = 0.05;  // SOC, where no rest tells it
 constexpr double kWarmth_k = 0.5;    // cells beside their thermistors at the start
 constexpr double kSeason_k = 8.0;    // a battery that nobody measured, beside what the model's file says
 constexpr double kCounted = 0.01;    // SOC: how well whoever counts it knew where it began
+constexpr double kOfRow = 0.3;       // from one row to the next: when cells of a table were read
+constexpr double kOfMoved = 0.5;     // of what moves between rows: how much the cells may have moved before or after
 constexpr double kAir_k = 1.0;       // beside the model, where the log does not say it
 
 bool acts(const std::vector<VectorXd>& by_channel) {
@@ -127,6 +129,14 @@ double air_doubt_k(const Observed& log) {
   return is_coarse(air) ? kHalfStep * least_change(air) : 0.0;
 }
 
+/// How much of what the voltage moves it moves between two rows.
+double changed_between_rows(const Observed& log) {
+  const VectorXd& volts = log.base.battery.voltage_v;
+  const double moves = (volts.array() - volts.mean()).matrix().squaredNorm();
+  const double changes = (volts.tail(volts.size() - 1) - volts.head(volts.size() - 1)).squaredNorm();
+  return moves > 0.0 ? std::min(1.0, std::sqrt(changes / moves)) : 0.0;
+}
+
 std::vector<Start> starts_of(const Observed& log) {
   const plant::LogFacts& facts = log.comparison.facts;
   const bool rests = facts.starts_at_rest && !log.begins_charged;
@@ -154,6 +164,14 @@ std::vector<Start> starts_of(const Observed& log) {
                      w.warmth_after_gap[start.gap] += by;
                    },
                    gap});
+  }
+  if (log.read.cells_at_rows) {
+    out.push_back({0.05, kOfRow * usual_interval_s(log.comparison.log, "current"),
+                   [](plant::World& w, const Start&, double by) { w.cells_late_s += by; }});
+  }
+  if (log.read.cells_apart) {
+    out.push_back({0.1, kOfMoved * changed_between_rows(log),
+                   [](plant::World& w, const Start&, double by) { w.cells_held += by; }});
   }
   add_branches(log, out);
   if (const double doubt_k = air_doubt_k(log); doubt_k > 0.0) {

@@ -27,8 +27,9 @@ void add_member_starts(const Observed& log, const ReadChannel& channel, bool hea
     }
     nuisances.push_back(columns.add({channel.reader.of(shape)}, heat ? kWarmth : kSoc, 1.0));
   }
-  // Of cells that are read in turn a bus says when a value was sent, within a turn, not when it was measured.
-  if (!heat && log.read.age_s.contains(channel.name)) {
+  // Of cells that are read in turn a bus says when a value was sent, within a turn, not when it was measured; and a
+  // table says it within a row.
+  if (!heat && (log.read.age_s.contains(channel.name) || log.read.cells_at_rows)) {
     constexpr double kStep_s = 0.05;
     const VectorXd& volts = log.base.battery.voltage_v;
     const VectorXd late = (plant::shifted(log.comparison.log.time_s, volts, -kStep_s) - volts) / kStep_s;

@@ -7,7 +7,7 @@ namespace voltlap::explain {
 
 /// Does the current change so much from row to row that what flowed between them may be anything? Then the charge
 /// and the lags that a model makes of the rows are off as well.
-[[nodiscard]] bool is_between_rows(const Eigen::VectorXd& current);
+[[nodiscard]] bool is_between_rows(const plant::Comparison& log);
 
 /// What predictions are off for the rows that were not recorded, by how much they would be others without half of the
 /// rows: at most that, where a load goes on and off, and a third of it where it is smooth. Not what one half has slowly

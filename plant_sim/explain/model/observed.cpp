@@ -27,7 +27,12 @@ constexpr double kGap = 5.0;           // mean intervals between rows from which
 
 double bin_for(const plant::Recording& log, const std::vector<std::string>& roles, double least_s) {
   double bin = least_s;
-  for (const std::string& role : roles) bin = std::max(bin, kScan * usual_interval_s(log, role));
+  for (const std::string& role : roles) {
+    // A cell that a table holds comes a row early or late.
+    const bool held = log.cells_at_rows && log.age_s.contains(role);
+    const double turn_s = usual_interval_s(log, role) + (held ? usual_interval_s(log, "current") : 0.0);
+    bin = std::max(bin, kScan * turn_s);
+  }
   return bin;
 }
 
@@ -42,7 +47,7 @@ std::vector<std::string> roles_of(const plant::Comparison& comparison, const std
 }
 
 bool is_pack_beside_cells(const Observed& out, const std::string& channel) {
-  return channel == "pack_voltage" && out.channels.size() > 0;
+  return channel == "pack_voltage" && out.comparison.channels.front().name != channel;
 }
 
 VectorXd held_sum_of_cells(const plant::Recording& log) {
@@ -58,8 +63,12 @@ VectorXd steps_of(const VectorXd& current) {
   return out;
 }
 
+double rms_of(const VectorXd& values) {
+  return std::sqrt(values.squaredNorm() / std::max<double>(1.0, static_cast<double>(values.size())));
+}
+
 VectorXd over_its_rms(const VectorXd& values) {
-  const double rms = std::sqrt(values.squaredNorm() / std::max<double>(1.0, static_cast<double>(values.size())));
+  const double rms = rms_of(values);
   return rms > 0.0 ? VectorXd(values / rms) : values;
 }
 
@@ -145,7 +154,7 @@ ReadChannel channel_of(const Observed& out, std::size_t c, double volts_bin_s) {
   const plant::Recording &log = out.comparison.log, &read = out.read;
   const std::vector<std::string> roles = roles_of(out.comparison, from.name);
   const bool heat = from.balance == plant::Balance::kHeat;
-  const double bin = heat ? bin_for(log, roles, kHeatBin_s) : volts_bin_s;
+  const double bin = bin_for(log, roles, heat ? kHeatBin_s : volts_bin_s);
   ReadChannel made{from.name,
                    from.unit,
                    from.balance,
@@ -178,7 +187,7 @@ void put_members(Observed& out, double volts_bin_s) {
     });
     if (mean == out.channels.end()) continue;
     const VectorXd& predicted = out.base.channels[static_cast<std::size_t>(mean - out.channels.begin())];
-    const double bin = heat ? bin_for(log, group.members, kHeatBin_s) : volts_bin_s;
+    const double bin = bin_for(log, group.members, heat ? kHeatBin_s : volts_bin_s);
     for (std::size_t k = 0; k < group.members.size(); ++k) {
       ReadChannel one{group.members[k],
                       mean->unit,
@@ -208,7 +217,7 @@ double hidden_by_steps(const Observed& log, const ReadChannel& channel) {
   } else if (log.read.find(channel.name) != nullptr) {
     error = step_error(log.read, {channel.name});
   }
-  if (channel.name == "pack_voltage" && !cells.empty())
+  if (is_pack_beside_cells(log, channel.name))
     error = std::hypot(error, static_cast<double>(cells.size()) * step_error(log.read, cells));
   return error / channel.practical;
 }
@@ -238,14 +247,14 @@ double practical_size(const std::string& channel, const Observed& log) {
   const plant::Comparison& comparison = log.comparison;
   const VectorXd& drop_v = log.base.battery.drop_v;
   // Of what a current takes nobody knows a two-hundredth: the sensor's gain, a fifth of a kelvin.
-  const double known_v = kOfDrop * std::sqrt(drop_v.squaredNorm() / static_cast<double>(drop_v.size()));
-  const double volts = std::max(known_v, is_between_rows(comparison.facts.current_a) ? kCoarse * kCell_v : kCell_v);
+  const double known_v = kOfDrop * rms_of(drop_v);
+  const double volts = std::max(known_v, is_between_rows(comparison) ? kCoarse * kCell_v : kCell_v);
   if (channel == "voltage") return volts;
   if (channel == "temperature") {
     return std::max(kHeat_k, step_error_of_heat(log.read));
   }
   if (channel == "soc") return kSoc;
-  const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty();
+  const bool beside_cells = !comparison.log.numbered("cell_voltage_").empty() && !comparison.log.pack_is_nearer;
   if (channel.ends_with("voltage")) return beside_cells ? kPack_v : volts * log.model.car.battery.cells_in_series;
   const plant::BalanceChannel* found = comparison.find(channel);
   double square = 0.0, count = 0.0;

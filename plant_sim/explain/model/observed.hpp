@@ -20,6 +20,7 @@ struct ReadChannel {
   VectorXd residual;  ///< by bin
   VectorXd rough;     ///< how fast the current changed there, over its RMS
   double between_rows = 0.0;  ///< practical sizes that the prediction may be off for what was not recorded
+  double apart = 0.0;         ///< the same of cells that were read between the rows, steps of the load and all
   double stepped = 0.0;       ///< the same of what the steps of its sensors hide
 };
 

@@ -103,36 +103,85 @@ def test_columns_of_motor_and_corners_are_known_by_their_names(tmp_path):
     assert answer["verdict"] == "no_discrepancy", said
 
 
-def table_of_frames(log, folder, every_s, torque=False):
+def table_of_frames(log, folder, every_s, torque=False, cells=True, pack=True):
     """What `log decode` makes of a candump, as a team takes it to a spreadsheet: current, voltage, pedals, speed,
-    thermistors, and with `torque` what the inverter says. Without cells: known to be wrong, of cells that a BMS reads
-    in turn a table holds each from another time, and sound drives of own cars with them are accused."""
+    thermistors, with `cells` every cell (each held from the time at which its frame came), with `torque` what the
+    inverter says; without the pack's voltage where not `pack`."""
     decoded = folder / "decoded.csv"
     run("log", "decode", log, "--dbc", DBC, "--every", f"{every_s:g}", "--out", decoded)
     names, rows = rows_of(decoded)
-    wanted = {"time_s": "time_s", "PackCurrent": "Pack Current [A]", "PackVoltage": "Pack Voltage [V]",
-              "FrontLeft": "Speed [m/s]", "Accelerator": "Accelerator [%]", "BrakeFront": "Brake Pressure [bar]",
-              "MotorSpeed": "Motor Speed [rpm]", **({"PhaseCurrent": "Motor Current [A]"} if torque else {})}
+    wanted = {"time_s": "time_s", "PackCurrent": "Pack Current [A]", "FrontLeft": "Speed [m/s]",
+              "Accelerator": "Accelerator [%]", "BrakeFront": "Brake Pressure [bar]", "MotorSpeed": "Motor Speed [rpm]",
+              **({"PackVoltage": "Pack Voltage [V]"} if pack else {}),
+              **({"PhaseCurrent": "Motor Current [A]"} if torque else {})}
     columns = {}
     for k, name in enumerate(names):
         signal = name.split(".")[-1].split(" ")[0]
         if name == "time_s" or (signal in wanted and wanted[signal] not in columns):
             columns[wanted.get(signal, name)] = k
-        module = re.match(r"Temperatures_(\w+)\.Temperature(\d)", name)
-        if module and any(row[k] for row in rows):
-            columns[f"Temp {3 * int(module[1]) + int(module[2]) + 1} [degC]"] = k
+        of_three = re.match(r"(Temperatures|CellVoltages)_(\w+)\.(?:Temperature|Cell)(\d)", name)
+        if of_three and (cells or of_three[1] == "Temperatures") and any(row[k] for row in rows):
+            what, unit = ("Temp", "degC") if of_three[1] == "Temperatures" else ("Cell", "V")
+            columns[f"{what} {3 * int(of_three[2]) + int(of_three[3]) + 1} [{unit}]"] = k
     return write(folder / f"every{every_s:g}.csv", list(columns), [[row[k] for k in columns.values()] for row in rows])
 
 
-@pytest.mark.parametrize("every_s", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("every_s", [0.05, 0.1, 0.5, 1.0])
 def test_what_decode_writes_of_a_sound_drive_is_sound(tmp_path, every_s):
     """Rows that are far apart, values that were held, a pedal whose torque is cut by limits that no column says, slow
-    messages that have not come yet in the first row."""
+    messages that have not come yet in the first row, cells that are of another time than the current of their row."""
     draw = Draw(f"decoded{every_s:g}")
     car = own_car(draw, tmp_path, least_parallel=2)
     _, log = drive(draw, car)
-    answer, said = explained(tmp_path, table_of_frames(log, tmp_path, every_s, draw.random.random() < 0.5), model=car)
-    assert answer["verdict"] == "no_discrepancy", said
+    torque = draw.random.random() < 0.5
+    for cells, pack in ((False, True), (True, True), (True, False)):
+        table = table_of_frames(log, tmp_path, every_s, torque, cells, pack)
+        answer, said = explained(tmp_path, table, model=car)
+        assert answer["verdict"] == "no_discrepancy", (cells, pack, said)
+
+
+def cells_in_turn(draw, log, folder, turn_s, every):
+    """A logger's table of a battery unit that reads one cell after the other, each once in `turn_s`, and holds it;
+    with or without the pack's voltage, steps and noise as they come."""
+    pack, step_v, noise_v = draw.random.random() < 0.6, draw.random.choice((1e-3, 1e-4)), draw.random.choice((0, 1e-3))
+    names, rows = rows_of(log)
+    cells = [k for k, name in enumerate(names) if re.fullmatch(r"cell_\d+_voltage_v", name)]
+    plain = {"time_s": "Time [s]", "pack_current_a": "Pack Current [A]", "speed_mps": "Speed [m/s]",
+             **({"pack_voltage_v": "Pack Voltage [V]"} if pack else {})}
+    held, table = {}, []
+    for n, row in enumerate(rows):
+        for j, k in enumerate(cells):
+            turn = int((float(row[0]) - j * turn_s / len(cells)) / turn_s + 1e-9)
+            if held.get(k, (None,))[0] != turn:
+                held[k] = turn, round(round((float(row[k]) + draw.random.gauss(0, noise_v)) / step_v) * step_v, 5)
+        if n % every == 0:
+            table.append([row[names.index(name)] for name in plain] + [f"{held[k][1]:g}" for k in cells])
+    print(f"turn {turn_s} s, row {every / 10} s, pack {pack}, steps {step_v} V, noise {noise_v} V")
+    return write(folder / f"turn{turn_s}_{every}.csv",
+                 [*plain.values(), *(f"Cell {j + 1} [V]" for j in range(len(cells)))], table)
+
+
+TURNS = ((0.3, 2), (0.72, 1), (0.72, 5), (2.4, 1), (2.4, 10))
+
+
+def test_cells_that_were_read_in_turn_and_held_are_no_error(tmp_path):
+    draw = Draw("held cells")
+    car = own_car(draw, tmp_path, least_parallel=2)
+    log, _ = drive(draw, car)
+    for turn_s, every in TURNS:
+        answer, said = explained(tmp_path, cells_in_turn(draw, log, tmp_path, turn_s, every), model=car)
+        assert answer["verdict"] == "no_discrepancy", said
+
+
+def test_a_weak_cell_is_found_among_cells_that_were_held(tmp_path):
+    draw = Draw("held weak cell")
+    car = own_car(draw, tmp_path)
+    cell, scale = draw.random.randint(1, 60), draw.random.uniform(1.4, 1.7)
+    log, frames = drive(draw, car, f"battery.cells.{cell}.resistance_scale={scale:.3f}")
+    for table in (cells_in_turn(draw, log, tmp_path, 0.3, 2), table_of_frames(frames, tmp_path, 0.1)):
+        answer, said = explained(tmp_path, table, model=car)
+        found = [(c["name"], c["parameters"]["cell"]["value"]) for c in answer["causes"] if "cell" in c["parameters"]]
+        assert found == [("weak_cell", cell)], (cell, scale, said)
 
 
 def test_power_in_rows_far_apart_needs_the_motors_speed(tmp_path):
