@@ -33,6 +33,7 @@ struct IdentifyOptions {
   enum class Tables { kByLaws, kByTest } tables = Tables::kByLaws;
   /// What keeps and sheds the heat of a cell of a capacity; empty: without a temperature it is held at its own.
   std::function<CellThermal(double capacity_ah)> thermal;
+  bool agree_soc = true;  ///< recordings whose charge does not agree are moved until it does
   bool constant = false;  ///< a plain circuit: one value of each resistance and time constant for all SOC
   std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
@@ -49,6 +50,7 @@ struct IdentifyResult {
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
   Capacity capacity;  ///< and where it is from
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
+  bool soc_moved = false;     ///< for recordings to agree, which count or begin otherwise
   bool laws_assumed = false;  ///< what changes with temperature is what is believed of cells, not what was recorded
   double rms_v = 0.0;  ///< of all rows that were used
   std::vector<SectionScore> sections;  ///< of a pulse or layered method its sections, of a full fit its recordings

@@ -223,20 +223,20 @@ void note_differences(const std::vector<PreparedLog>& prepared, const std::vecto
 
 }  // namespace
 
-double settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool capacity_told,
-                  std::vector<std::string>& notes) {
+SettledSoc settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool capacity_told,
+                      std::vector<std::string>& notes) {
   VOLTLAP_DEMAND(!prepared.empty());
   const double common_ah = prepared.front().run.capacity_ah;
-  if (prepared.size() < 2) return common_ah;
+  if (prepared.size() < 2) return {common_ah, false};
   if (!priors.law_priors.fixed) priors.laws.exchange_a = std::exp(priors.law_priors.mean(ResistanceLaws::kLogExchange));
   begin_with_full(prepared, priors, capacity_told);
   Agreement agreement(prepared, std::move(priors), capacity_told);
-  if (!agreement.find() && capacity_of_all(prepared) == common_ah) return common_ah;
+  if (!agreement.find() && capacity_of_all(prepared) == common_ah) return {common_ah, false};
   name_ends(prepared, capacity_told);
-  if (capacity_told) return common_ah;
+  if (capacity_told) return {common_ah, true};
   const double cell_ah = capacity_of_all(prepared);
   note_differences(prepared, agreement.moved(), cell_ah, notes);
-  return cell_ah;
+  return {cell_ah, true};
 }
 
 }  // namespace voltlap::plant

@@ -14,10 +14,16 @@
 
 namespace voltlap::plant {
 
+/// The middle capacity: the cell's. Whether a recording was moved.
+struct SettledSoc {
+  double capacity_ah = 0.0;
+  bool moved = false;
+};
+
 /// Moves the anchors and capacities of two recordings or more to where one table follows all of them best, if that is
 /// better than where they stood; `notes` says which have a capacity of their own. All are anchored. The fullest stands
-/// at SOC 1 and, where the capacity is what was drawn, the emptiest at 0. Returns the middle capacity [Ah]: the cell's.
-double settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool capacity_told,
-                  std::vector<std::string>& notes);
+/// at SOC 1 and, where the capacity is what was drawn, the emptiest at 0.
+[[nodiscard]] SettledSoc settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool capacity_told,
+                                    std::vector<std::string>& notes);
 
 }  // namespace voltlap::plant
