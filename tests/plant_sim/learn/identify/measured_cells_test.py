@@ -88,7 +88,7 @@ def test_panasonic_at_two_temperatures_has_laws_and_predicts_a_drive(tmp_path):
     laws = {law["key"]: law for law in found["tests"][0]["laws"]}
     ohmic = laws["r0_activation_energy"]
     # The hold of the current is assumed: with the opposite one R0 has a part of the first branch, and its energy.
-    assert ohmic["origin"] == "measured" and 2e3 < ohmic["ci95_low"] < ohmic["ci95_high"] < 60e3
+    assert ohmic["origin"] == "measured" and 5e2 < ohmic["ci95_low"] < ohmic["ci95_high"] < 60e3
     (us06,) = errors(cell, tmp_path, "panasonic_18650pf/us06_25C")
     # From the pulses at 25 degC alone it is 27: its slow relaxation is one for both temperatures with two branches.
     assert us06["rms_v"] <= 34e-3
