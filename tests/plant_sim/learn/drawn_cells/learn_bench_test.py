@@ -81,8 +81,8 @@ def test_rapid_discharges_without_a_thermometer_make_a_file_that_holds(tmp_path)
 
 @pytest.mark.parametrize("seed, number, most_mv", [(779, 26, 2.0), (779, 0, 2.0), (781, 0, 9.0)])
 def test_charge_that_was_counted_right_is_left_as_it_was_counted(tmp_path, seed, number, most_mv):
-    """Whole discharges at several temperatures. To agree one was counted 1.6 % otherwise: 0.84 mV instead of 0.93 in the
-    fit, and 20.5 instead of 1.4 mV of a drive that was not in it (3.6 instead of 1.2, 14.2 instead of 6.7)."""
+    """Whole discharges at several temperatures. To agree one was counted 1.6 % otherwise: 0.84 mV instead of 0.93 in
+    the fit, and 20.5 instead of 1.4 mV of a drive that was not in it (3.6 instead of 1.2, 14.2 instead of 6.7)."""
     marks = tmp_path / "marks.json"
     bench("--tool", TOOL, "--seed", seed, "--cell", number, "--json", marks)
     found, = json.loads(marks.read_text())["cells"]
