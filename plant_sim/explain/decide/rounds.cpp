@@ -21,7 +21,7 @@ constexpr double kFarOff = 10.0;    // practical sizes
 constexpr double kFarBeside = 3.0;  // the same beyond what sound logs leave, where there are such logs
 constexpr double kAlone = 2.0;      // practical sizes, where no reference tells how well the model does
 constexpr double kBetweenRows = 3.0;  // of what is off for the rows that were not recorded, of an error without a name
-constexpr double kOfApart = 1.5;      // of what it is for cells that were read between the rows
+constexpr double kOfApart = 2.5;      // of what it is for cells that were read between the rows
 constexpr double kByPedal = 20.0;   // the same where the pedal is all that tells the torque: a tenth of it
 
 /// The channel, by name, that shows a suspect best.
