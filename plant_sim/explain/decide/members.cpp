@@ -154,7 +154,7 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
   // no error: 24 sound drives of 5 minutes, steps of 1 K, had 2.2 practical sizes at most.
   constexpr double kLeast = 2.0, kLeastInSteps = 3.0;  // practical sizes
   constexpr double kBeyond = 3.0;                      // of what references have
-  constexpr double kOfApart = 2.5;                     // of what its time may make of it
+  constexpr double kOfApart = 1.5;                     // of what its time may make of it
   std::optional<Unnamed> out;
   for (const AnswerOf& answer : said) {
     const auto left =

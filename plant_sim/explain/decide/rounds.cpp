@@ -21,7 +21,7 @@ constexpr double kFarOff = 10.0;    // practical sizes
 constexpr double kFarBeside = 3.0;  // the same beyond what sound logs leave, where there are such logs
 constexpr double kAlone = 2.0;      // practical sizes, where no reference tells how well the model does
 constexpr double kBetweenRows = 3.0;  // of what is off for the rows that were not recorded, of an error without a name
-constexpr double kOfApart = 2.5;      // of what it is for cells that were read between the rows
+constexpr double kOfApart = 1.5;      // of what it is for cells that were read between the rows
 constexpr double kByPedal = 20.0;   // the same where the pedal is all that tells the torque: a tenth of it
 
 /// The channel, by name, that shows a suspect best.
@@ -281,7 +281,8 @@ std::optional<Unnamed> far_off(const Held& held, const std::vector<VectorXd>& le
     const ReadChannel& channel = held.seen.channels[c];
     if (channel.balance == plant::Balance::kForce || channel.balance == plant::Balance::kPower) continue;
     const double error = std::min(beyond_white(left[c]), usual_error(left[c])) / channel.practical;
-    const double least = std::max(sound_logs.none() ? kFarOff : kFarBeside, kOfApart * channel.apart);
+    const double least =
+        std::max(sound_logs.none() ? kFarOff : kFarBeside, least_between_rows(held.seen, channel.name));
     if (error < least || (out && error < out->practical)) continue;
     if (error > least + kBeyond * sound_logs.error(channel.name))
       out = Unnamed{channel.name, channel.balance, error, {}};
