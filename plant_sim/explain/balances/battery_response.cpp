@@ -247,6 +247,17 @@ class LoggedCell {
 
 }  // namespace
 
+namespace {
+
+/// Slope of the OCV as cells see it that are not all as full: the corners of its table, which they pass one after the
+/// other, are no steps of a voltage.
+double slope_about(const CellTables& tables, double soc) {
+  constexpr double kApart = 0.01;
+  return (tables.ocv(soc + kApart).voltage_v - tables.ocv(soc - kApart).voltage_v) / (2.0 * kApart);
+}
+
+}  // namespace
+
 double soc_per_millivolt(const BatteryResponse& battery) {
   constexpr double kFlattest = 0.02;  // V; a flatter curve than that of any cell with a plateau tells nothing
   return 1e-3 / std::max(kFlattest, battery.ocv_slope_v(0));
@@ -325,9 +336,8 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
     state = at_limit ? cell.at_measured_voltage(state, row, std::copysign(limit, out.current_a(row)))
                      : cell.at(state, row, out.current_a(row));
     out.current_a(row) = state.current_a;
-    const OcvPoint ocv = cell.tables().ocv(state.soc);
     out.soc(row) = state.soc;
-    out.ocv_slope_v(row) = ocv.slope_v;
+    out.ocv_slope_v(row) = slope_about(cell.tables(), state.soc);
     out.r0_ohm(row) = state.circuit.r0_ohm;
     out.drop_v(row) = cell.drop_v(state);
     out.voltage_v(row) = cell.ocv_v(state) - out.drop_v(row);

@@ -30,12 +30,10 @@ std::vector<Sound> same_member(const std::vector<Held>& references, const std::s
   return out;
 }
 
-/// RMS of a member's error beyond what differs from reading to reading, in practical sizes.
-double beyond_noise(const Family& family) {
+/// What a member leaves where only its starts are fitted, in practical sizes.
+double error_of(const Family& family) {
   const Fit nothing = fit_of(family.problem, {});
-  const double count = std::max(1.0, family.problem.channels[0].all[0].count);
-  return std::sqrt(std::max(0.0, nothing.left.sum() / count - fast_variance(family.problem, nothing, 0))) /
-         family.practical[0];
+  return error_in(family, nothing, nothing, 0);
 }
 
 /// Is it read in turn with so many others that what a drive does between two turns says how late a value is?
@@ -172,11 +170,11 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
     if (std::sqrt(channel.residual.squaredNorm() / count) < least * channel.practical) continue;
     if (references.empty() && is_read_seldom(held.seen.read, channel.name)) continue;
     if (of_another && channel.name.starts_with("cell_voltage_")) continue;
-    const double off = beyond_noise(member_family(held.seen, held.seen.members[k], {}, all_suspects));
+    const double off = error_of(member_family(held.seen, held.seen.members[k], {}, all_suspects));
     if (off < least || (out && off < out->practical)) continue;
     double usual = 0.0;
     for (const Sound& reference : same_member(references, channel.name, causes))
-      usual = std::max(usual, beyond_noise(reference({})));
+      usual = std::max(usual, error_of(reference({})));
     if (off > kBeyond * usual) out = Unnamed{channel.name, channel.balance, off, {}};
   }
   return out;

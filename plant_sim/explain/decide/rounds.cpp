@@ -124,10 +124,7 @@ std::set<std::string> left_much(const AnswerOf& answer) {
   std::set<std::string> out;
   const Fit& fit = answer.sets.front().fit;
   for (std::size_t c = 0; c < answer.family->channel.size(); ++c) {
-    const auto row = static_cast<Index>(c);
-    const double count = std::max(1.0, answer.family->problem.channels[c].all[0].count);
-    const double error = fit.left.row(row).sum() / count - fast_variance(answer.family->problem, fit, c);
-    if (error > std::pow(kLeft * answer.family->practical[c], 2)) out.insert(answer.family->channel[c]);
+    if (error_in(*answer.family, fit, fit, c) > kLeft) out.insert(answer.family->channel[c]);
   }
   return out;
 }
@@ -244,11 +241,7 @@ bool takes_usually(const AnswerOf& answer, const std::string& channel) {
 /// RMS of what an answer leaves of a channel beyond white noise, in practical sizes.
 double remains(const AnswerOf& answer, std::size_t channel) {
   const Fit& fit = answer.sets.empty() ? answer.nothing : answer.sets.front().fit;
-  const auto row = static_cast<Index>(channel);
-  const double count = std::max(1.0, answer.family->problem.channels[channel].all[0].count);
-  return std::sqrt(
-             std::max(0.0, fit.left.row(row).sum() / count - fast_variance(answer.family->problem, fit, channel))) /
-         answer.family->practical[channel];
+  return error_in(*answer.family, fit, fit, channel);
 }
 
 plant::Balance balance_of(const Observed& log, const std::string& name) {
@@ -274,15 +267,16 @@ double usual_error(const VectorXd& error) {
 }
 
 /// An error that is far beyond any that is worth a word, whatever its shape. How well tyres and brakes are known is
-/// told by sound drives alone.
+/// told by sound drives alone. What a cycler does to a cell in a laboratory it does from row to row.
 std::optional<Unnamed> far_off(const Held& held, const std::vector<VectorXd>& left, SoundLogs& sound_logs) {
+  const bool in_laboratory = held.seen.comparison.log.find("voltage") != nullptr;
   std::optional<Unnamed> out;
   for (std::size_t c = 0; c < left.size(); ++c) {
     const ReadChannel& channel = held.seen.channels[c];
     if (channel.balance == plant::Balance::kForce || channel.balance == plant::Balance::kPower) continue;
     const double error = std::min(beyond_white(left[c]), usual_error(left[c])) / channel.practical;
-    const double least =
-        std::max(sound_logs.none() ? kFarOff : kFarBeside, least_between_rows(held.seen, channel.name));
+    const double between = in_laboratory ? 0.0 : least_between_rows(held.seen, channel.name);
+    const double least = std::max(sound_logs.none() ? kFarOff : kFarBeside, between);
     if (error < least || (out && error < out->practical)) continue;
     if (error > least + kBeyond * sound_logs.error(channel.name))
       out = Unnamed{channel.name, channel.balance, error, {}};

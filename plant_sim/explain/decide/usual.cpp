@@ -134,13 +134,6 @@ double critical_t(double probability, double freedom) {
   return std::sqrt(n * y);
 }
 
-double error_in(const Family& family, const Fit& fit, const Fit& noise, std::size_t channel) {
-  const double rows = std::max(1.0, family.problem.channels[channel].all[0].count);
-  const double left =
-      fit.left.row(static_cast<Index>(channel)).sum() / rows - fast_variance(family.problem, noise, channel);
-  return std::sqrt(std::max(0.0, left)) / family.practical[channel];
-}
-
 std::map<std::string, SoundError> errors_of_sound(const std::vector<Sound>& references) {
   std::map<std::string, SoundError> out;
   for (const Sound& reference : references) {
@@ -148,7 +141,9 @@ std::map<std::string, SoundError> errors_of_sound(const std::vector<Sound>& refe
     const Fit fit = fit_of(theirs.problem, {});
     for (std::size_t c = 0; c < theirs.channel.size(); ++c) {
       SoundError& error = out[theirs.channel[c]];
-      const double own = error_in(theirs, fit, fit, c);
+      // Steps of a load between two rows are no error of the model.
+      const double apart = theirs.apart.empty() ? 0.0 : theirs.apart[c];
+      const double own = std::sqrt(std::max(0.0, std::pow(error_in(theirs, fit, fit, c), 2) - apart * apart));
       error.most = std::max(error.most, own);
       error.usual = std::sqrt((error.usual * error.usual * error.logs + own * own) / (error.logs + 1.0));
       error.logs += 1.0;

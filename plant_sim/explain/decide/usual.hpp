@@ -45,8 +45,6 @@ struct SoundError {
   double logs = 0.0;
 };
 [[nodiscard]] std::map<std::string, SoundError> errors_of_sound(const std::vector<Sound>& references);
-/// What a fit leaves of a channel beyond what differs from reading to reading by `noise`, in practical sizes.
-[[nodiscard]] double error_in(const Family& family, const Fit& fit, const Fit& noise, std::size_t channel);
 
 /// What an answer is held against.
 struct Asked {

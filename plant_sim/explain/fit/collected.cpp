@@ -49,6 +49,7 @@ void describe(const std::vector<const ReadChannel*>& channels, const Collected& 
   for (const ReadChannel* channel : channels) {
     out.channel.push_back(channel->name);
     out.practical.push_back(channel->practical);
+    out.apart.push_back(channel->apart);
   }
   out.typical = Eigen::Map<const VectorXd>(columns.typical.data(), static_cast<Index>(columns.typical.size()));
 }

@@ -28,6 +28,7 @@ struct Family {
   std::vector<Suspect> suspects;
   std::vector<std::string> channel;  ///< of problem.channels
   std::vector<double> practical;     ///< of each
+  std::vector<double> apart;         ///< of each: practical sizes that readings between rows may be off; empty: none
   std::vector<double> asked;         ///< of each: practical sizes that are of use there; empty: one
   VectorXd typical;                  ///< size of one unit of each column, in the parameter's unit
 };

@@ -48,13 +48,17 @@ bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, c
   });
 }
 
+double error_in(const Family& family, const Fit& fit, const Fit& noise, std::size_t channel) {
+  const double count = std::max(1.0, family.problem.channels[channel].all[0].count);
+  const double left =
+      fit.left.row(static_cast<Index>(channel)).sum() / count - fast_variance(family.problem, noise, channel);
+  return std::sqrt(std::max(0.0, left)) / family.practical[channel];
+}
+
 bool takes_enough(const Family& family, const Set& set, const Fit& nothing) {
   const Use& use = set.use;
-  const auto row = static_cast<Index>(use.channel);
-  const double count = std::max(1.0, family.problem.channels[use.channel].all[0].count);
-  const double error = nothing.left.row(row).sum() / count - fast_variance(family.problem, nothing, use.channel);
-  const double gone = use.practical * family.practical[use.channel];
-  return use.practical > kPractical && gone * gone > kOfError * error;
+  const double error = error_in(family, nothing, nothing, use.channel);
+  return use.practical > kPractical && use.practical * use.practical > kOfError * error * error;
 }
 
 bool is_of_use(const Family& family, const Set& set) {

@@ -35,6 +35,9 @@ struct Set {
 
 /// Is its use where one of its causes acts? What is wrong with the voltage alone is no explanation of the heat.
 [[nodiscard]] bool is_at_home(const std::vector<plant::Cause>& causes, const Family& family, const Set& set);
+/// What a fit leaves of a channel beyond what differs from reading to reading by `noise`, in practical sizes.
+[[nodiscard]] double error_in(const Family& family, const Fit& fit, const Fit& noise, std::size_t channel);
+
 /// Is it of practical size: by itself, and as a part of an error that is there anyway, noise apart?
 [[nodiscard]] bool takes_enough(const Family& family, const Set& set, const Fit& nothing);
 /// Is it as much as is asked of it where no reference tells how well the model does? What is less is not said; it

@@ -10,6 +10,7 @@
 #include "explain/gate/rail.hpp"
 #include "explain/model/beginning.hpp"
 #include "explain/model/between_rows.hpp"
+#include "explain/model/lost_rows.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
@@ -109,15 +110,6 @@ void mask_open(plant::Comparison& comparison) {
   for (plant::BalanceChannel& channel : comparison.channels) {
     if (channel.name == "bus_voltage" || channel.name == "power") mask(channel.measured);
   }
-}
-
-/// The usual interval between rows.
-double row_interval_s(const VectorXd& time_s) {
-  std::vector<double> steps;
-  for (Index row = 1; row < time_s.size(); ++row) steps.push_back(time_s(row) - time_s(row - 1));
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
 }
 
 /// What is recorded until each row: an hour between two rows is none of it.
@@ -352,6 +344,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
     out.comparison.facts.at_limit = rail->at;
   mask_open(out.comparison);
   out.read = unstepped(out.comparison.log);
+  leave_out_lost_rows(out.read, out.comparison.facts.current_a);
   settle_temperature(model, out.comparison);
   settle_gaps(model, out.comparison);
   out.base = plant::predict(model, out.comparison);

@@ -10,6 +10,7 @@ import pytest
 from drawn_drives import Draw, explained, rows_of, run, write
 
 DBC = pathlib.Path(__file__).parents[3] / "can_dbc" / "car.dbc"
+CURRENT = "0B0"  # identifier of the frame that has it
 AIR = "26.85"  # degC, of the car that `new` begins with
 MOTORS = {"emrax_228_mv": (72, 108), "emrax_208_hv": (84, 111), "emrax_188_hv": (66, 84), "emrax_228_hv": (100, 138)}
 
@@ -182,6 +183,30 @@ def test_a_weak_cell_is_found_among_cells_that_were_held(tmp_path):
         answer, said = explained(tmp_path, table, model=car)
         found = [(c["name"], c["parameters"]["cell"]["value"]) for c in answer["causes"] if "cell" in c["parameters"]]
         assert found == [("weak_cell", cell)], (cell, scale, said)
+
+
+def lost(draw, log, frame, share):
+    """A candump from which a logger lost some of a frame."""
+    lines = log.read_text(encoding="ascii").splitlines(keepends=True)
+    kept = [line for line in lines if f" {frame}#" not in line or draw.random.random() > share]
+    out = log.with_name(f"lost_{share:.5f}.log")
+    out.write_text("".join(kept), encoding="ascii")
+    print(f"{len(lines) - len(kept)} frames lost")
+    return out
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_frames_of_the_current_that_a_logger_lost_change_no_answer(tmp_path, number):
+    """What was read while a load came or went that no frame tells is off by all of it, once."""
+    draw = Draw(f"lost{number}")
+    car = own_car(draw, tmp_path)
+    cell, by = draw.random.randint(1, 60), draw.random.choice(("resistance_scale", "capacity_scale"))
+    scale = draw.random.uniform(1.4, 1.7) if by == "resistance_scale" else draw.random.uniform(0.7, 0.8)
+    _, log = drive(draw, car, f"battery.cells.{cell}.{by}={scale:.3f}")
+    for share in (0.0, *(10 ** draw.random.uniform(-3.5, -1.5) for _ in range(3))):
+        answer, said = explained(tmp_path, lost(draw, log, CURRENT, share), model=car)
+        found = [(c["name"], c["parameters"]["cell"]["value"]) for c in answer["causes"] if "cell" in c["parameters"]]
+        assert found == [("weak_cell", cell)], (cell, by, scale, share, said)
 
 
 def test_power_in_rows_far_apart_needs_the_motors_speed(tmp_path):
