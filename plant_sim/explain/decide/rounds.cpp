@@ -6,6 +6,7 @@
 #include <set>
 
 #include "explain/decide/members.hpp"
+#include "explain/decide/of_use.hpp"
 #include "explain/fit/refine.hpp"
 #include "explain/model/unstepped.hpp"
 #include "explain/say/verdict.hpp"
@@ -19,10 +20,8 @@ constexpr double kBeyond = 2.0;     // of what references have, beside one pract
 constexpr double kPart = 0.1;       // of the error as it was: what less is left of is a size's own uncertainty
 constexpr double kFarOff = 10.0;    // practical sizes
 constexpr double kFarBeside = 3.0;  // the same beyond what sound logs leave, where there are such logs
-constexpr double kAlone = 2.0;      // practical sizes, where no reference tells how well the model does
 constexpr double kBetweenRows = 3.0;  // of what is off for the rows that were not recorded, of an error without a name
 constexpr double kOfApart = 1.5;      // of what it is for cells that were read between the rows
-constexpr double kByPedal = 20.0;   // the same where the pedal is all that tells the torque: a tenth of it
 
 /// The channel, by name, that shows a suspect best.
 std::string shown_in(const Family& family, const Suspect& suspect) {
@@ -41,60 +40,6 @@ std::string shown_in(const Family& family, const Suspect& suspect) {
   return out;
 }
 
-/// Then how an inverter follows it, and what limits it, are in the balances of the car: errors of the model's as well.
-bool torque_is_by_pedal(const Observed& log) {
-  return log.comparison.log.find("motor_torque") == nullptr;
-}
-
-/// Rows so far apart that frames which were held are of other times.
-bool is_seldom(const Observed& log) {
-  constexpr double kSeldom_s = 0.15;  // chosen
-  const VectorXd& time_s = log.comparison.log.time_s;
-  return time_s(time_s.size() - 1) - time_s(0) > kSeldom_s * static_cast<double>(time_s.size());
-}
-
-/// Nobody read the motor's speed, and wheels may have spun since the row before.
-bool spins_unseen(const Observed& log) {
-  return log.comparison.log.derived.contains("motor_speed") && is_seldom(log);
-}
-
-/// Does only a sound drive tell how well a balance is known? Of tyres and brakes always, of the motor's power where
-/// its torque was not recorded, or its speed neither.
-bool is_known_by_sound(const Observed& log, plant::Balance balance) {
-  if (balance == plant::Balance::kPower) return torque_is_by_pedal(log) || spins_unseen(log);
-  return balance == plant::Balance::kForce;
-}
-
-/// What is of use where no sound drive tells how well the model does: of tyres and brakes, and of heat behind
-/// coarse steps, of which few may have been passed, twice what is worth a word; of heat under air that is known in
-/// coarse steps three times that.
-std::vector<double> asked_alone(const Observed& log) {
-  constexpr double kFinest_k = 0.1, kCoarseAir = 3.0;
-  const VectorXd* air = log.comparison.log.find("ambient");
-  const bool air_is_coarse = air != nullptr && is_coarse(*air);
-  std::vector<double> out;
-  for (const ReadChannel& channel : log.channels) {
-    const bool guessed = torque_is_by_pedal(log) || (channel.balance == plant::Balance::kPower && spins_unseen(log));
-    double asked = !is_known_by_sound(log, channel.balance) ? 1.0 : guessed ? kByPedal : kAlone;
-    asked = std::max(asked, channel.between_rows);
-    if (channel.balance == plant::Balance::kPower && is_seldom(log)) asked = std::max(asked, kAlone);
-    if (channel.balance == plant::Balance::kHeat) {
-      if (channel.practical > kFinest_k || !log.read.passed_s.empty()) asked = kAlone;
-      if (air_is_coarse) asked = kCoarseAir;
-    }
-    out.push_back(asked);
-  }
-  return out;
-}
-
-/// What is of use beside references: they lost as much between their rows, but not the same. Empty where no channel
-/// lost what is worth a word.
-std::vector<double> asked_between_rows(const Observed& log) {
-  std::vector<double> out;
-  for (const ReadChannel& channel : log.channels) out.push_back(std::max(1.0, channel.between_rows));
-  return *std::max_element(out.begin(), out.end()) > 1.0 ? out : std::vector<double>();
-}
-
 std::vector<Sound> sounds_of(const std::vector<Held>& references, const std::vector<plant::Cause>& causes) {
   std::vector<Sound> out;
   for (const Held& reference : references) {
@@ -110,10 +55,11 @@ void answer_round(Round& round, const std::vector<Held>& references, const std::
   Family& family = round.family;
   const std::vector<Sound> theirs = sounds_of(references, causes);
   bound_noise(family, theirs);
-  family.asked = theirs.empty() ? asked_alone(held.seen) : asked_between_rows(held.seen);
+  const Asked asked(theirs);
+  family.asked = theirs.empty() ? asked_alone(held.seen) : asked_between_rows(held.seen, asked);
   Search search(family, causes);
   const Fit& nothing = search.nothing();
-  round.answer = answer_of(family, search, Asked(theirs), [&](const Family& of, const Set& set) {
+  round.answer = answer_of(family, search, asked, [&](const Family& of, const Set& set) {
     return refined(causes, of, nothing, set,
                    [&](const SetValues& at) { return at_values(held.seen, causes, of, at); });
   });

@@ -128,7 +128,9 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
   drop_slope_of_warmed_cell();
   estimate_temperatures();
   assume_laws_of_one_temperature();
-  result.hysteresis_v = take_hysteresis(runs, capacity_ah, priors, result.notes);
+  const Hysteresis found = take_hysteresis(runs, capacity_ah, options.hysteresis_steps, priors, result.notes);
+  result.hysteresis_v = found.size_v;
+  result.hysteresis_in_doubt = found.in_doubt;
   if (options.ocv.empty() && result.hysteresis_v == 0.0) collect_rests();
   if (options.block_s > 0.0) hold_out_blocks();
   priors.tau_longest_s = longest_time_constant(runs, 0.5);
@@ -142,7 +144,7 @@ IdentificationProblem::IdentificationProblem(const std::vector<CellLog>& recorde
 std::vector<std::string> IdentificationProblem::settle_recordings() {
   std::vector<std::string> notes, unsaid, left_out;
   FitPriors with_state = priors;
-  const bool has_state = take_hysteresis(runs, capacity_ah, with_state, unsaid) > 0.0;
+  const bool has_state = take_hysteresis(runs, capacity_ah, options.hysteresis_steps, with_state, unsaid).size_v > 0.0;
   if (options.agree_soc) {
     const SettledSoc settled = settle_soc(prepared, with_state, options.capacity_ah.has_value(), notes);
     capacity_ah = settled.capacity_ah;
@@ -313,9 +315,8 @@ bool is_decisively_better(const IdentifyResult& agreed, const IdentifyResult& co
   return counted.files.size() != agreed.files.size() || agreed.rms_v < kDecisive * counted.rms_v;
 }
 
-}  // namespace
-
-IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
+/// By the charge as it was counted, or as the recordings agree on it.
+IdentifyResult by_charge(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
   IdentifyResult agreed = IdentificationProblem(recorded, options).fit();
   if (!agreed.soc_moved) return agreed;
   if (options.progress) options.progress("the charge as it was counted");
@@ -326,6 +327,22 @@ IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOpti
     return is_decisively_better(agreed, counted) ? agreed : counted;
   } catch (const InputError&) {
     return agreed;
+  }
+}
+
+}  // namespace
+
+IdentifyResult identify(const std::vector<CellLog>& recorded, const IdentifyOptions& options) {
+  IdentifyResult without = by_charge(recorded, options);
+  if (!without.hysteresis_in_doubt) return without;
+  if (options.progress) options.progress("slow charge and discharge apart by hysteresis");
+  IdentifyOptions doubted = options;
+  doubted.hysteresis_steps = 1.0;
+  try {
+    IdentifyResult with = by_charge(recorded, doubted);
+    return is_decisively_better(with, without) ? with : without;
+  } catch (const InputError&) {
+    return without;
   }
 }
 

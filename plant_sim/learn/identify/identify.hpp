@@ -11,6 +11,7 @@
 #include "learn/identify/fit/full_fit.hpp"
 #include "learn/identify/fit/recording_result.hpp"
 #include "learn/identify/fit/systematic_errors.hpp"
+#include "learn/identify/preparation/first_estimates.hpp"
 #include "learn/identify/preparation/prepared_log.hpp"
 #include "learn/identify/recording/holdout_blocks.hpp"
 #include "learn/methods/stage_methods.hpp"
@@ -34,6 +35,8 @@ struct IdentifyOptions {
   /// What keeps and sheds the heat of a cell of a capacity; empty: without a temperature it is held at its own.
   std::function<CellThermal(double capacity_ah)> thermal;
   bool agree_soc = true;  ///< recordings whose charge does not agree are moved until it does
+  /// Slow charge and slow discharge that are more than so many steps of the resistance apart are so by hysteresis.
+  double hysteresis_steps = kWholeOverStep;
   bool constant = false;  ///< a plain circuit: one value of each resistance and time constant for all SOC
   std::optional<Method> method;  ///< of the reference study; empty: the full fit from its own start
   std::function<void(const std::string&)> progress;  ///< called with a line now and then; may be empty
@@ -50,6 +53,7 @@ struct IdentifyResult {
   SmoothnessScores smoothness_scores;  ///< of held-out pulses
   Capacity capacity;  ///< and where it is from
   double smoothness = 0.0, noise_v2_s = 0.0, hysteresis_v = 0.0;
+  bool hysteresis_in_doubt = false;  ///< slow charge and discharge may stand apart by one, or by slow branches
   bool soc_moved = false;     ///< for recordings to agree, which count or begin otherwise
   bool laws_assumed = false;  ///< what changes with temperature is what is believed of cells, not what was recorded
   double rms_v = 0.0;  ///< of all rows that were used

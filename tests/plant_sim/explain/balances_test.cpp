@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <string>
 
 #include "explain/balances/model.hpp"
 
@@ -358,4 +359,21 @@ TEST(Balances, a_current_that_is_switched_between_rows_heats_as_it_does_in_fine_
   const double fine_k = rise(200), coarse_k = rise(10);
   CHECK(fine_k > 2.0);
   DOUBLES_EQUAL(1.0, coarse_k / fine_k, 0.01);
+}
+
+TEST(Balances, corners_of_the_table_of_the_open_circuit_voltage_are_no_steps_of_its_slope) {
+  const World model = load_model(DataFolder(VOLTLAP_DATA_FOLDER), "molicel_p45b", {}).world;
+  Recording log;
+  constexpr Index kSteps = 8000;  // of a full discharge at 1C; its table has a value every 5 to 10 % of SOC
+  log.time_s = VectorXd::LinSpaced(kSteps, 0.0, 3600.0);
+  log.signals["current"] = VectorXd::Constant(kSteps, model.car.cell.capacity_ah);
+  log.signals["voltage"] = VectorXd::Constant(kSteps, 3.7);
+  Comparison on = comparison_of(model, log, {});
+  on.facts.starts_at_rest = false;
+  on.facts.initial_soc = 1.0;
+  const VectorXd slope = predict(model, on).battery.ocv_slope_v;
+  const VectorXd steps = (slope.tail(kSteps - 1) - slope.head(kSteps - 1)).cwiseAbs();
+  const double range = slope.maxCoeff() - slope.minCoeff();
+  CHECK(range > 0.2);
+  CHECK_TEXT(steps.maxCoeff() < 0.02 * range, std::to_string(steps.maxCoeff() / range).c_str());
 }

@@ -176,7 +176,7 @@ def test_cells_that_were_read_in_turn_and_held_are_no_error(tmp_path):
 
 def test_a_weak_cell_is_found_among_cells_that_were_held(tmp_path):
     draw = Draw("held weak cell")
-    car = own_car(draw, tmp_path)
+    car = own_car(draw, tmp_path, least_parallel=5)
     cell, scale = draw.random.randint(1, 60), draw.random.uniform(1.4, 1.7)
     log, frames = drive(draw, car, f"battery.cells.{cell}.resistance_scale={scale:.3f}")
     for table in (cells_in_turn(draw, log, tmp_path, 0.3, 2), table_of_frames(frames, tmp_path, 0.1)):
@@ -199,7 +199,7 @@ def lost(draw, log, frame, share):
 def test_frames_of_the_current_that_a_logger_lost_change_no_answer(tmp_path, number):
     """What was read while a load came or went that no frame tells is off by all of it, once."""
     draw = Draw(f"lost{number}")
-    car = own_car(draw, tmp_path)
+    car = own_car(draw, tmp_path, least_parallel=5)  # a weak cell of a small pack ends the drive
     cell, by = draw.random.randint(1, 60), draw.random.choice(("resistance_scale", "capacity_scale"))
     scale = draw.random.uniform(1.4, 1.7) if by == "resistance_scale" else draw.random.uniform(0.7, 0.8)
     _, log = drive(draw, car, f"battery.cells.{cell}.{by}={scale:.3f}")
@@ -235,6 +235,30 @@ def test_a_pedal_that_limits_cut_is_no_error_beside_a_reference(tmp_path, every_
         tables.append(table_of_frames(drive(draw, car)[1], folder, every_s))
     answer, said = explained(tmp_path, tables[0], "--reference", tables[1], model=car)
     assert answer["verdict"] == "no_discrepancy", said
+
+
+@pytest.mark.parametrize("every_s", [0.25, 1.0])
+def test_beside_a_reference_a_resistance_is_found_in_rows_far_apart(tmp_path, every_s):
+    """A table of a second a row: what flowed between the rows is unknown in both, a resistance shows in each row. Cells
+    alone, of other times than the current, name no cause that is not there."""
+    draw = Draw(f"far apart{every_s:g}")
+    car = own_car(draw, tmp_path, least_parallel=2)
+    more = draw.random.uniform(0.003, 0.006)
+    logs = []
+    for k, keys in enumerate(((), (), (f"cell.effects.series_ohm={more:.5f}",))):
+        (tmp_path / str(k)).mkdir()
+        logs.append(drive(draw, car, *keys)[1].rename(tmp_path / str(k) / "drive.log"))
+    for cells, pack in ((False, True), (True, True), (True, False)):
+        sound, reference, wrong = (table_of_frames(log, log.parent, every_s, False, cells, pack) for log in logs)
+        answer, said = explained(tmp_path, sound, "--reference", reference, model=car)
+        assert answer["verdict"] == "no_discrepancy", (cells, pack, said)
+        answer, said = explained(tmp_path, wrong, "--reference", reference, model=car)
+        sets = answer.get("alternatives") or [[c["name"] for c in answer["causes"]]]
+        named = {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])} | {n for s in sets for n in s}
+        if pack:
+            assert named & {"series_resistance", "contact_resistance"}, (cells, more, said)
+        else:
+            assert not named & {"ambient", "heat_capacity", "entropic_heat"}, (cells, more, said)
 
 
 def test_a_resistance_is_found_in_what_decode_writes(tmp_path):

@@ -50,10 +50,10 @@ double slow_temperature(const std::vector<MeasuredRun>& runs, double capacity_ah
   return weight > 0.0 ? sum / weight : 25.0;
 }
 
-/// Of R0 and the branches at the temperature of the slow rows [ohm], by the steps between the ends, of the recordings
-/// nearest to it by a usual law (its own may make three times as much of the cold); without any there at most what the
-/// cells of a car have.
-double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
+/// Of a step at the temperature of the slow rows [ohm], by the steps between the ends, of the recordings nearest to it
+/// by a usual law (its own may make three times as much of the cold); without any there at most what the cells of a car
+/// have.
+double step_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah) {
   constexpr double kMost_v = 0.15;  // at 1C
   constexpr double kAlike_k = 5.0;  // within it a usual law is as good as another
   CellEffects usual;
@@ -68,8 +68,8 @@ double whole_resistance(const std::vector<MeasuredRun>& runs, double capacity_ah
       by_distance[static_cast<int>(std::abs(mean_c - slow_c) / kAlike_k)].push_back(factor * step.resistance_ohm);
     }
   }
-  if (!by_distance.empty()) return kWholeOverStep * median(std::move(by_distance.begin()->second));
-  return std::min(kWholeOverStep * resistance_step_median(runs), kMost_v / capacity_ah);
+  if (!by_distance.empty()) return median(std::move(by_distance.begin()->second));
+  return std::min(resistance_step_median(runs), kMost_v / kWholeOverStep / capacity_ah);
 }
 
 /// By bin of SOC, rows with a slow current that has lasted.
@@ -116,39 +116,46 @@ double best_per_soc(const std::vector<MeasuredRun>& runs, FitPriors priors) {
   return best;
 }
 
-}  // namespace
+/// Half of what stands between slow charge and slow discharge at the same SOC, and what a circuit's own drop is of it.
+struct HysteresisPoint {
+  double soc, middle_v, half_gap_v, step_v;
+};
 
 std::vector<HysteresisPoint> hysteresis_of(const std::vector<MeasuredRun>& runs, double capacity_ah) {
-  const double resistance = whole_resistance(runs, capacity_ah);
+  const double resistance = step_resistance(runs, capacity_ah);
   std::vector<HysteresisPoint> out;
   for (const auto& [bin, sides] : slow_sides(runs, capacity_ah)) {
     const auto& [discharge, charge] = sides;
     if (bin < kFirstBin || bin > kLastBin || discharge.weight <= 0.0 || charge.weight <= 0.0) continue;
     const double down = discharge.voltage / discharge.weight, up = charge.voltage / charge.weight;
     const double current = 0.5 * (discharge.current / discharge.weight + charge.current / charge.weight);
-    const double half = 0.5 * (up - down);
-    out.push_back({kBin * (bin + 0.5), 0.5 * (up + down), half, half - current * resistance});
+    out.push_back({kBin * (bin + 0.5), 0.5 * (up + down), 0.5 * (up - down), current * resistance});
     VOLTLAP_DEMAND(within(out.back().soc, 0.0, 1.0));
   }
   return out;
 }
 
-double hysteresis_excess(const std::vector<MeasuredRun>& runs, double capacity_ah) {
+/// Mean half gap [V] beyond `whole` steps of the resistance, where it is that of a chemistry in three bins of SOC or
+/// more; else 0.
+double excess_over(const std::vector<HysteresisPoint>& points, double whole) {
   constexpr double kLeast = 5e-3, kMost = 0.1;  // V; beyond, a SOC that has drifted between the two, of no chemistry
   constexpr std::size_t kFewestPoints = 3;
-  const auto points = hysteresis_of(runs, capacity_ah);
   double excess = 0.0;
-  for (const HysteresisPoint& point : points) excess += point.excess_v / static_cast<double>(points.size());
+  for (const HysteresisPoint& point : points)
+    excess += (point.half_gap_v - whole * point.step_v) / static_cast<double>(points.size());
   return points.size() < kFewestPoints || excess < kLeast || excess > kMost ? 0.0 : excess;
 }
 
-double take_hysteresis(const std::vector<MeasuredRun>& runs, double capacity_ah, FitPriors& priors,
-                       std::vector<std::string>& notes) {
-  VOLTLAP_DEMAND(!runs.empty());
+}  // namespace
+
+Hysteresis take_hysteresis(const std::vector<MeasuredRun>& runs, double capacity_ah, double steps, FitPriors& priors,
+                           std::vector<std::string>& notes) {
+  VOLTLAP_DEMAND(!runs.empty() && steps > 0.0);
   constexpr int kFewestExcited = 5;
   constexpr double kMillivolts = 1e3, kUncertain = 0.5;  // of the excess
-  const double excess = hysteresis_excess(runs, capacity_ah);
-  if (excess == 0.0) return 0.0;
+  const std::vector<HysteresisPoint> points = hysteresis_of(runs, capacity_ah);
+  const double excess = excess_over(points, steps);
+  if (excess == 0.0) return {0.0, excess_over(points, 1.0) > 0.0};
   const std::string what = fmt::format(
       "Hysteresis: slow charge and slow discharge stand {:.1f} mV apart beyond what resistance explains", 2e3 * excess);
   const std::map<int, double> fast_s = fast_seconds(runs, capacity_ah);
@@ -158,7 +165,7 @@ double take_hysteresis(const std::vector<MeasuredRun>& runs, double capacity_ah,
     throw InputError(runs.front().name, what, "pulses or a drive beside the slow test",
                      "Give another recording of this cell with currents above C/8, and this one beside it");
   }
-  for (const HysteresisPoint& point : hysteresis_of(runs, capacity_ah))
+  for (const HysteresisPoint& point : points)
     priors.ocv.push_back({point.soc, point.middle_v, point.half_gap_v});
   priors.laws.hysteresis_mv = kMillivolts * excess;
   priors.laws.hysteresis_per_soc = best_per_soc(runs, priors);
@@ -167,7 +174,7 @@ double take_hysteresis(const std::vector<MeasuredRun>& runs, double capacity_ah,
   notes.push_back(fmt::format("{}: a state of the model (Plett, 2004) that a change of direction turns within {:.1f} % "
                               "of the charge.",
                               what, 100.0 / priors.laws.hysteresis_per_soc));
-  return excess;
+  return {excess, false};
 }
 
 }  // namespace voltlap::plant

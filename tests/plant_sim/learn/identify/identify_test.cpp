@@ -296,32 +296,6 @@ TEST(Identify, GlitchesAreNotUsedAndCounted) {
   CHECK(said);
 }
 
-TEST(Identify, HysteresisIsAStateThatThePulsesAndTheSlowTestHaveTogether) {
-  // One state of 20 mV, after a charge in the beginning, that follows the direction within some per cent of the charge.
-  constexpr double kSize = 0.02;
-  const auto with_hysteresis = [&](CellLog log) {
-    double state = -kSize;
-    for (std::size_t row = 0; row < log.rows(); ++row) {
-      state += (kSize - (log.current_a[row] > 0.0 ? 1.0 : -1.0) * state) * log.current_a[row] / 3600.0;
-      log.voltage_v[row] -= state;
-    }
-    return log;
-  };
-  std::vector<double> slow(300, 0.0);
-  slow.insert(slow.end(), 20 * 3600, 1.5);
-  slow.insert(slow.end(), 20 * 3600, -1.5);
-  const CellLog log = with_hysteresis(cell.record(slow)),
-                pulses = with_hysteresis(cell.record(cell.pulse_plan(33.0, 600, 0.0)));
-  const IdentifyResult r = identify({pulses, log}, options);
-  DOUBLES_EQUAL(kSize, r.hysteresis_v, 6e-3);
-  DOUBLES_EQUAL(1e3 * kSize, r.model.laws.hysteresis_mv, 2.0);
-  CHECK(r.model.laws.hysteresis_per_soc >= 20.0 && r.model.laws.hysteresis_per_soc <= 40.0);  // 1 Ah of 30
-  DOUBLES_EQUAL(1.0, (r.model.r(8, 1) + r.model.r(8, 2)) / (KnownCell::r1(0.5) + KnownCell::r2(0.5)), 0.05);
-  CHECK(r.rms_v < 2e-3);
-  // Alone the slow test holds no current that could tell the circuit: refused with the reason.
-  STRCMP_CONTAINS("Hysteresis", complaint([&] { (void)identify({log}, options); }).c_str());
-}
-
 TEST(Identify, AFullChargeAtTheEndTellsTheCapacityThatItPutsBack) {
   const double start_soc = 0.9, drawn_soc = 0.8, charge_a = 10.0;
   std::vector<double> plan = cell.pulse_plan(33.0, 500, 1.0 - drawn_soc);

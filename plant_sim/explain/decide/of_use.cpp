@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/decide/of_use.hpp"
+
+#include <algorithm>
+
+#include "explain/model/unstepped.hpp"
+
+namespace voltlap::explain {
+namespace {
+
+constexpr double kByPedal = 20.0;  // practical sizes, where the pedal is all that tells the torque: a tenth of it
+
+/// Then how an inverter follows it, and what limits it, are in the balances of the car: errors of the model's as well.
+bool torque_is_by_pedal(const Observed& log) {
+  return log.comparison.log.find("motor_torque") == nullptr;
+}
+
+/// Rows so far apart that frames which were held are of other times.
+bool is_seldom(const Observed& log) {
+  constexpr double kSeldom_s = 0.15;  // chosen
+  const VectorXd& time_s = log.comparison.log.time_s;
+  return time_s(time_s.size() - 1) - time_s(0) > kSeldom_s * static_cast<double>(time_s.size());
+}
+
+/// Nobody read the motor's speed, and wheels may have spun since the row before.
+bool spins_unseen(const Observed& log) {
+  return log.comparison.log.derived.contains("motor_speed") && is_seldom(log);
+}
+
+}  // namespace
+
+bool is_known_by_sound(const Observed& log, plant::Balance balance) {
+  if (balance == plant::Balance::kPower) return torque_is_by_pedal(log) || spins_unseen(log);
+  return balance == plant::Balance::kForce;
+}
+
+std::vector<double> asked_alone(const Observed& log) {
+  constexpr double kFinest_k = 0.1, kCoarseAir = 3.0;
+  const VectorXd* air = log.comparison.log.find("ambient");
+  const bool air_is_coarse = air != nullptr && is_coarse(*air);
+  std::vector<double> out;
+  for (const ReadChannel& channel : log.channels) {
+    const bool guessed = torque_is_by_pedal(log) || (channel.balance == plant::Balance::kPower && spins_unseen(log));
+    double asked = !is_known_by_sound(log, channel.balance) ? 1.0 : guessed ? kByPedal : kAlone;
+    asked = std::max(asked, channel.between_rows);
+    if (channel.balance == plant::Balance::kPower && is_seldom(log)) asked = std::max(asked, kAlone);
+    if (channel.balance == plant::Balance::kHeat) {
+      if (channel.practical > kFinest_k || !log.read.passed_s.empty()) asked = kAlone;
+      if (air_is_coarse) asked = kCoarseAir;
+    }
+    out.push_back(asked);
+  }
+  return out;
+}
+
+std::vector<double> asked_between_rows(const Observed& log, const Asked& sound) {
+  const bool of_its_time = !is_heat_guessed(log.comparison.log);
+  std::vector<double> out;
+  for (const ReadChannel& channel : log.channels) {
+    const bool of_voltage = of_its_time && channel.balance == plant::Balance::kVoltage;
+    const double wrong = of_voltage ? sound.error(channel.name).most : channel.between_rows;
+    out.push_back(std::max(1.0, std::min(channel.between_rows, wrong)));
+  }
+  return *std::max_element(out.begin(), out.end()) > 1.0 ? out : std::vector<double>();
+}
+
+}  // namespace voltlap::explain
