@@ -54,7 +54,7 @@ TEST(CellBody, WhatWasToldIsWhatTheWrittenFileHas) {
   std::random_device device;
   const unsigned seed = device();
   std::mt19937 random(seed);
-  std::uniform_real_distribution<double> mass(0.015, 3.0), edge(6.0, 250.0), heat(600.0, 1300.0);
+  std::uniform_real_distribution<double> mass(0.015, 3.0), edge(9.0, 250.0), heat(600.0, 1300.0);  // above 0.5 cm3
   for (int draw = 0; draw < 100; ++draw) {
     const double a = edge(random), b = edge(random), c = edge(random);
     const std::string size = draw % 2 == 0 ? fmt::format("{:.4g}x{:.4g}x{:.4g}", a, b, std::min(c, 60.0))
