@@ -36,10 +36,10 @@ Holding holding_of(const plant::Model& model, bool has_references) {
 }
 
 void note_what_is_not_judged(const plant::World& model, plant::Recording& log) {
-  if (is_heat_guessed(log) && !log.numbered("temperature_").empty()) {
+  if (!log.has_voltage_of_its_time() && !log.numbered("temperature_").empty()) {
     log.repairs.emplace_back(
-        "how warm the cells are on the mean is not judged: their voltages are of other times than the current, and say "
-        "not what heats them. Log the pack's voltage beside its current");
+        "no cause is sought of how warm the cells are on the mean: their voltages are of other times than the current, "
+        "and say not what heats them. Log the pack's voltage beside its current");
   }
   const bool has_speed = log.find("speed") != nullptr || log.find("wheel_speed_1") != nullptr;
   if (!has_speed || plant::knows_cornering(model, log)) return;

@@ -266,7 +266,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   out.facts.stopped = stopped_rows(log);
   settle_rests(out);
   // Heat by voltages of another time than the current's would be heat of loads that were not there.
-  if (!log.cells_apart || log.pack_is_nearer) out.facts.voltage_v = held(main.measured) / main.cells;
+  if (log.has_voltage_of_its_time()) out.facts.voltage_v = held(main.measured) / main.cells;
   out.facts.sensor_cells = main.name == "voltage" && !cells.empty() ? 0.0 : main.cells;
   const bool starts_at_rest = !out.facts.at_rest.empty() && out.facts.at_rest.front();
   if (options.judge_soc && starts_at_rest && log.find("soc") != nullptr) {

@@ -245,10 +245,6 @@ class LoggedCell {
   double contact_ohm_ = 0.0;
 };
 
-}  // namespace
-
-namespace {
-
 /// Slope of the OCV as cells see it that are not all as full: the corners of its table, which they pass one after the
 /// other, are no steps of a voltage.
 double slope_about(const CellTables& tables, double soc) {

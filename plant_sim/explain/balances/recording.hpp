@@ -37,6 +37,8 @@ struct Recording {
   std::vector<Masked> masked;
   std::vector<std::string> repairs;  ///< in words, for the report
 
+  /// Else what a current takes from the cells, and what heats them, no voltage says.
+  [[nodiscard]] bool has_voltage_of_its_time() const { return !cells_apart || pack_is_nearer; }
   [[nodiscard]] Eigen::Index rows() const { return time_s.size(); }
   [[nodiscard]] const Eigen::VectorXd* find(const std::string& role) const;
   /// cell_voltage_1, cell_voltage_2 ... as far as they are recorded.

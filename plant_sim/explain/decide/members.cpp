@@ -161,8 +161,9 @@ std::optional<Unnamed> unnamed_member(const Held& held, const std::vector<Held>&
   }
   if (!said.empty()) return out;
   // Cells are read in turn: where the current is another in each row, a value that was held is of another current.
-  const bool unlike = references.empty() || is_heat_guessed(held.seen.comparison.log);
-  const bool of_another = unlike && is_between_rows(held.seen.comparison);
+  // Beside references as well, where no voltage is of its time: one drive is switched more often than another.
+  const bool beside_none = references.empty() || !held.seen.comparison.log.has_voltage_of_its_time();
+  const bool of_another = beside_none && is_between_rows(held.seen.comparison);
   for (std::size_t k = 0; k < held.members.size(); ++k) {
     const ReadChannel& channel = held.seen.members[k].channel;
     const double count = std::max(1.0, static_cast<double>(channel.residual.size()));

@@ -4,7 +4,6 @@
 #pragma once
 #include <vector>
 
-#include "explain/decide/usual.hpp"
 #include "explain/model/observed.hpp"
 
 namespace voltlap::explain {
@@ -17,12 +16,11 @@ inline constexpr double kAlone = 2.0;  ///< practical sizes, where no reference 
 
 /// What is of use where no sound drive tells how well the model does: of tyres and brakes, and of heat behind
 /// coarse steps, of which few may have been passed, twice what is worth a word; of heat under air that is known in
-/// coarse steps three times that.
+/// coarse steps three times that; of rows far apart twice what these may have lost.
 [[nodiscard]] std::vector<double> asked_alone(const Observed& log);
 
-/// What is of use beside references: they lost as much between their rows, but not the same. Of a voltage of the
-/// current's time no more than is wrong in them: a resistance shows in each row, whatever flowed before it. What flowed
-/// between rows heats one drive more than another. Empty where no channel lost what is worth a word.
-[[nodiscard]] std::vector<double> asked_between_rows(const Observed& log, const Asked& sound);
+/// What is of use beside references: they lost as much between their rows, but not the same. Empty where no channel
+/// lost what is worth a word.
+[[nodiscard]] std::vector<double> asked_between_rows(const Observed& log);
 
 }  // namespace voltlap::explain

@@ -8,6 +8,7 @@
 #include "explain/decide/members.hpp"
 #include "explain/decide/of_use.hpp"
 #include "explain/fit/refine.hpp"
+#include "explain/model/between_rows.hpp"
 #include "explain/model/unstepped.hpp"
 #include "explain/say/verdict.hpp"
 
@@ -55,11 +56,10 @@ void answer_round(Round& round, const std::vector<Held>& references, const std::
   Family& family = round.family;
   const std::vector<Sound> theirs = sounds_of(references, causes);
   bound_noise(family, theirs);
-  const Asked asked(theirs);
-  family.asked = theirs.empty() ? asked_alone(held.seen) : asked_between_rows(held.seen, asked);
+  family.asked = theirs.empty() ? asked_alone(held.seen) : asked_between_rows(held.seen);
   Search search(family, causes);
   const Fit& nothing = search.nothing();
-  round.answer = answer_of(family, search, asked, [&](const Family& of, const Set& set) {
+  round.answer = answer_of(family, search, Asked(theirs), [&](const Family& of, const Set& set) {
     return refined(causes, of, nothing, set,
                    [&](const SetValues& at) { return at_values(held.seen, causes, of, at); });
   });
@@ -213,9 +213,9 @@ double usual_error(const VectorXd& error) {
 }
 
 /// An error that is far beyond any that is worth a word, whatever its shape. How well tyres and brakes are known is
-/// told by sound drives alone. What a cycler does to a cell in a laboratory it does from row to row.
+/// told by sound drives alone.
 std::optional<Unnamed> far_off(const Held& held, const std::vector<VectorXd>& left, SoundLogs& sound_logs) {
-  const bool in_laboratory = held.seen.comparison.log.find("voltage") != nullptr;
+  const bool in_laboratory = is_of_laboratory(held.seen.comparison.log);
   std::optional<Unnamed> out;
   for (std::size_t c = 0; c < left.size(); ++c) {
     const ReadChannel& channel = held.seen.channels[c];

@@ -75,9 +75,22 @@ std::vector<VectorXd> slope(std::vector<VectorXd> to, const std::vector<VectorXd
   return to;
 }
 
-/// Effect of a step away from the model itself.
+void forget_heat(const Observed& log, std::vector<VectorXd>& effect) {
+  for (std::size_t c = 0; c < effect.size(); ++c) {
+    if (log.channels[c].balance == plant::Balance::kHeat) effect[c] = VectorXd();
+  }
+}
+
+/// Where no voltage of its time says what heats the cells, nothing tells a cause of the heat from a resistance.
+void forget_guessed_heat(const Observed& log, std::vector<VectorXd>& effect) {
+  if (!log.comparison.log.has_voltage_of_its_time()) forget_heat(log, effect);
+}
+
+/// Effect of a cause: of a step away from the model itself.
 std::vector<VectorXd> signature(const Observed& log, const plant::World& to, plant::Balance balance, double step) {
-  return slope(log.effect_of(predicted(log, to, acts_on(balance, log.model, to))), {}, step);
+  std::vector<VectorXd> out = slope(log.effect_of(predicted(log, to, acts_on(balance, log.model, to))), {}, step);
+  forget_guessed_heat(log, out);
+  return out;
 }
 
 /// What a log does not say of how it began, by kind.
@@ -89,12 +102,6 @@ struct Start {
   bool is_of_voltage = false;  ///< what little heat it makes is no measure of it
   bool bends = false;          ///< a charge: the open-circuit voltage is no straight line
 };
-
-void forget_heat(const Observed& log, std::vector<VectorXd>& effect) {
-  for (std::size_t c = 0; c < effect.size(); ++c) {
-    if (log.channels[c].balance == plant::Balance::kHeat) effect[c] = VectorXd();
-  }
-}
 
 void charge_branch(plant::World& world, const Start& start, double by_a) {
   world.charged_by_a.resize(std::max(world.charged_by_a.size(), start.gap + 1));
@@ -338,6 +345,7 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   const std::vector<VectorXd> moved = log.effect_of(at_start(world));
   std::vector<VectorXd> beyond_starts = moved;
   take_straight_starts(log, starts, beyond_starts);
+  forget_guessed_heat(log, beyond_starts);
   std::vector<ReadChannel> channels = log.channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (beyond_starts[c].size() > 0) channels[c].residual -= beyond_starts[c];
@@ -357,8 +365,9 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
         out.suspects[at.members[m]].form.apply(stepped, values);
       }
       begin_at(stepped, log, starts);
-      suspect.columns.push_back(columns.add(slope(log.effect_of(at_start(stepped)), moved, kStep), kWide,
-                                            cause.parameters[p].typical));
+      std::vector<VectorXd> effect = slope(log.effect_of(at_start(stepped)), moved, kStep);
+      forget_guessed_heat(log, effect);
+      suspect.columns.push_back(columns.add(effect, kWide, cause.parameters[p].typical));
     }
     columns.put_curve(suspect.form, suspect.columns);
   }

@@ -54,13 +54,17 @@ plant::Prediction thinned_prediction(Observed& log, Index first) {
 
 }  // namespace
 
+bool is_of_laboratory(const plant::Recording& log) {
+  return log.find("voltage") != nullptr;
+}
+
 bool is_between_rows(const plant::Comparison& log) {
   // Of its RMS; a drive at 1 Hz has 0.9, at 10 Hz 0.3, at 100 Hz 0.1. One at 1 Hz that a small pack limits has 0.4, and
   // is switched between its rows all the same; a cell in a laboratory is not.
   constexpr double kMuch = 0.5, kOfSeldom = 0.35, kSeldom_s = 0.3;
   const VectorXd &current = log.facts.current_a, &time_s = log.log.time_s;
   const double row_s = (time_s(time_s.size() - 1) - time_s(0)) / static_cast<double>(time_s.size());
-  const double much = row_s > kSeldom_s && log.log.find("voltage") == nullptr ? kOfSeldom : kMuch;
+  const double much = row_s > kSeldom_s && !is_of_laboratory(log.log) ? kOfSeldom : kMuch;
   double off = 0.0, all = 0.0;
   for (Index row = 1; row + 1 < current.size(); ++row) {
     const double beside = current(row) - 0.5 * (current(row - 1) + current(row + 1));

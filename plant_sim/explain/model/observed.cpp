@@ -19,7 +19,6 @@ namespace {
 constexpr double kBin_s = 0.1, kHeatBin_s = 1.0;  // what is faster is averaged
 constexpr double kScan = 1.05;                    // bins are at least a whole turn of the slowest sensor
 constexpr double kSlow_s = 100.0;                 // on each side, over which thermistors are believed
-constexpr double kGuessed_k = 100.0;              // where nothing says what heats the cells: not judged
 constexpr double kSettle_s = 0.5;                 // after the bus has come up
 constexpr double kBlock_s = 60.0;
 constexpr Index kLeastBlocks = 6, kMostBlocks = 60;
@@ -234,10 +233,6 @@ double slip_doubt(const plant::World& model, const plant::Comparison& comparison
 
 }  // namespace
 
-bool is_heat_guessed(const plant::Recording& log) {
-  return log.cells_apart && !log.pack_is_nearer;
-}
-
 double practical_size(const std::string& channel, const Observed& log) {
   constexpr double kCell_v = 1e-3, kOfDrop = 0.005, kPack_v = 20e-3, kHeat_k = 0.1, kSoc = 0.005, kOfCar = 0.005;
   constexpr double kCoarse_s = 0.05, kCoarse = 3.0;
@@ -368,10 +363,7 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   for (std::size_t c = 0; c < out.comparison.channels.size(); ++c)
     out.channels.push_back(channel_of(out, c, volts_bin_s));
   put_members(out, volts_bin_s);
-  for (ReadChannel& channel : out.channels) {
-    if (channel.balance == plant::Balance::kHeat && is_heat_guessed(log)) channel.practical = kGuessed_k;
-    finish(channel);
-  }
+  for (ReadChannel& channel : out.channels) finish(channel);
   for (Member& member : out.members) finish(member.channel);
   out.block_s =
       std::clamp(kBlock_s, seconds / static_cast<double>(kMostBlocks), seconds / static_cast<double>(kLeastBlocks));

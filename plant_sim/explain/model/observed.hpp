@@ -53,10 +53,6 @@ struct Observed {
 };
 [[nodiscard]] Observed observed(const plant::World& model, plant::Comparison comparison);
 
-/// Does no voltage of the current's time say what the cells take? Then what heats them is the model's guess, and
-/// nothing tells a cause of the heat from a resistance.
-[[nodiscard]] bool is_heat_guessed(const plant::Recording& log);
-
 /// RMS of a channel that is worth a word: a step of a good sensor.
 [[nodiscard]] double practical_size(const std::string& channel, const Observed& log);
 

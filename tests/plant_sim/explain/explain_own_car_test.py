@@ -238,9 +238,9 @@ def test_a_pedal_that_limits_cut_is_no_error_beside_a_reference(tmp_path, every_
 
 
 @pytest.mark.parametrize("every_s", [0.25, 1.0])
-def test_beside_a_reference_a_resistance_is_found_in_rows_far_apart(tmp_path, every_s):
-    """A table of a second a row: what flowed between the rows is unknown in both, a resistance shows in each row. Cells
-    alone, of other times than the current, name no cause that is not there."""
+def test_beside_a_reference_a_resistance_in_rows_far_apart_has_no_wrong_name(tmp_path, every_s):
+    """Cells alone, of other times than the current, say not what heats them: a resistance was named as air 10 K warmer,
+    a heat capacity, an entropy. With the pack's voltage, four times a second, it is found."""
     draw = Draw(f"far apart{every_s:g}")
     car = own_car(draw, tmp_path, least_parallel=2)
     more = draw.random.uniform(0.003, 0.006)
@@ -253,12 +253,10 @@ def test_beside_a_reference_a_resistance_is_found_in_rows_far_apart(tmp_path, ev
         answer, said = explained(tmp_path, sound, "--reference", reference, model=car)
         assert answer["verdict"] == "no_discrepancy", (cells, pack, said)
         answer, said = explained(tmp_path, wrong, "--reference", reference, model=car)
-        sets = answer.get("alternatives") or [[c["name"] for c in answer["causes"]]]
-        named = {n for c in answer["causes"] for n in (c["name"], *c["equivalent_to"])} | {n for s in sets for n in s}
-        if pack:
-            assert named & {"series_resistance", "contact_resistance"}, (cells, more, said)
-        else:
-            assert not named & {"ambient", "heat_capacity", "entropic_heat"}, (cells, more, said)
+        sets = [[c["name"], *c["equivalent_to"]] for c in answer["causes"]] + (answer.get("alternatives") or [])
+        named = {name for one in sets for name in one}
+        assert not named or named & {"series_resistance", "contact_resistance"}, (cells, pack, more, said)
+        assert named or not pack or every_s > 0.25, (cells, more, said)
 
 
 def test_a_resistance_is_found_in_what_decode_writes(tmp_path):

@@ -206,7 +206,7 @@ def test_what_comes_with_the_first_charge_is_no_drive_before_the_log(tmp_path, n
     answer, said = explained(tmp_path, draw.drive(tmp_path, f"cell.effects.hysteresis_v={amplitude}"), "--reference",
                              *references)
     offered = names_in(answer) | {n for names in answer.get("alternatives") or [] for n in names}
-    nobody_can_tell = answer["gain"]["voltage"]["heldout_rms_before"] < 1e-3  # with nothing found
+    nobody_can_tell = answer["gain"]["voltage"]["heldout_rms_before"] < 0.8e-3  # V, with nothing found
     assert "hysteresis" in offered or nobody_can_tell, (amplitude, said)
 
 
