@@ -209,6 +209,23 @@ def test_frames_of_the_current_that_a_logger_lost_change_no_answer(tmp_path, num
         assert found == [("weak_cell", cell)], (cell, by, scale, share, said)
 
 
+def test_a_weak_cell_is_found_in_a_table_beside_a_reference(tmp_path):
+    """What a reference leaves is what its rows make of its cells: steps of a load, no error of the model."""
+    draw = Draw("weak beside reference")
+    car = own_car(draw, tmp_path, least_parallel=5)
+    cell, scale = draw.random.randint(1, 60), draw.random.uniform(0.65, 0.78)
+    logs = []
+    for k, keys in enumerate(((f"battery.cells.{cell}.capacity_scale={scale:.3f}",), ())):
+        (tmp_path / str(k)).mkdir()
+        logs.append(drive(draw, car, *keys)[1].rename(tmp_path / str(k) / "drive.log"))
+    for pack in (True, False):
+        weak, reference = (table_of_frames(log, log.parent, 0.1, False, True, pack) for log in logs)
+        answer, said = explained(tmp_path, weak, "--reference", reference, model=car)
+        found = {(name, c["parameters"]["cell"]["value"]) for c in answer["causes"] if "cell" in c["parameters"]
+                 for name in (c["name"], *c["equivalent_to"])}
+        assert ("weak_cell", cell) in found, (cell, scale, pack, said)
+
+
 def test_power_in_rows_far_apart_needs_the_motors_speed(tmp_path):
     """Two rows a second, the motor's current and the car's speed: a wheel that spun in between is no load."""
     draw = Draw("seldom power")
