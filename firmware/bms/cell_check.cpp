@@ -18,6 +18,7 @@ constexpr std::int64_t kLeastShare = 3;          // a third of its part; chosen,
 constexpr std::int32_t kLeastRest = 100;         // [per mille] that a cell which sags most leaves the others
 constexpr std::int64_t kExcitation = 50;         // [0.1 mV] 5 mV a cell; in 40 samples 20 times an Orion's noise
 constexpr std::int64_t kSlowShare = 4;           // a quarter of the current's changes; chosen
+constexpr std::int64_t kDriftShare = 2;          // half of what is slow; (1 - 1/3)^2 is what a cell needs to hide it
 constexpr std::uint8_t kInARow = 5;              // samples; chosen, the lag of a channel behind the pack's is shorter
 constexpr std::int64_t kChopped = 100;           // [0.1 mV] 10 mV; a third of the level's margin
 constexpr std::int64_t kChoppedTimes = 100;      // ten times that much, squared, beside slower changes; chosen
@@ -87,6 +88,7 @@ void take_sample(CellVoltage cell, PackVoltage pack, const PackWave& w, const Sh
   t.pack = followed(t.pack, pack.raw(), share.fast);
   const std::int64_t x = std::int64_t{w.x} - t.pack_answer.x_mean, y = scaled(cell) - t.voltage;
   t.xy = follow(t.xy, x * (y - t.y_mean), share.products);
+  t.yy = follow(t.yy, (y / 64) * (y / 64), share.fast);
   t.y_mean = followed(t.y_mean, y, share.products);
   t.x_lagged = follow(t.x_lagged, x * (std::int64_t{w.z} - t.lagged_mean), share.products);
   t.lagged_mean = followed(t.lagged_mean, w.z, share.products);
@@ -115,11 +117,21 @@ std::int64_t others_of(const Config& config) {
   return config.cells_in_series > 2 ? config.cells_in_series - 1 : config.cells_in_series;
 }
 
+/// By a third of its part of what the pack does, whatever made it.
+bool moves(const Config& config, const CellTrack& t) {
+  const std::int64_t parts = kLeastShare * config.cells_in_series;
+  return t.yy >= t.pack_answer.zz * 4'096 / (parts * parts);
+}
+
+/// Of the current's changes there are enough faster ones to make a cell that is read now and then answer to nothing.
+bool drifts(const PackWave& w) { return (w.all - w.slow) * kDriftShare >= w.slow; }
+
 // BMS-060
 bool no_answer(const Config& config, const CellCheck& c, const CellTrack& t) {
   const Answer a = answer(t);
   const bool enough = a.own * kLeastShare * others_of(config) * kAllAnswers >= a.all * c.rest;
-  return !enough && slow_enough(c.wave) && explained(config, t, a.all);
+  if (enough || !slow_enough(c.wave) || !explained(config, t, a.all)) return false;
+  return !drifts(c.wave) || !moves(config, t);
 }
 
 /// What the cell that sags most leaves to the others.

@@ -15,6 +15,7 @@ constexpr Duration kSteady = Duration::from_ms(400);   // longer than the age of
 constexpr std::int64_t kSteadyShare = 4;               // of a cell: what the current may have moved the pack
 constexpr std::int64_t kContactPercent = 15;           // of the pack's resistance: contacts and fuse, chosen
 constexpr Duration kLasting = Duration::from_ms(200);  // what a lag between the channels shows at a step is over
+constexpr Duration kLate = Duration::from_ms(250);     // about what the cells' channels may lag the pack's
 constexpr Duration kGainMemory = Duration::from_ms(1'000);
 constexpr std::int64_t kStillPerCell = 50;   // [0.1 mV] 5 mV: a channel of 24 cells in steps of 0.1 V still moves
 constexpr std::int64_t kMovesPerCell = 200;  // 20 mV, as for a current that is frozen
@@ -46,13 +47,30 @@ void follow_steadiness(const Config& config, Instant now, State& s) {
   c.steady = now - c.steady_since >= kSteady;
 }
 
-// BMS-022: the channels of cells and pack may lag each other, so that every step of the current shows; what they show
-// goes both ways and has no mean.
+struct Range {
+  std::int64_t low, high;
+};
+
+Range between(std::int64_t a, std::int64_t b) { return a < b ? Range{a, b} : Range{b, a}; }
+
+// Between what both say now and what they said a while ago; 0 where these ranges overlap.
+std::int64_t gap(Range a, Range b) {
+  if (a.low > b.high) return a.low - b.high;
+  return b.low > a.high ? b.low - a.high : 0;
+}
+
+// BMS-022: the channels of cells and pack may lag each other, so that every step of the current shows. What they show
+// of fast ones goes both ways and has no mean; of slow ones, each lies between what the other says and has said.
 void follow_difference(const Config& config, Duration elapsed, State& s) {
   VoltageCheck& c = s.voltage_check;
-  const std::int64_t by_pack = s.pack.sum_by_pack.raw();
-  c.apart = follow(c.apart, by_pack - s.pack.cell_sum.raw(), share_of(elapsed, kLasting, c.share));
-  c.lasting = size(c.apart) * 2'000'000 >= by_pack * config.voltage_mismatch.raw();
+  const std::int64_t by_pack = s.pack.sum_by_pack.raw(), sum = s.pack.cell_sum.raw();
+  const std::int64_t late = share_of(elapsed, kLate, c.late_share);
+  c.pack_late = c.watched ? follow(c.pack_late, by_pack, late) : by_pack;
+  c.sum_late = c.watched ? follow(c.sum_late, sum, late) : sum;
+  c.apart = follow(c.apart, by_pack - sum, share_of(elapsed, kLasting, c.share));
+  const std::int64_t without_lag = gap(between(by_pack, c.pack_late), between(sum, c.sum_late));
+  const std::int64_t least = size(c.apart) < without_lag ? size(c.apart) : without_lag;
+  c.lasting = least * 2'000'000 >= by_pack * config.voltage_mismatch.raw();
 }
 
 // BMS-069: as both were read in the same steps.

@@ -20,8 +20,9 @@ struct VoltageCheck {
   bool gain_known = false;
   bool count_wrong = false;    ///< at rest: as if there were another number of cells
   std::int64_t apart = 0;      ///< [0.1 mV] mean of pack less sum over 200 ms
-  LastShare share{};
-  bool lasting = false;        ///< that mean is half of what BMS-022 allows, or more
+  std::int64_t pack_late = 0, sum_late = 0;  ///< [0.1 mV] both, 250 ms late
+  LastShare share{}, late_share{};
+  bool lasting = false;        ///< that mean, and what no lag makes of it, are half of what BMS-022 allows, or more
   Current steady_at{};         ///< the current that it has been steady about
   Instant steady_since{};
   bool steady = false;

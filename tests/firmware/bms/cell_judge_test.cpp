@@ -88,7 +88,23 @@ TEST(CellJudge, OnlyACurrentThatMovesThePackSlowlyEnoughAccuses) {
     State s = answering(0, kLargest);
     s.cell_check.wave.all = 1'000;
     s.cell_check.wave.slow = slow;
+    s.cell_check.cell[0].pack_answer.zz = 1'000'000;
     CHECK_EQUAL(slow >= 250, frozen_in(s, 24));
+  }
+}
+
+// BMS-060: a third of a 24th of the pack's movement is 1'000'000 * 4096 / 72^2 in the units of a cell.
+TEST(CellJudge, AChannelThatMovesIsNotFrozenWhereTheLagTakesOutHalfAsMuchAsItLeaves) {
+  constexpr std::int64_t kThird = 1'000'000LL * 4'096 / (72 * 72);
+  for (const std::int64_t all : {1'499, 1'500, 1'501}) {
+    for (const std::int64_t moved : {kThird - 1, kThird}) {
+      State s = answering(0, kLargest);
+      s.cell_check.wave.all = all;
+      s.cell_check.wave.slow = 1'000;
+      s.cell_check.cell[0].pack_answer.zz = 1'000'000;
+      s.cell_check.cell[0].yy = moved;
+      CHECK_EQUAL(all < 1'500 || moved < kThird, frozen_in(s, 24));
+    }
   }
 }
 

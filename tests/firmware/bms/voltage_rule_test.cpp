@@ -139,17 +139,49 @@ TEST(VoltageRule, WhatHasNotToAgreeIsNotHeldAgainstEachOther) {
 TEST(VoltageRule, ADifferenceLastsFromHalfOfWhatIsAllowedOnEitherWay) {
   voltages(1'000'000, 1'000'000);
   for (const std::int64_t apart : {-25'000, -24'999, 24'999, 25'000}) {
+    c = VoltageCheck{};
+    voltages(1'000'000, 1'000'000 - static_cast<std::int32_t>(apart));
     c.apart = apart;
     check(0, 0);
     CHECK_EQUAL(apart <= -25'000 || apart >= 25'000, c.lasting);
+    c.apart = 0;  // a mean that says nothing
+    check(0, 0);
+    CHECK_FALSE(c.lasting);
   }
-  c.apart = 0;
+  c = VoltageCheck{};
   double mean = 0.0;
   voltages(1'000'000, 960'000);
   for (std::uint32_t k = 0; k < 100; ++k) {
     check(10 * k);
     mean += (40'000 - mean) * 10.0 / 210.0;
     DOUBLES_EQUAL(mean, static_cast<double>(c.apart), 30.0);
+  }
+}
+
+// BMS-022: what a channel says that lags the other lies between what that one says and has said.
+TEST(VoltageRule, NothingLastsBetweenWhatIsSaidAndWhatWasSaidAQuarterOfASecondAgo) {
+  for (const bool pack_moves : {true, false}) {
+    for (const std::int32_t off : {0, 24'999, 25'000}) {
+      c = VoltageCheck{};
+      const std::int32_t sum = pack_moves ? 900'000 - off : 1'100'000;
+      voltages(1'000'000, sum);
+      check(0);
+      (pack_moves ? c.pack_late : c.sum_late) = pack_moves ? 900'000 : 1'000'000 + off;
+      c.apart = pack_moves ? 100'000 : -100'000;
+      check(10, 0);
+      CHECK_EQUAL(off == 25'000, c.lasting);
+    }
+  }
+  c = VoltageCheck{};
+  double late = 960'000;
+  voltages(960'000, 940'000);
+  check(0);
+  voltages(1'000'000, 900'000);
+  for (std::uint32_t k = 1; k < 100; ++k) {
+    check(10 * k);
+    late += (1'000'000 - late) * 10.0 / 260.0;
+    DOUBLES_EQUAL(late, static_cast<double>(c.pack_late), 30.0);
+    DOUBLES_EQUAL(940'000 - (late - 960'000), static_cast<double>(c.sum_late), 30.0);
   }
 }
 
