@@ -10,8 +10,9 @@
 //           (1 + w^2 0.3 s tau) / (1 + w^2 tau^2) of its share at w, no less than all of it up to 0.3 s. A cell that is
 //           read every 30 or 100 ms sees a faster current as anything; so z is taken after the same lag, too, and the
 //           smaller of the two answers is what a cell must have its part of.
-//           A current that is chopped about as often as a cell is read shows it at any moment of a period, which drifts:
-//           one that moves by a third of its part in whatever way is not frozen while the lag takes that much out.
+//           A current that is chopped about as often as a cell is read shows it at any moment of a period, which
+//           drifts: one that moves by a third of its part in whatever way is not frozen while the lag takes out half
+//           of what it leaves.
 //           Judged while the current explains what the pack does: E = cov(x, z)^2 / cov(x, x) is at least (5 mV n)^2,
 //           and a quarter of cov(z, z); and while the lag leaves a quarter of what the current does.
 //   level:  l_k = mean of V_k + R I over 10 s, less that of the neighbours. It may be what the cell's own start and

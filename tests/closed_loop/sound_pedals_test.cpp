@@ -165,8 +165,8 @@ TEST(SoundPedals, NoChannelOfADrawnPackIsAccused) {
   CHECK(seconds > kCars * 20.0);
 }
 
-// Packs that were accused: cold cells that lag, under waves of a second and a half, of a pack voltage that disagrees with
-// them (BMS-022); a cell that is read as often as the current is chopped, of a frozen channel (BMS-060).
+// Packs that were accused: cold cells that lag, under waves of a second and a half, of a pack voltage that disagrees
+// with them (BMS-022); a cell that is read as often as the current is chopped, of a frozen channel (BMS-060).
 TEST(SoundPedals, ThePacksThatWereAccusedOnceAreSound) {
   for (const std::uint64_t of : {89927401ULL, 5005070ULL}) {
     const Driven driven = drive_drawn(of);

@@ -297,11 +297,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   } else {
     settle_hold(model, out);
   }
-  if (model.car.cell.surface_lag_s > 0.0 && !thermistors.empty()) {
-    // Once, so that a cause of the heat is told by the thermistors alone.
-    const BatteryResponse battery = battery_response(model, out.log, out.facts);
-    out.facts.above_surface_k = battery.temperature_c - battery.surface_c;
-  }
+  settle_above_surface(model, out.log, out.facts);
   if (!out.facts.starts_at_rest && log.find("soc") == nullptr) settle_start_under_load(model, main, out);
   return out;
 }
@@ -375,11 +371,16 @@ Prediction predict(const World& world, const Comparison& comparison, const LogFa
 }
 
 Prediction predict(const World& world, const Comparison& comparison, const Prediction& before, Acts acts) {
-  if (acts == Acts::kOnAll) return predict(world, comparison);
+  return predict(world, comparison, comparison.facts, before, acts);
+}
+
+Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts, const Prediction& before,
+                   Acts acts) {
+  if (acts == Acts::kOnAll) return predict(world, comparison, facts);
   Prediction out;
   if (acts == Acts::kOnBattery) {
-    out.battery = battery_response(world, comparison.log, comparison.facts);
-    put_channels(world, comparison, comparison.facts, &before, out);
+    out.battery = battery_response(world, comparison.log, facts);
+    put_channels(world, comparison, facts, &before, out);
     return out;
   }
   out = before;

@@ -77,5 +77,7 @@ enum class Acts { kOnAll, kOnBattery, kOnCar };
                                  Acts acts);
 /// With other facts than the comparison has.
 [[nodiscard]] Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts);
+[[nodiscard]] Prediction predict(const World& world, const Comparison& comparison, const LogFacts& facts,
+                                 const Prediction& before, Acts acts);
 
 }  // namespace voltlap::plant

@@ -343,4 +343,12 @@ BatteryResponse battery_response(const World& world, const Recording& log, const
   return out;
 }
 
+void settle_above_surface(const World& model, const Recording& log, LogFacts& facts) {
+  if (model.car.cell.surface_lag_s <= 0.0 || facts.temperature_c.size() == 0) return;
+  facts.above_surface_k.resize(0);
+  // Once, so that a cause of the heat is told by the thermistors alone.
+  const BatteryResponse battery = battery_response(model, log, facts);
+  facts.above_surface_k = battery.temperature_c - battery.surface_c;
+}
+
 }  // namespace voltlap::plant

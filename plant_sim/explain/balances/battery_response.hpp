@@ -71,4 +71,7 @@ struct BatteryResponse {
 /// First-order lag behind `values`, beginning without one.
 [[nodiscard]] Eigen::VectorXd lagged(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double tau_s);
 
+/// By how much cells are warmer than their surface, by the heat of a model; nothing where the surface follows at once.
+void settle_above_surface(const World& model, const Recording& log, LogFacts& facts);
+
 }  // namespace voltlap::plant

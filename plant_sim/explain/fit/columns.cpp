@@ -9,6 +9,7 @@
 
 #include "explain/fit/collected.hpp"
 #include "explain/gate/rail.hpp"
+#include "explain/model/settled_temperature.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
@@ -340,7 +341,8 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   const plant::Prediction battery =
       acts == Acts::kOnCar ? predicted(log, begun, Acts::kOnBattery) : plant::Prediction{};
   const auto at_start = [&](const plant::World& of) {  // causes of the car leave the battery as it began
-    return acts == Acts::kOnCar ? plant::predict(of, log.comparison, battery, acts) : predicted(log, of, acts);
+    return acts == Acts::kOnCar ? plant::predict(of, log.comparison, battery, acts)
+                                : plant::predict(of, log.comparison, facts_with(of, log), log.base, acts);
   };
   const std::vector<VectorXd> moved = log.effect_of(at_start(world));
   std::vector<VectorXd> beyond_starts = moved;
@@ -373,6 +375,7 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   }
   out.problem = problem_of(pointers_to(channels), log, columns, nuisances);
   out.problem.most_slow = family.problem.most_slow;
+  out.problem.least_slow = family.problem.least_slow;
   out.problem.free = family.problem.free;
   describe(pointers_to(channels), columns, out);
   return out;

@@ -11,6 +11,7 @@
 #include "explain/model/beginning.hpp"
 #include "explain/model/between_rows.hpp"
 #include "explain/model/lost_rows.hpp"
+#include "explain/model/settled_temperature.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
@@ -18,7 +19,6 @@ namespace {
 
 constexpr double kBin_s = 0.1, kHeatBin_s = 1.0;  // what is faster is averaged
 constexpr double kScan = 1.05;                    // bins are at least a whole turn of the slowest sensor
-constexpr double kSlow_s = 100.0;                 // on each side, over which thermistors are believed
 constexpr double kSettle_s = 0.5;                 // after the bus has come up
 constexpr double kBlock_s = 60.0;
 constexpr Index kLeastBlocks = 6, kMostBlocks = 60;
@@ -287,54 +287,6 @@ std::vector<Index> Observed::blocks_of(const ReadChannel& channel) const {
   return out;
 }
 
-namespace {
-
-/// Straight where nothing is known; the ends hold.
-VectorXd bridged(const VectorXd& time_s, VectorXd values) {
-  Index before = -1;
-  for (Index row = 0; row < values.size(); ++row) {
-    if (!std::isfinite(values(row))) continue;
-    for (Index gap = before + 1; gap < row; ++gap) {
-      const double part = before < 0 ? 1.0 : (time_s(gap) - time_s(before)) / (time_s(row) - time_s(before));
-      values(gap) = before < 0 ? values(row) : values(before) + part * (values(row) - values(before));
-    }
-    before = row;
-  }
-  for (Index row = before + 1; before >= 0 && row < values.size(); ++row) values(row) = values(before);
-  return values;
-}
-
-/// Mean of the thermistors where their steps are taken away; empty where none had any, or little is known then.
-VectorXd without_steps(const plant::Recording& log, const plant::Recording& read) {
-  constexpr double kMuch = 0.2;  // of the rows
-  const std::vector<std::string> roles = log.numbered("temperature_");
-  VectorXd out = VectorXd::Zero(log.rows());
-  bool same = true;
-  for (const std::string& role : roles) {
-    const VectorXd &fine = *read.find(role), &coarse = *log.find(role);
-    same = same && (fine.array() == coarse.array() || coarse.array().isNaN()).all();
-    out += fine / static_cast<double>(roles.size());
-  }
-  const auto known = static_cast<double>(out.array().isFinite().count());
-  return same || known < kMuch * static_cast<double>(out.size()) ? VectorXd() : out;
-}
-
-/// The temperature at which the tables are read: the model's own course, and slowly what the thermistors say. Steps
-/// and noise of a thermistor would come back as errors of the resistances.
-void settle_temperature(const plant::World& model, plant::Comparison& comparison) {
-  plant::LogFacts& facts = comparison.facts;
-  if (facts.temperature_c.size() == 0) return;
-  facts.thermistor_c = facts.temperature_c;
-  const VectorXd surface = plant::battery_response(model, comparison.log, facts).surface_c;
-  const VectorXd& time_s = comparison.log.time_s;
-  const VectorXd fine = without_steps(comparison.log, unstepped(comparison.log, Passes::kAny));
-  const VectorXd beside = fine.size() > 0 ? bridged(time_s, fine - surface) : facts.temperature_c - surface;
-  facts.temperature_c = surface + plant::smoothed(time_s, beside, kSlow_s);
-  if (fine.size() > 0) facts.thermistor_c = facts.temperature_c;  // how fast it changes no step tells
-}
-
-}  // namespace
-
 Observed observed(const plant::World& model, plant::Comparison comparison) {
   Observed out;
   out.model = model;
@@ -345,7 +297,14 @@ Observed observed(const plant::World& model, plant::Comparison comparison) {
   mask_open(out.comparison);
   out.read = unstepped(out.comparison.log);
   leave_out_lost_rows(out.read, out.comparison.facts.current_a);
-  settle_temperature(model, out.comparison);
+  out.thermistors_c = out.comparison.facts.temperature_c;
+  if (out.thermistors_c.size() > 0) {
+    out.fine_c = without_steps(out.comparison.log);
+    for (const plant::BalanceChannel& channel : out.comparison.channels)
+      if (channel.name == "temperature") out.read_c = channel.measured;
+    if (!out.read_c.array().isFinite().any()) out.read_c = out.thermistors_c;  // each in a row of its own
+  }
+  settle_temperature(model, out, out.comparison.facts);
   settle_gaps(model, out.comparison);
   out.base = plant::predict(model, out.comparison);
   out.comparison.soc = out.base.battery.soc;

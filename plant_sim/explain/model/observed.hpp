@@ -34,6 +34,9 @@ struct Observed {
   plant::World model;
   plant::Comparison comparison;
   plant::Recording read;  ///< what its sensors read: coarse steps of thermistors taken away
+  VectorXd thermistors_c;  ///< their mean, smoothed; empty: none
+  VectorXd read_c;         ///< their mean, not a number where one of them was not read
+  VectorXd fine_c;         ///< the same where their steps are taken away; empty: none
   plant::Prediction base;
   std::vector<ReadChannel> channels;  ///< as in the comparison
   std::vector<Member> members;

@@ -9,6 +9,7 @@
 
 #include "explain/gate/rail.hpp"
 #include "explain/model/held.hpp"
+#include "explain/model/settled_temperature.hpp"
 #include "explain/model/unstepped.hpp"
 #include "explain/say/numbers.hpp"
 #include "explain/say/words.hpp"
@@ -223,7 +224,7 @@ std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer) {
     const VectorXd& starts = answer.sets.front().fit.plain_starts;
     const VectorXd bending = bending_starts(log, starts);
     begin_at(world, log, bending);
-    moved = log.effect_of(plant::predict(world, log.comparison));
+    moved = log.effect_of(plant::predict(world, log.comparison, facts_with(world, log)));
     take_straight_starts(log, bending - starts, moved);
   }
   std::vector<VectorXd> out;
