@@ -159,9 +159,9 @@ def gain_of(before, after, true, promised):
     """Shares of the squares in the channel where the true model takes most; None where it takes nothing."""
     ways = [(1.0 - (true[c] / before[c]) ** 2, c) for c in before if before[c] > 0 and c in true and c in after]
     share, channel = max(ways, default=(0.0, ""))
-    if share < LEAST_GAIN or channel not in promised:
+    told = promised.get(channel, {})
+    if share < LEAST_GAIN or not told.get("heldout_rms_before"):  # nothing was read there
         return None
-    told = promised[channel]
     return {"channel": channel, "true": share, "real": 1.0 - (after[channel] / before[channel]) ** 2,
             "promised": 1.0 - (told["heldout_rms_after"] / told["heldout_rms_before"]) ** 2}
 
