@@ -11,14 +11,15 @@ namespace {
 
 constexpr Duration kFast = Duration::from_ms(1'600);     // chosen: longer than sensor lags, shorter than a corner
 constexpr Duration kLag = Duration::from_ms(300);        // chosen: a channel of a cell is not slower
+constexpr Duration kSoon = Duration::from_ms(50);        // half of how often a cell of a long pack is read
 constexpr Duration kMemory = Duration::from_ms(4'000);   // chosen: a frozen channel is known after 4 s of driving
 constexpr Duration kLevel = Duration::from_ms(10'000);   // chosen: several changes of the current
 constexpr Duration kAtRest = Duration::from_ms(200);     // a reset has not to wait for what is over
+constexpr std::int64_t kHides = 3;               // a third of the slower changes; chosen, a lap of the tests has a tenth
 constexpr std::int64_t kLeastShare = 3;          // a third of its part; chosen, a sound cell has half of it and more
 constexpr std::int32_t kLeastRest = 100;         // [per mille] that a cell which sags most leaves the others
 constexpr std::int64_t kExcitation = 50;         // [0.1 mV] 5 mV a cell; in 40 samples 20 times an Orion's noise
 constexpr std::int64_t kSlowShare = 4;           // a quarter of the current's changes; chosen
-constexpr std::int64_t kDriftShare = 2;          // half of what is slow; (1 - 1/3)^2 is what a cell needs to hide it
 constexpr std::uint8_t kInARow = 5;              // samples; chosen, the lag of a channel behind the pack's is shorter
 constexpr std::int64_t kChopped = 100;           // [0.1 mV] 10 mV; a third of the level's margin
 constexpr std::int64_t kChoppedTimes = 100;      // ten times that much, squared, beside slower changes; chosen
@@ -50,19 +51,22 @@ void follow_wave(Current current, PackVoltage pack, Instant now, PackWave& w) {
   w.time = now;
   if (!w.begun) {
     w.begun = true;
-    w.lagged = w.mean = current.raw();
+    w.lagged = w.mean = w.followed = current.raw();
     w.pack_lagged = w.pack_mean = pack.raw();
   }
   const std::int64_t lag = share_of(gap, kLag, w.lag), mean = share_of(gap, kFast, w.fast);
   const std::int64_t memory = share_of(gap, kMemory, w.memory);
   w.lagged = followed(w.lagged, current.raw(), lag);
   w.mean = followed(w.mean, w.lagged, mean);
+  w.followed = followed(w.followed, current.raw(), share_of(gap, kSoon, w.soon));
   w.x = w.lagged - w.mean;
   w.pack_lagged = followed(w.pack_lagged, pack.raw(), lag);
   w.pack_mean = followed(w.pack_mean, w.pack_lagged, mean);
   w.z = w.pack_lagged - w.pack_mean;
   const std::int64_t i = std::int64_t{current.raw()} - w.mean, x = w.x;
+  const std::int64_t beyond = std::int64_t{current.raw()} - w.followed;
   w.all = follow(w.all, i * i, memory);
+  w.chopped = follow(w.chopped, beyond * beyond, memory);
   w.slow = follow(w.slow, x * x, memory);
 }
 
@@ -123,8 +127,8 @@ bool moves(const Config& config, const CellTrack& t) {
   return t.yy >= t.pack_answer.zz * 4'096 / (parts * parts);
 }
 
-/// Of the current's changes there are enough faster ones to make a cell that is read now and then answer to nothing.
-bool drifts(const PackWave& w) { return (w.all - w.slow) * kDriftShare >= w.slow; }
+/// The current changes enough about as often as a cell is read to make one answer to nothing.
+bool drifts(const PackWave& w) { return w.chopped * kHides * kHides >= w.slow; }
 
 // BMS-060
 bool no_answer(const Config& config, const CellCheck& c, const CellTrack& t) {

@@ -11,8 +11,8 @@
 //           read every 30 or 100 ms sees a faster current as anything; so z is taken after the same lag, too, and the
 //           smaller of the two answers is what a cell must have its part of.
 //           A current that is chopped about as often as a cell is read shows it at any moment of a period, which
-//           drifts: one that moves by a third of its part in whatever way is not frozen while the lag takes out half
-//           of what it leaves.
+//           drifts: one that moves by a third of its part in whatever way is not frozen while what a lag of 50 ms takes
+//           out of the current is a third of what that of 0.3 s leaves.
 //           Judged while the current explains what the pack does: E = cov(x, z)^2 / cov(x, x) is at least (5 mV n)^2,
 //           and a quarter of cov(z, z); and while the lag leaves a quarter of what the current does.
 //   level:  l_k = mean of V_k + R I over 10 s, less that of the neighbours. It may be what the cell's own start and
@@ -59,8 +59,10 @@ struct CellTrack {
 /// Current and pack voltage, with every reading.
 struct PackWave {
   Instant time{};
-  LastShare lag{}, fast{}, memory{};
+  LastShare lag{}, fast{}, memory{}, soon{};
   std::int32_t lagged = 0, mean = 0, x = 0;    ///< [mA]
+  std::int32_t followed = 0;                   ///< [mA] after 50 ms
+  std::int64_t chopped = 0;                    ///< [mA^2] mean of (I - that)^2 over 4 s
   std::int64_t all = 0, slow = 0;              ///< [mA^2] means of (I - mean)^2 and of x^2 over 4 s
   std::int32_t pack_lagged = 0, pack_mean = 0, z = 0;  ///< [0.1 mV]
   bool begun = false;

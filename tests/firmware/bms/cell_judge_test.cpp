@@ -94,16 +94,16 @@ TEST(CellJudge, OnlyACurrentThatMovesThePackSlowlyEnoughAccuses) {
 }
 
 // BMS-060: a third of a 24th of the pack's movement is 1'000'000 * 4096 / 72^2 in the units of a cell.
-TEST(CellJudge, AChannelThatMovesIsNotFrozenWhereTheLagTakesOutHalfAsMuchAsItLeaves) {
+TEST(CellJudge, AChannelThatMovesIsNotFrozenWhileTheCurrentIsChoppedByAThirdOfItsSlowChanges) {
   constexpr std::int64_t kThird = 1'000'000LL * 4'096 / (72 * 72);
-  for (const std::int64_t all : {1'499, 1'500, 1'501}) {
+  for (const std::int64_t chopped : {999, 1'000, 1'001}) {
     for (const std::int64_t moved : {kThird - 1, kThird}) {
       State s = answering(0, kLargest);
-      s.cell_check.wave.all = all;
-      s.cell_check.wave.slow = 1'000;
+      s.cell_check.wave.all = s.cell_check.wave.slow = 9'000;
+      s.cell_check.wave.chopped = chopped;
       s.cell_check.cell[0].pack_answer.zz = 1'000'000;
       s.cell_check.cell[0].yy = moved;
-      CHECK_EQUAL(all < 1'500 || moved < kThird, frozen_in(s, 24));
+      CHECK_EQUAL(chopped < 1'000 || moved < kThird, frozen_in(s, 24));
     }
   }
 }
