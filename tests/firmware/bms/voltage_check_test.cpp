@@ -76,6 +76,35 @@ TEST(VoltageCheck, CurrentThatIsChoppedFasterThanCellsAreReadIsNoDisagreement) {
   }
 }
 
+// BMS-022: a pack whose voltage swings hides an error for a while, and not for long.
+TEST(VoltageCheck, AGainOfDrawnSizeUnderADrawnCurrentIsFoundWithinTwoSeconds) {
+  std::int32_t worst = 0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    std::mt19937 random(seed);
+    const auto drawn = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    DrivenBench wrong;
+    wrong.scale = drawn(0.5, 3.5);
+    wrong.drive();
+    LONGS_EQUAL(-1, wrong.lap_until([](const Output& o) { return o.faults != 0; }, drawn(5.0, 10.0)));
+    const double gain = 1.0 + (seed % 2 == 0 ? 1.0 : -1.0) * drawn(0.06, 0.3);
+    wrong.pack_channel = [=](double v) { return v * gain; };
+    double until_s = 0.0, amperes = 0.0;
+    std::int32_t took = 0;
+    for (; took <= 2'000; took += 10) {
+      if (1e-3 * took >= until_s) {
+        until_s += drawn(0.2, 2.0);
+        amperes = amperes > 0.0 ? 0.0 : wrong.scale * drawn(0.0, 130.0);
+      }
+      if (has(wrong.tick(amperes), BmsFault::kVoltageImplausible)) break;
+    }
+    CHECK_TEXT(took <= 2'000, std::to_string(seed).c_str());
+    worst = std::max(worst, took);
+  }
+  std::printf("BMS-022 under drawn currents: at most %d ms (bound 2000 ms)\n", worst);
+}
+
 // BMS-069
 TEST(VoltageCheck, PackVoltageThatStandsStillWhileTheCellsMoveTrips) {
   car.drive();
