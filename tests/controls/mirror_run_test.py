@@ -96,6 +96,7 @@ ONCE_WRONG = {
     (20271217, 104): "a brake tapped between two rows was a reference's error: a mass was nothing",
     (20271219, 93): "a BMS began without the entropy: beside a reversible heat stood its charge as a curve",
     (20271213, 39): "a load, as an idle below the floor of the tables",
+    (20271256, 282): "cells of 11 degC were as warm as a model without their reversible heat: it was told as air",
     (20271209, 125): "a curve with points where the model did not drive was no suspect, and the BMS's charge was wrong",
 }
 # What looks the same to within a quarter of what is worth a word stands beside them.

@@ -37,7 +37,6 @@ std::vector<Unnamed> unnamed_in(const Observed& log, const std::vector<VectorXd>
     problem.prior_sigma = Eigen::Map<const VectorXd>(sigma.data(), static_cast<Index>(sigma.size()));
     problem.least_sigma = {least_noise(channel)};
     problem.most_slow = {std::numeric_limits<double>::infinity()};
-    problem.least_slow = {0.0};
     problem.channels.emplace_back(std::move(made), noise_grid(channel.balance != plant::Balance::kHeat),
                                   log.blocks);
     const Fit nothing = fit_of(problem, {}), all = fit_of(problem, problem.channels.front().column);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 namespace voltlap::explain {
@@ -15,7 +14,6 @@ constexpr double kOfPractical =
 constexpr double kOfError = 0.25;  // of what sound logs leave in the channel that shows it: that spread, then
 constexpr double kChance = 1e-3;
 constexpr double kLeastSlow = 0.2;  // of a practical size: slow noise that any log may have
-constexpr double kSurelySlow = 0.1;  // and that all have: where two simulations of one car differ
 constexpr double kAloneSlow = 2.0;  // where no reference tells it
 constexpr double kMoreSlow = 1.5;   // than the noisiest reference
 
@@ -155,28 +153,19 @@ std::map<std::string, SoundError> errors_of_sound(const std::vector<Sound>& refe
 }
 
 void bound_noise(Family& family, const std::vector<Sound>& references) {
-  family.problem.least_slow.resize(family.channel.size());
   for (std::size_t c = 0; c < family.channel.size(); ++c) {
+    // Steps of a thermistor leave slow errors that nothing bounds.
+    if (references.empty() && family.channel[c] == "temperature") continue;
     double most = (references.empty() ? kAloneSlow : kLeastSlow) * family.practical[c];
-    double least = std::numeric_limits<double>::infinity();
     for (const Sound& reference : references) {
       const Family& theirs = reference({});
       const Fit fit = fit_of(theirs.problem, {});
       for (std::size_t r = 0; r < theirs.channel.size(); ++r) {
-        if (theirs.channel[r] != family.channel[c]) continue;
-        const double slow = slow_noise(theirs.problem, fit, r);
-        most = std::max(most, kMoreSlow * slow);
-        least = std::min(least, slow);
+        if (theirs.channel[r] == family.channel[c])
+          most = std::max(most, kMoreSlow * slow_noise(theirs.problem, fit, r));
       }
     }
-    const bool of_heat = family.channel[c] == "temperature";
-    // A temperature is smooth, and so is a voltage between two changes of the current: not each of their readings is
-    // evidence of its own.
-    const double surely = kSurelySlow * family.practical[c];
-    if (of_heat || family.channel[c] == "voltage")
-      family.problem.least_slow[c] = std::isfinite(least) ? std::max(least, surely) : surely;
-    // Steps of a thermistor leave slow errors that nothing bounds.
-    if (!references.empty() || !of_heat) family.problem.most_slow[c] = most;
+    family.problem.most_slow[c] = most;
   }
 }
 

@@ -38,7 +38,6 @@ Problem problem_of(const std::vector<const ReadChannel*>& channels, const Observ
     made.values.rightCols(1) = channel.residual;
     out.least_sigma.push_back(least_noise(channel));
     out.most_slow.push_back(std::numeric_limits<double>::infinity());
-    out.least_slow.push_back(0.0);
     std::vector<NoisePoint> grid = noise_grid(channel.balance != plant::Balance::kHeat);
     if (noises == Noises::kWhite) grid.resize(1);
     out.channels.emplace_back(std::move(made), std::move(grid), log.blocks);

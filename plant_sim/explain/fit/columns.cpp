@@ -340,11 +340,12 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   begin_at(world, log, starts);
   const plant::Prediction battery =
       acts == Acts::kOnCar ? predicted(log, begun, Acts::kOnBattery) : plant::Prediction{};
-  const auto at_start = [&](const plant::World& of) {  // causes of the car leave the battery as it began
-    return acts == Acts::kOnCar ? plant::predict(of, log.comparison, battery, acts)
-                                : plant::predict(of, log.comparison, facts_with(of, log), log.base, acts);
+  const plant::LogFacts believed = facts_with(world, log);
+  const auto at_start = [&](const plant::World& of, const plant::LogFacts& facts) {
+    return acts == Acts::kOnCar ? plant::predict(of, log.comparison, battery, acts)  // which is as it began
+                                : plant::predict(of, log.comparison, facts, log.base, acts);
   };
-  const std::vector<VectorXd> moved = log.effect_of(at_start(world));
+  const std::vector<VectorXd> moved = log.effect_of(at_start(world, believed));
   std::vector<VectorXd> beyond_starts = moved;
   take_straight_starts(log, starts, beyond_starts);
   forget_guessed_heat(log, beyond_starts);
@@ -367,7 +368,10 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
         out.suspects[at.members[m]].form.apply(stepped, values);
       }
       begin_at(stepped, log, starts);
-      std::vector<VectorXd> effect = slope(log.effect_of(at_start(stepped)), moved, kStep);
+      // What does not heat the cells says nothing of how warm they are: least of all where it does not act.
+      const bool heats = cause.balance == plant::Balance::kHeat;
+      std::vector<VectorXd> effect =
+          slope(log.effect_of(at_start(stepped, heats ? facts_with(stepped, log) : believed)), moved, kStep);
       forget_guessed_heat(log, effect);
       suspect.columns.push_back(columns.add(effect, kWide, cause.parameters[p].typical));
     }
@@ -375,7 +379,6 @@ Family at_values(const Observed& log, const std::vector<plant::Cause>& causes, c
   }
   out.problem = problem_of(pointers_to(channels), log, columns, nuisances);
   out.problem.most_slow = family.problem.most_slow;
-  out.problem.least_slow = family.problem.least_slow;
   out.problem.free = family.problem.free;
   describe(pointers_to(channels), columns, out);
   return out;

@@ -183,14 +183,10 @@ class Fitting {
     return out;
   }
 
-  /// No sensor is better than the best, what is slow beyond what sound logs have is an error, not noise, and what is
-  /// slow within it is noise.
+  /// No sensor is better than the best, and what is slow beyond what sound logs have is an error, not noise.
   [[nodiscard]] double bounded(std::size_t c, std::size_t noise, double variance) const {
-    constexpr double kNoShare = 1e-6;
     const double least = problem_.least_sigma[c], most = problem_.most_slow[c];
-    const double slow = problem_.least_slow.empty() ? 0.0 : problem_.least_slow[c];
     const double share = problem_.channels[c].noise[noise].slow_share;
-    variance = std::max(variance, slow * slow / std::max(share, kNoShare));
     if (share * variance > most * most) variance = most * most / share;
     return std::max(variance, least * least);
   }

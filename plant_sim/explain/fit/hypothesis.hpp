@@ -28,7 +28,6 @@ struct Problem {
   std::vector<Curve> curves;
   std::vector<double> least_sigma;  ///< of each channel's noise: no sensor and no model is better
   std::vector<double> most_slow;    ///< standard deviation of each channel's slow noise: sound logs have no more
-  std::vector<double> least_slow;   ///< the same: sound logs have no less, and nothing is proved within it; empty: none
   std::vector<Index> nuisances;     ///< columns that every hypothesis has
   std::size_t free = 0;             ///< of them, the first: what they can take is no effect of a cause
   Index blocks = 0;

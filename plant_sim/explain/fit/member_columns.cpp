@@ -124,7 +124,6 @@ Family member_at_values(const Observed& log, const Member& member, const std::ve
   }
   out.problem = problem_of({&left}, log, columns, nuisances);
   out.problem.most_slow = family.problem.most_slow;
-  out.problem.least_slow = family.problem.least_slow;
   describe({&left}, columns, out);
   return out;
 }

@@ -310,3 +310,31 @@ def test_cells_a_current_and_a_stamp_of_time_are_enough(tmp_path):
     assert "counts since 1970" in said and f"{len(cells) - 1} more like it" in said, said
     assert 'ambient is column "ambient"' in said, said
     assert answer["verdict"] == "no_discrepancy", said
+
+
+# The kept draw was told as +1.10 mV/K of +0.82: the temperature of the cells was that of the model without the heat.
+@pytest.mark.parametrize("label", ("cold21", None))
+def test_reversible_heat_of_a_cold_pack_has_its_size(tmp_path, label):
+    draw = Draw(label, seed=21) if label else Draw("cold")
+    uniform, cells = draw.random.uniform, draw.random.randint(84, 108)
+    air, kept = uniform(2.0, 14.0), draw.random.choice(("sony_vtc6", "molicel_p45b", "samsung_30q"))
+    entropy = draw.random.choice((-1.0, 1.0)) * uniform(4e-4, 9e-4)
+    (tmp_path / "car.toml").write_text(
+        f'name = "car"\nbase = "vtm16e"\n[battery]\ncell = "{kept}"\ncells_in_series = {cells}\n'
+        f"cells_in_parallel = {draw.random.randint(5, 7)}\n[environment]\nambient_c = {air:.1f}\n"
+        f"[sensors]\ntemperature_count = {-(-cells // 4)}\n")
+
+    def driven(name, *keys):
+        log = tmp_path / f"{name}.log"
+        run("endurance", "--vehicle", tmp_path / "car.toml", "--laps", 6, "--seed", draw.random.randrange(2**31),
+            "--candump", log, "--set", f"battery.initial_soc={uniform(0.6, 0.95):.3f}",
+            f"battery.initial_temperature_c={air + uniform(1.0, 4.0):.2f}",
+            f"driver.grip_use={uniform(0.86, 0.97):.3f}", *keys)
+        return log
+
+    sound = driven("sound")
+    answer, said = explained(tmp_path, driven("drive", f"cell.effects.entropy_v_per_k={entropy:.7f}"), "--reference",
+                             sound, model=tmp_path / "car.toml")
+    found = {cause["name"]: cause["parameters"] for cause in answer["causes"]}
+    assert "entropic_heat" in found, (entropy, said)
+    assert found["entropic_heat"]["entropy_v_per_k"]["value"] == pytest.approx(entropy, rel=0.2), (entropy, said)

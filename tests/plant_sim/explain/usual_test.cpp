@@ -71,22 +71,6 @@ TEST(Usual, SlowNoiseIsAtMostWhatSoundLogsHave) {
   CHECK_TEXT(log.problem.most_slow[0] > 1.0, "sound logs have much more of it");
 }
 
-TEST(Usual, SlowNoiseIsAtLeastWhatSoundLogsHaveAndATenthOfWhatIsWorthAWord) {
-  Family log = family_of(noisy(1, 0.2, 0.0, 0.0));
-  const Family quiet = family_of(noisy(2, 0.2, 0.0, 0.0)), loud = family_of(noisy(3, 0.2, 4.0, 0.0));
-  const auto of = [](const Family& family) {
-    return [&](const std::vector<Suspect>&) -> const Family& { return family; };
-  };
-  bound_noise(log, {});
-  DOUBLES_EQUAL(0.1, log.problem.least_slow[0], 1e-12);
-  CHECK_TEXT(slow_noise(log.problem, fit_of(log.problem, {}), 0) >= 0.1, "however quiet it is");
-  bound_noise(log, {of(loud)});
-  CHECK_TEXT(log.problem.least_slow[0] > 1.0, "nothing is proved within what sound logs leave");
-  CHECK(slow_noise(log.problem, fit_of(log.problem, {}), 0) > 1.0);
-  bound_noise(log, {of(loud), of(quiet)});
-  CHECK_TEXT(log.problem.least_slow[0] < 0.3, "of the quietest of them");
-}
-
 TEST(Usual, AReferenceThatHardlyTellsACauseShowsNoHabitOfIt) {
   const Family log = family_of(noisy(1, 0.3, 0.0, 2.0));
   std::vector<double> spread;
