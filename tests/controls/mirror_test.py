@@ -255,6 +255,8 @@ def test_gain_is_told_where_the_true_model_takes_most():
     assert gain["channel"] == "voltage" and gain["real"] == 0.75 and gain["true"] == pytest.approx(0.9375)
     assert gain["promised"] == pytest.approx(0.99)
     assert trial.gain_of({"voltage": 8.0}, {"voltage": 8.0}, {"voltage": 7.99}, promised) is None  # nothing to win
+    promised["voltage"]["heldout_rms_before"] = 0.0  # no reading of it was kept back
+    assert trial.gain_of({"voltage": 8.0}, {"voltage": 2.0}, {"voltage": 1.0}, promised) is None
 
 
 def test_table_and_json_have_the_same_counts():
