@@ -55,6 +55,11 @@ std::optional<double> mean_of_finite(const std::vector<double>& values) {
   return count > 0.0 ? std::optional(sum / count) : std::nullopt;
 }
 
+std::optional<double> first_finite(const std::vector<double>& values) {
+  const auto first = std::find_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  return first != values.end() ? std::optional(*first) : std::nullopt;
+}
+
 }  // namespace
 
 IdentifyCommand::IdentifyCommand(CLI::App& app)
@@ -186,10 +191,13 @@ std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& d
     cell->logs.push_back(read_cell_log(recording.path, map ? &*map : nullptr, data, options));
     CellLog& log = cell->logs.back();
     const std::optional<double> recorded = mean_of_finite(log.temperature_c);
-    cell->temperature_told |= recorded || recording.temperature_given;
-    if (!recorded && !recording.temperature_given)
-      log.repairs.push_back(fmt::format("no temperature: {} degC assumed (--temperature)", kRoom));
-    cell->temperatures_c.push_back(recorded.value_or(recording.temperature_c));
+    std::optional<double> told = recorded;
+    if (!told && recording.temperature_given) told = recording.temperature_c;
+    if (!told && (told = first_finite(log.ambient_c)))
+      log.repairs.push_back(fmt::format("no temperature of the cell: it began as warm as the air, {:.1f} degC", *told));
+    if (!told) log.repairs.push_back(fmt::format("no temperature: {} degC assumed (--temperature)", kRoom));
+    cell->temperature_told |= told.has_value();
+    cell->temperatures_c.push_back(told.value_or(recording.temperature_c));
   }
   return cells;
 }

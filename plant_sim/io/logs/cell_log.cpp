@@ -15,6 +15,7 @@
 #include "io/logs/plain_columns.hpp"
 #include "io/logs/plausible_units.hpp"
 #include "io/logs/repairs.hpp"
+#include "io/logs/temperature_columns.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -273,7 +274,11 @@ CellLog read_cell_log(const std::string& path, const RoleMap* given, const DataF
   const bool one_table = std::none_of(map.roles.begin(), map.roles.end(), [](const auto& role) {
     return role.second.frame.has_value() || !role.second.file.empty();
   });
-  if (one_table) return cell_log_of(read_measured_table(path), map, options);
+  if (one_table) {
+    const MeasuredTable table = read_measured_table(path);
+    if (given == nullptr && found.match.empty()) add_temperatures(table, found);  // a shipped map says all it means
+    return cell_log_of(table, map, options);
+  }
   return cell_log_of(read_drive_log(path, &map, data), options);
 }
 

@@ -200,9 +200,16 @@ def test_a_cell_that_cannot_be_is_refused_before_anything_is_computed(bench, tmp
 def test_a_temperature_column_that_is_blank_is_no_temperature(bench, tmp_path):
     lines = bench[0][0].read_text().splitlines()
     head, *rows = (line for line in lines if not line.startswith("#"))
-    at = head.split(",").index("temperature_c")
-    blank = [",".join("" if k == at else field for k, field in enumerate(row.split(","))) for row in rows]
-    (tmp_path / "blank.csv").write_text("\n".join([head, *blank]) + "\n")
+
+    def without(*names):
+        at = [head.split(",").index(name) for name in names]
+        blank = [",".join("" if k in at else field for k, field in enumerate(row.split(","))) for row in rows]
+        (tmp_path / "blank.csv").write_text("\n".join([head, *blank]) + "\n")
+
+    without("temperature_c")
+    said = voltlap("identify", tmp_path / "blank.csv", "--rc", 1).stdout
+    assert "no temperature of the cell: it began as warm as the air, " in said
+    without("temperature_c", "ambient_c")
     said = voltlap("identify", tmp_path / "blank.csv", "--rc", 1).stdout
     assert "no temperature: 25 degC assumed (--temperature)" in said
     assert "25 degC    assumed   neither recorded nor told (--temperature)" in said
