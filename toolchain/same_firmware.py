@@ -9,6 +9,7 @@ with the shortest input that was found to show it. The same seed draws the same 
 """
 import argparse
 import contextlib
+import functools
 import io
 import json
 import os
@@ -71,9 +72,18 @@ def arguments():
 
 def run(command, **settings):
     """Output of a command that leaves nothing running, whatever ends this program."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
-                          **settings) as process:
+    # An interruption amid the start would leave a process that nobody knows: it waits until there is one to end.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM))
+    hear = functools.partial(signal.pthread_sigmask, signal.SIG_SETMASK, before)
+    try:
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+                                   preexec_fn=hear, **settings)
+    except BaseException:
+        hear()
+        raise
+    with process:
         try:
+            hear()
             output, errors = process.communicate()
         except BaseException:
             with contextlib.suppress(ProcessLookupError):  # it has just ended by itself

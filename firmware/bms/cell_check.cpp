@@ -78,24 +78,25 @@ void begin(CellVoltage v, PackVoltage pack, Current i, Resistance r, CellTrack& 
 }
 
 struct Shares {
-  std::int64_t fast, level, products;
+  std::int32_t fast, level, products;
 };
 
 /// With open contactors nothing has to be averaged out, and what was wrong under load is forgotten soon.
 Shares shares_of(Duration gap, bool loaded, CellCheck& c) {
-  return {share_of(gap, kFast, c.fast), share_of(gap, loaded ? kLevel : kAtRest, c.slow),
-          share_of(gap, loaded ? kMemory : kAtRest, c.memory)};
+  const auto of = [&](Duration tau, LastShare& last) { return static_cast<std::int32_t>(share_of(gap, tau, last)); };
+  return {of(kFast, c.fast), of(loaded ? kLevel : kAtRest, c.slow), of(loaded ? kMemory : kAtRest, c.memory)};
 }
 
 void take_sample(CellVoltage cell, PackVoltage pack, const PackWave& w, const Shares& share, CellTrack& t) {
-  t.voltage = followed(t.voltage, scaled(cell), share.fast);
-  t.pack = followed(t.pack, pack.raw(), share.fast);
-  const std::int64_t x = std::int64_t{w.x} - t.pack_answer.x_mean, y = scaled(cell) - t.voltage;
-  t.xy = follow(t.xy, x * (y - t.y_mean), share.products);
-  t.yy = follow(t.yy, (y / 64) * (y / 64), share.fast);
-  t.y_mean = followed(t.y_mean, y, share.products);
-  t.x_lagged = follow(t.x_lagged, x * (std::int64_t{w.z} - t.lagged_mean), share.products);
-  t.lagged_mean = followed(t.lagged_mean, w.z, share.products);
+  const std::int32_t v = cell.raw() * 256;
+  t.voltage = follow_near(t.voltage, v, share.fast);
+  t.pack = follow_near(t.pack, pack.raw(), share.fast);
+  const std::int32_t x = w.x - t.pack_answer.x_mean, y = v - t.voltage, y16 = y / 64;
+  t.xy = follow(t.xy, std::int64_t{x} * (y - t.y_mean), share.products);
+  t.yy = follow(t.yy, std::int64_t{y16} * y16, share.fast);
+  t.y_mean = follow_near(t.y_mean, y, share.products);
+  t.x_lagged = follow(t.x_lagged, std::int64_t{x} * (w.z - t.lagged_mean), share.products);
+  t.lagged_mean = follow_near(t.lagged_mean, w.z, share.products);
   take(w.x, pack.raw() - t.pack, share.products, t.pack_answer);
 }
 

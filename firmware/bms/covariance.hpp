@@ -18,13 +18,13 @@ struct Covariance {
 };
 
 /// |x| below 4 kA and |z| below 3 kV: xx and xz stay inside 2^47, as follow asks.
-constexpr void take(std::int32_t x, std::int32_t z, std::int64_t share, Covariance& c) {
-  const std::int64_t dx = std::int64_t{x} - c.x_mean, dz = std::int64_t{z} - c.z_mean;
-  c.x_mean = static_cast<std::int32_t>(follow(c.x_mean, x, share));
-  c.z_mean = static_cast<std::int32_t>(follow(c.z_mean, z, share));
-  c.xx = follow(c.xx, dx * dx, share);
-  c.xz = follow(c.xz, dx * dz, share);
-  c.zz = follow(c.zz, (dz / 16) * (dz / 16), share);
+constexpr void take(std::int32_t x, std::int32_t z, std::int32_t share, Covariance& c) {
+  const std::int32_t dx = x - c.x_mean, dz = z - c.z_mean, dz16 = dz / 16;
+  c.x_mean = follow_near(c.x_mean, x, share);
+  c.z_mean = follow_near(c.z_mean, z, share);
+  c.xx = follow(c.xx, std::int64_t{dx} * dx, share);
+  c.xz = follow(c.xz, std::int64_t{dx} * dz, share);
+  c.zz = follow(c.zz, std::int64_t{dz16} * dz16, share);
 }
 
 inline constexpr std::int64_t kLeastSquare = 500 * 500;  // [mA^2] below it the roundings of the means show

@@ -11,6 +11,8 @@ import time
 import pytest
 from copies import PROJECT, hear_interruptions
 
+import same_firmware as same_firmware_tool
+
 GIT = ["git", "-c", "user.name=test", "-c", "user.email=test@example.org", "-c", "commit.gpgsign=false"]
 
 
@@ -113,3 +115,24 @@ def test_an_interrupted_comparison_leaves_nothing_behind(project):
     assert process.returncode == 130, errors
     assert "interrupted; nothing is kept" in errors
     assert left_behind(project) == []
+
+
+def test_an_interruption_amid_the_start_of_a_program_ends_that_program(monkeypatch):
+    started = []
+
+    class InterruptedStart(subprocess.Popen):
+        def __init__(self, *arguments, **settings):
+            super().__init__(*arguments, **settings)
+            started.append(self)
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(subprocess, "Popen", InterruptedStart)
+    with pytest.raises(KeyboardInterrupt):
+        same_firmware_tool.run(["sleep", "600"])
+    assert started[0].poll() == -signal.SIGTERM
+
+
+def test_a_program_that_is_not_there_leaves_interruptions_heard():
+    with pytest.raises(FileNotFoundError):
+        same_firmware_tool.run(["/nowhere/program"])
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == set()
