@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "explain/gate/integrity.hpp"
@@ -15,67 +16,147 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr std::size_t kLeastPasses = 2;
-constexpr double kOneStep = 1.5;
+constexpr double kOneStep = 1.5, kFurthest = 2.5;
 constexpr double kToAndFro_s = 15.0;  // noise moves a reading to and fro; for longer it was further away
+constexpr double kOnOtherSide = 0.1;  // a tenth of the readings: 1.3 times the noise away
+constexpr double kStays = 2.0;        // of the way from the middle before: it hovered there, and passed at no time
 
+/// A thermistor passes the middle of two readings when its reading changes over it.
 struct Change {
-  double time_s, value;
+  double time_s;
   bool rises;
 };
 struct Pass {
   double time_s, value;
 };
 
-/// A thermistor passes the middle of two readings when its reading changes.
-std::vector<Change> changes_of(const VectorXd& time_s, const VectorXd& values) {
-  std::vector<Change> out;
+std::vector<double> middles_of(const VectorXd& values) {
+  std::set<double> levels;
+  for (const double v : values)
+    if (std::isfinite(v)) levels.insert(v);
+  std::vector<double> out;
+  for (auto next = levels.begin(), last = next; next != levels.end(); last = next++)
+    if (next != last) out.push_back(0.5 * (*last + *next));
+  return out;
+}
+
+/// Of each middle its changes. What jumps further than noise does passed nothing: a unit that begins with 0 degC until
+/// it has measured.
+std::vector<std::vector<Change>> changes_of(const VectorXd& time_s, const VectorXd& values,
+                                            const std::vector<double>& middles, double furthest) {
+  std::vector<std::vector<Change>> out(middles.size());
   Index last = -1;
   for (Index row = 0; row < values.size(); ++row) {
     if (!std::isfinite(values(row))) continue;
-    if (last >= 0 && values(row) != values(last))
-      out.push_back(
-          {0.5 * (time_s(last) + time_s(row)), 0.5 * (values(last) + values(row)), values(row) > values(last)});
+    if (last >= 0 && values(row) != values(last) && std::abs(values(row) - values(last)) < furthest) {
+      const auto [low, high] = std::minmax(values(row), values(last));
+      const auto first = std::ranges::lower_bound(middles, low), end = std::ranges::lower_bound(middles, high);
+      for (auto middle = first; middle != end; ++middle)
+        out[static_cast<std::size_t>(middle - middles.begin())].push_back(
+            {0.5 * (time_s(last) + time_s(row)), values(row) > values(last)});
+    }
     last = row;
   }
   return out;
 }
 
-/// When the thermistor passed each middle: in the midst of the changes to and fro, so that the reading is as long
-/// on one side before as on the other after. Changes that end where they began are no pass; those to and fro that
-/// begin or end within kToAndFro_s of the recording's `begin_s` or `end_s` are one in part.
-std::vector<Pass> passes_of(const std::vector<Change>& changes, double begin_s, double end_s) {
-  std::vector<Pass> out;
-  for (std::size_t first = 0; first < changes.size();) {
-    std::size_t end = first + 1;
-    double back_s = 0.0;  // time spent again where it came from
-    while (end < changes.size() && changes[end].value == changes[first].value &&
-           changes[end].time_s - changes[end - 1].time_s < kToAndFro_s) {
-      if (changes[end].rises == changes[first].rises) back_s += changes[end].time_s - changes[end - 1].time_s;
-      ++end;
+/// Changes to and fro about one middle.
+struct Group {
+  double first_s, last_s, value;
+  bool rises;              ///< first
+  double back_s = 0.0;  ///< spent again where it came from
+  int changes = 1;
+};
+
+/// What noise does to a slow thermistor, it does for longer: as long as changes have gone to and fro so far, the next
+/// of them may be away. A swing that passes a middle again without noise is not slow.
+void add_groups(double middle, const std::vector<Change>& changes, std::vector<Group>& out) {
+  const std::size_t begin = out.size();
+  for (const Change& now : changes) {
+    if (out.size() == begin ||
+        now.time_s - out.back().last_s >= std::max(kToAndFro_s, out.back().last_s - out.back().first_s)) {
+      out.push_back({now.time_s, now.time_s, middle, now.rises});
+      continue;
     }
-    const bool whole = end - first == 1 || (changes[first].time_s - begin_s > kToAndFro_s &&
-                                            end_s - changes[end - 1].time_s > kToAndFro_s);
-    if (whole && (end - first) % 2 == 1) out.push_back({changes[first].time_s + back_s, changes[first].value});
-    first = end;
+    Group& group = out.back();
+    if (now.rises == group.rises) group.back_s += now.time_s - group.last_s;
+    group.last_s = now.time_s;
+    ++group.changes;
   }
+}
+
+/// Of all middles, as they begin.
+std::vector<Group> groups_of(const VectorXd& time_s, const VectorXd& values, double furthest) {
+  const std::vector<double> middles = middles_of(values);
+  const std::vector<std::vector<Change>> changes = changes_of(time_s, values, middles, furthest);
+  std::vector<Group> out;
+  for (std::size_t m = 0; m < middles.size(); ++m) add_groups(middles[m], changes[m], out);
+  std::ranges::stable_sort(out, {}, &Group::first_s);
+  return out;
+}
+
+bool passes(const Group& group) { return group.changes % 2 == 1; }
+
+/// Time from another middle passed before, or to one passed after where there is none; infinite without both.
+double way_s(const std::vector<Group>& groups, std::size_t k) {
+  const auto other = [&](std::size_t i) { return passes(groups[i]) && groups[i].value != groups[k].value; };
+  for (std::size_t i = k; i-- > 0;)
+    if (other(i)) return groups[k].first_s - groups[i].first_s;
+  for (std::size_t i = k + 1; i < groups.size(); ++i)
+    if (other(i)) return groups[i].last_s - groups[k].last_s;
+  return std::numeric_limits<double>::infinity();
+}
+
+/// Of the readings from `begin_s` to `end_s`, the part above the middle.
+double part_above(double middle, const VectorXd& time_s, const VectorXd& values, double begin_s, double end_s) {
+  double above = 0.0, all = 0.0;
+  for (Index row = 0; row < values.size(); ++row) {
+    if (time_s(row) < begin_s || time_s(row) > end_s || !std::isfinite(values(row))) continue;
+    all += 1.0;
+    above += values(row) > middle ? 1.0 : 0.0;
+  }
+  return all > 0.0 ? above / all : 0.0;
+}
+
+/// The recording neither begins nor ends amid the changes to and fro: in its first and last kToAndFro_s the reading is
+/// on its side of the middle.
+bool is_whole(const Group& group, const VectorXd& time_s, const VectorXd& values) {
+  const double begin_s = time_s(0), end_s = time_s(time_s.size() - 1);
+  const double first = part_above(group.value, time_s, values, begin_s, begin_s + kToAndFro_s);
+  const double last = part_above(group.value, time_s, values, end_s - kToAndFro_s, end_s);
+  const double begins_beyond = group.rises ? first : 1.0 - first, ends_before = group.rises ? 1.0 - last : last;
+  return (group.first_s - begin_s > kToAndFro_s || begins_beyond < kOnOtherSide) &&
+         (end_s - group.last_s > kToAndFro_s || ends_before < kOnOtherSide);
+}
+
+/// When the thermistor passed each middle: in the midst of the changes to and fro, so that the reading is as long
+/// on one side before as on the other after. Changes that end where they began are no pass; those to and fro that the
+/// recording begins or ends amid are one in part.
+std::vector<Pass> passes_of(const VectorXd& read_s, const VectorXd& values, double step, Passes which) {
+  std::vector<Pass> out;
+  const std::vector<Group> groups = groups_of(read_s, values, kFurthest * step);
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    const Group& group = groups[k];
+    if (!passes(group)) continue;
+    const bool settled = group.last_s - group.first_s < std::max(kToAndFro_s, kStays * way_s(groups, k));
+    if (which == Passes::kAny || group.changes == 1 || (settled && is_whole(group, read_s, values)))
+      out.push_back({group.first_s + group.back_s, group.value});
+  }
+  std::ranges::stable_sort(out, {}, &Pass::time_s);
   return out;
 }
 
 /// Takes the steps away; the times at which a middle was passed, or none where the values stay as they are.
 std::vector<double> unstep(const VectorXd& read_s, Passes which, VectorXd& values) {
   const double step = least_change(values);
-  if (read_s.size() == 0) return {};
-  constexpr double kAnyTime_s = 1e300;
-  const bool whole = which == Passes::kWhole;
-  const std::vector<Pass> passes = passes_of(changes_of(read_s, values), whole ? read_s(0) : -kAnyTime_s,
-                                             whole ? read_s(read_s.size() - 1) : kAnyTime_s);
-  if (!(step > kCoarse_k) || passes.size() < kLeastPasses) return {};
+  if (read_s.size() == 0 || !(step > kCoarse_k)) return {};
+  const std::vector<Pass> passes = passes_of(read_s, values, step, which);
+  if (passes.size() < kLeastPasses) return {};
   std::vector<double> passed_s;
   for (const Pass& pass : passes) passed_s.push_back(pass.time_s);
   std::size_t next = 0;
   for (Index row = 0; row < values.size(); ++row) {
     while (next < passes.size() && passes[next].time_s <= read_s(row)) ++next;
-    // What jumps by more than a step passed nothing: a unit that begins with 0 degC until it has measured.
     const double by =
         next > 0 && next < passes.size() ? std::abs(passes[next].value - passes[next - 1].value) : 0.0;
     const bool between = by > 0.0 && by < kOneStep * step;

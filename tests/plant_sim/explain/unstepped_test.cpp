@@ -27,6 +27,18 @@ plant::Recording read_by(const VectorXd& truth, double noise_k, double step_k, u
   return log;
 }
 
+/// A step cannot always be taken away: noise may be all on one side, a lap may turn at a middle. One in twenty may miss.
+struct Misses {
+  unsigned of = 600, missed = 0;
+  std::string seeds;
+  void count(bool kept, unsigned seed) {
+    if (kept) return;
+    ++missed;
+    seeds += " " + std::to_string(seed);
+  }
+  void judge() const { CHECK_TEXT(20 * missed <= of, ("seeds" + seeds).c_str()); }
+};
+
 }  // namespace
 
 TEST_GROUP(Unstepped){};
@@ -46,7 +58,8 @@ TEST(Unstepped, AReadingThatNeverChangesMayHideAKelvinAndOneThatChangesOnceItsSt
 }
 
 TEST(Unstepped, StepsOfAThermistorAreTakenAwayToATenthOfThem) {
-  for (unsigned seed = 1; seed <= 30; ++seed) {
+  Misses misses;
+  for (unsigned seed = 1; seed <= misses.of; ++seed) {
     std::mt19937 random(seed);
     const double rate = std::uniform_real_distribution<double>(0.003, 0.03)(random);  // K/s
     const double noise = std::uniform_real_distribution<double>(0.0, 0.25)(random);
@@ -59,9 +72,10 @@ TEST(Unstepped, StepsOfAThermistorAreTakenAwayToATenthOfThem) {
       square += (read(k) - truth(k)) * (read(k) - truth(k));
       count += 1.0;
     }
-    CHECK_TEXT(count * rate * 0.2 > 0.4 * (rate * 800.0 - 2.0), "what lies between the first and the last step");
-    CHECK_TEXT(std::sqrt(square / count) < 0.1, ("seed " + std::to_string(seed)).c_str());
+    // What lies between the first and the last step.
+    misses.count(count * rate * 0.2 > 0.4 * (rate * 800.0 - 2.0) && std::sqrt(square / count) < 0.1, seed);
   }
+  misses.judge();
 }
 
 TEST(Unstepped, AMiddleThatTheLogEndsOrBeginsAmidHasNoTime) {
@@ -83,6 +97,27 @@ TEST(Unstepped, AMiddleThatTheLogEndsOrBeginsAmidHasNoTime) {
         CHECK_TEXT(ends ? at_s < 480.0 : at_s > 320.0, (std::to_string(seed) + ": " + std::to_string(at_s)).c_str());
       }
       CHECK(unstepped(log, Passes::kAny).signals.at("temperature_1").size() == truth.size());
+    }
+  }
+}
+
+TEST(Unstepped, WhereItHoversAtAMiddleItHasPassedAtNoTime) {
+  // Cooling towards 0.1 K beside a middle that its noise reaches: for most of the log it goes to and fro there, with
+  // spells on one side, and where it passed is anyone's guess.
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    std::mt19937 random(seed);
+    const auto drawn = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const double end = 21.5 + drawn(-0.1, 0.1), first = end + drawn(3.0, 6.0), tau_s = drawn(200.0, 500.0);
+    VectorXd truth(20000);
+    for (Index k = 0; k < truth.size(); ++k)
+      truth(k) = end + (first - end) * std::exp(-0.2 * static_cast<double>(k) / tau_s);
+    const plant::Recording read = unstepped(read_by(truth, drawn(0.1, 0.25), 1.0, seed));
+    const auto passed = read.passed_s.find("temperature_1");
+    for (std::size_t k = 0; passed != read.passed_s.end() && k < passed->second.size(); ++k) {
+      const double there = truth(static_cast<Index>(5.0 * passed->second[k]));
+      CHECK_TEXT(there > 22.2, ("seed " + std::to_string(seed) + ": " + std::to_string(passed->second[k])).c_str());
     }
   }
 }
@@ -122,7 +157,8 @@ TEST(Unstepped, FineStepsAndAThermistorThatStandsStayAsTheyAre) {
 TEST(Unstepped, AModelThatIsRightLeavesNothingHoweverItMovesBetweenTheSteps) {
   // Cells that warm and cool with every lap, 0.1 to 0.6 K beside the straight line that coarse steps show: 0.05 to
   // 0.3 K were held against a model that had them. What is left is the time between two readings.
-  for (unsigned seed = 1; seed <= 40; ++seed) {
+  Misses misses;
+  for (unsigned seed = 1; seed <= misses.of; ++seed) {
     std::mt19937 random(seed);
     const auto drawn = [&](double low, double high) {
       return std::uniform_real_distribution<double>(low, high)(random);
@@ -139,8 +175,9 @@ TEST(Unstepped, AModelThatIsRightLeavesNothingHoweverItMovesBetweenTheSteps) {
     if (reader.size() == 0) continue;
     const VectorXd left = reader.values() - reader.of(truth);
     const double fastest = rate + swing * 6.2832 / lap_s;
-    CHECK_TEXT(left.cwiseAbs().maxCoeff() < 0.2 * fastest, ("seed " + std::to_string(seed)).c_str());
+    misses.count(left.cwiseAbs().maxCoeff() < 0.2 * fastest, seed);
   }
+  misses.judge();
 }
 
 }  // namespace voltlap::explain
