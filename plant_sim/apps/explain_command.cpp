@@ -210,11 +210,17 @@ Explanation ExplainCommand::explained(const DataFolder& data, Model& model,
   step("reading " + log_, 0.0);
   Recording log = read_recording(data, log_, map_);
   fit_to_log(model, log);
+  const auto other = [&](const std::string& path) {
+    Recording out = read_recording(data, path, map_);
+    Model same = model;
+    fit_to_log(same, out);  // of the same pack
+    return out;
+  };
   for (const std::string& path : references_) {
     step("reading " + path, 0.05);
-    options.references.push_back(read_recording(data, path, map_));
+    options.references.push_back(other(path));
   }
-  if (!holdout_.empty()) options.holdout = read_recording(data, holdout_, map_);
+  if (!holdout_.empty()) options.holdout = other(holdout_);
   step("comparing", 0.1);
   options.progress = [&](const std::string& what, double fraction) {
     if (interrupted()) throw Interrupted{};

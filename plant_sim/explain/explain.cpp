@@ -46,6 +46,11 @@ void note_what_is_not_judged(const plant::World& model, plant::Recording& log) {
   log.repairs.emplace_back(
       "forces on the car and what its tyres slip are not judged: corners hold the model's tyres back "
       "(tyres.cornering_stiffness_per_rad), and the log has no lateral acceleration. Log it, or set that to 0");
+  const bool drives = log.find("motor_current") != nullptr || log.find("motor_torque") != nullptr;
+  if (!drives || log.find("motor_speed") != nullptr) return;
+  log.repairs.emplace_back(
+      "power is judged no finer than the tyres slip: the motor's speed is reckoned from the car's. Log it, or name it "
+      "with a map");
 }
 
 Minutes minutes_of(const std::string& fit_blocks) {

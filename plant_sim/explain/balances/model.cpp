@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/errors.hpp"
+#include "core/signal.hpp"
 #include "core/toml_text.hpp"
 
 namespace voltlap::plant {
@@ -68,6 +69,43 @@ Model load_model(const DataFolder& data, const std::string& name, const std::vec
   return out;
 }
 
+namespace {
+
+/// Pack voltage in cells of the log: median over its rows of pack over mean cell; 0 without both.
+double cells_in_pack_voltage(const Recording& log, const std::vector<std::string>& cells) {
+  const Eigen::VectorXd* pack = log.find("pack_voltage");
+  if (pack == nullptr || cells.empty()) return 0.0;
+  std::vector<double> ratio;
+  for (Eigen::Index row = 0; row < log.rows(); ++row) {
+    double sum = 0.0, count = 0.0;
+    for (const std::string& role : cells) {
+      const double v = (*log.find(role))(row);
+      if (std::isfinite(v)) sum += v, count += 1.0;
+    }
+    if (count > 0.5 * static_cast<double>(cells.size()) && sum > 0.0 && std::isfinite((*pack)(row)))
+      ratio.push_back((*pack)(row)*count / sum);
+  }
+  return ratio.empty() ? 0.0 : median(std::move(ratio));
+}
+
+/// A pack voltage that is of another number of cells than the model's would be told as an error of the sensor's gain.
+void check_count(int series, const Recording& log) {
+  constexpr double kNoGain = 0.15;             // no sensor is so wrong
+  constexpr double kGain = 0.02, kOfIt = 0.3;  // one may be; nearer to the log's own number by far
+  const std::vector<std::string> cells = log.numbered("cell_voltage_");
+  const double count = static_cast<double>(cells.size()), found = cells_in_pack_voltage(log, cells);
+  if (found == 0.0 || cells.size() < 2) return;
+  const double off = std::abs(found / series - 1.0);
+  if (off > kNoGain || (count != series && off > kGain && std::abs(found / count - 1.0) < kOfIt * off)) {
+    throw InputError(log.path, fmt::format("a pack voltage of {:.4g} times its mean cell, and {} cells", found, count),
+                     fmt::format("the model's {} cells", series),
+                     "Correct battery.cells_in_series of the model, or the unit or the column of pack_voltage in the "
+                     "map");
+  }
+}
+
+}  // namespace
+
 void fit_to_log(Model& model, const Recording& log) {
   int& series = model.world.car.battery.cells_in_series;
   const auto cells = static_cast<int>(log.numbered("cell_voltage_").size());
@@ -94,13 +132,13 @@ void fit_to_log(Model& model, const Recording& log) {
       if (std::isfinite(v)) sample.push_back(v / count);
     }
     if (sample.empty()) continue;
-    const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
-    std::nth_element(sample.begin(), middle, sample.end());
-    if (*middle > cell.voltage_min_v - 1.0 && *middle < cell.voltage_max_v + 0.6) continue;
-    throw InputError(log.path, fmt::format("{} with a median of {:.3g} V for a cell", role, *middle),
+    const double middle = median(std::move(sample));
+    if (middle > cell.voltage_min_v - 1.0 && middle < cell.voltage_max_v + 0.6) continue;
+    throw InputError(log.path, fmt::format("{} with a median of {:.3g} V for a cell", role, middle),
                      fmt::format("{} to {} V", cell.voltage_min_v, cell.voltage_max_v),
                      "Correct the unit in the map or the number of cells in series");
   }
+  check_count(series, log);
 }
 
 }  // namespace voltlap::plant

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "explain/balances/car_balances.hpp"
 #include "explain/balances/car_motion.hpp"
 #include "explain/balances/recorded_motor.hpp"
 #include "explain/gate/integrity.hpp"
@@ -214,9 +215,10 @@ double hidden_by_steps(const Observed& log, const ReadChannel& channel) {
   return error / channel.practical;
 }
 
-/// What tyres slip is known to a tenth of itself; so is what a motor that nobody read turns faster than the car.
+/// What tyres slip is known to a tenth of itself, so is what a motor that nobody read turns faster than the car; where
+/// corners take of the tyres what no log tells, they slip once more that much or not at all.
 double slip_doubt(const plant::World& model, const plant::Comparison& comparison, const VectorXd& power) {
-  constexpr double kOfSlip = 0.1;  // chosen
+  constexpr double kOfSlip = 0.1, kOfSlipInCorners = 1.0;  // chosen
   const plant::Recording& log = comparison.log;
   if (!log.derived.contains("motor_speed")) return 0.0;
   const VectorXd &motor = *log.find("motor_speed"), &speed = *log.find("speed");
@@ -228,7 +230,8 @@ double slip_doubt(const plant::World& model, const plant::Comparison& comparison
     square += std::pow(power(row) * slip, 2);
     count += 1.0;
   }
-  return kOfSlip * std::sqrt(square / std::max(1.0, count));
+  const double known = plant::knows_cornering(model, log) ? kOfSlip : kOfSlipInCorners;
+  return known * std::sqrt(square / std::max(1.0, count));
 }
 
 }  // namespace

@@ -39,8 +39,9 @@ const std::array kMeanings{
     MeaningWords{Meaning::kBrake, {"brake", "bremse", "frein", "freno"}, {"brake", "bremse", "制动", "刹车"}},
     MeaningWords{
         Meaning::kMotorTorque, {"torque", "drehmoment", "couple", "par"}, {"torque", "drehmoment", "扭矩"}},
-    MeaningWords{
-        Meaning::kMotorSpeed, {"rpm", "revolution", "drehzahl", "revs"}, {"revolution", "drehzahl", "转速"}},
+    MeaningWords{Meaning::kMotorSpeed,
+                 {"rpm", "revolution", "drehzahl", "revs", "régime", "regime", "giri", "varvtal", "toerental"},
+                 {"revolution", "drehzahl", "转速", "оборот"}},
     MeaningWords{Meaning::kSpeed,
                  {"speed", "velocity", "geschwindigkeit", "vitesse", "velocidad", "velocita"},
                  {"speed", "geschwindigkeit", "车速", "скорость"}},
@@ -99,10 +100,13 @@ constexpr std::array kOthers =
                                      "charger", "lv",       "motor",  "mot",    "mg",  "du",        "pump",   "fan",
                                      "supply",  "inverter", "inv",    "dcdc",   "12v", "umrichter", "sensor"});
 // Whose current makes the motor's torque; that of one phase, or of one axis, is another.
-constexpr std::array<std::string_view, 3> kMotors{"motor", "mot", "phase"};
-constexpr std::array<std::string_view, 3> kMotorsParts{"motor", "phasen", "moteur"};
+constexpr std::array<std::string_view, 4> kMotors{"motor", "mot", "phase", "engine"};
+constexpr std::array<std::string_view, 6> kMotorsParts{"motor", "phasen", "moteur", "motore", "двигател", "电机"};
 constexpr std::array<std::string_view, 13> kOfOnePhase{"phasea", "phaseb", "phasec", "a", "b", "c", "u", "v", "w",
                                                        "id",     "iq",     "d",      "q"};
+// What else turns.
+constexpr std::array kTurnsToo = std::to_array<std::string_view>(
+    {"pump", "pumpe", "pompe", "bomba", "pompa", "fan", "lüfter", "ventilateur", "ventilador", "ventola", "coolant"});
 constexpr std::array<std::string_view, 4> kNotActualParts{"sollwert", "限", "设定", "最大"};
 
 bool has_word(const std::vector<std::string>& words, std::span<const std::string_view> wanted) {
@@ -244,6 +248,9 @@ SpokenName spoken_name(std::string_view name) {
   out.is_others = has_word(words, kOthers);
   out.is_motors = (has_word(words, kMotors) || has_part(words, kMotorsParts)) && !has_word(words, kOfOnePhase);
   if (out.meaning == Meaning::kSpeed && out.is_others) out.meaning = Meaning::kMotorSpeed;
+  const bool turns = has_unit && unit_named(parted.unit)->quantity == Quantity::kRotation;
+  if (out.meaning == Meaning::kNothing && out.is_motors && turns) out.meaning = Meaning::kMotorSpeed;  // "Motor RPM"
+  if (out.meaning == Meaning::kMotorSpeed && has_word(words, kTurnsToo)) out.meaning = Meaning::kOther;
   for (const OwnerWords& row : kOwners) {
     if (out.owner == Owner::kNobody && says(row, words)) out.owner = row.owner;
   }

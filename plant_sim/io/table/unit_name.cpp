@@ -28,6 +28,7 @@ constexpr NamedUnit kSecond{"s", kT}, kMilliSecond{"ms", kT, 1e-3}, kMicroSecond
     kPercent{"%", kP, 0.01}, kMetrePerSecond{"m/s", Quantity::kSpeed},
     kKilometrePerHour{"km/h", Quantity::kSpeed, 1 / 3.6},
     kMilePerHour{"mph", Quantity::kSpeed, 0.44704}, kPerMinute{"rpm", Quantity::kRotation},
+    kRadianPerSecond{"rad/s", Quantity::kRotation, 60.0 / 6.283185307179586},
     kNewtonMetre{"Nm", Quantity::kTorque}, kMetrePerSecondSquared{"m/s2", Quantity::kAcceleration},
     kGravity{"g", Quantity::kAcceleration, 9.80665};
 
@@ -58,16 +59,21 @@ constexpr std::array kSpellings{
     Spelling{"percent", kPercent}, Spelling{"m/s", kMetrePerSecond}, Spelling{"km/h", kKilometrePerHour},
     Spelling{"kmh", kKilometrePerHour}, Spelling{"kph", kKilometrePerHour}, Spelling{"mph", kMilePerHour},
     Spelling{"rpm", kPerMinute}, Spelling{"1/min", kPerMinute}, Spelling{"u/min", kPerMinute},
+    Spelling{"rev/min", kPerMinute}, Spelling{"r/min", kPerMinute}, Spelling{"tr/min", kPerMinute},
+    Spelling{"giri/min", kPerMinute}, Spelling{"min-1", kPerMinute}, Spelling{"min^-1", kPerMinute},
+    Spelling{"min\xE2\x81\xBB\xC2\xB9", kPerMinute},
+    Spelling{"\xD0\xBE\xD0\xB1/\xD0\xBC\xD0\xB8\xD0\xBD", kPerMinute},
+    Spelling{"\xE8\xBD\xAC/\xE5\x88\x86", kPerMinute}, Spelling{"rad/s", kRadianPerSecond},
     Spelling{"nm", kNewtonMetre},
     Spelling{"n.m", kNewtonMetre}, Spelling{"m/s2", kMetrePerSecondSquared},
     Spelling{"m/s^2", kMetrePerSecondSquared}, Spelling{"m/s\xC2\xB2", kMetrePerSecondSquared},
     Spelling{"g", kGravity}};
 
 // Of columns that no role has; they say that a row is one of units.
-constexpr std::array<std::string_view, 39> kOthers{
+constexpr std::array<std::string_view, 38> kOthers{
     "-",   "1",   "#",   "w",    "kw",   "mw",  "wh",  "mwh",   "w.h", "kwh",  "ohm", "mohm", "\xCE\xA9", "m\xCE\xA9",
     "hz",  "khz", "m",   "mm",   "cm",   "km",  "ft",  "kg",  "deg",  "\xC2\xB0", "rad", "deg/s", "\xC2\xB0/s",
-    "rad/s", "bar", "kpa", "mbar", "psi", "pa", "n", "ratio", "cnt", "counts", "v/s", "bool"};
+    "bar", "kpa", "mbar", "psi", "pa", "n", "ratio", "cnt", "counts", "v/s", "bool"};
 
 std::string lower(std::string_view text) {
   std::string out(text);

@@ -141,6 +141,30 @@ def test_what_cannot_be_read_or_written_is_refused_with_a_way_out(tmp_path, driv
     assert all(word in said for word in words), said
 
 
+@pytest.mark.parametrize("draw", range(6))
+def test_a_pack_of_another_number_of_cells_is_refused_and_its_own_is_not(tmp_path, draw):
+    seed = secrets.randbits(32)
+    drawn = random.Random(seed)
+    cells = drawn.randrange(12, 140)
+    wrong = drawn.choice([round(cells * drawn.uniform(0.5, 0.96)), round(cells * drawn.uniform(1.04, 2.0)) + 1])
+    rows = []
+    for second in range(600):
+        current = 0.0 if second // 20 % 2 else 60.0
+        volts = [3.9 - 0.002 * current - 1e-5 * second + drawn.gauss(0, 5e-4) for _ in range(cells)]
+        rows.append({"time_s": second, "current_a": current,
+                     "pack_voltage_v": sum(volts) * drawn.gauss(1.005, 2e-4),
+                     **{f"cell_voltage_{i + 1}_v": round(v, 4) for i, v in enumerate(volts)}})
+    log = write(tmp_path / "log.csv", rows)
+    model = ("--model", "aesc_e5_2p", "--set")
+    said = refused(log, *model, f"battery.cells_in_series={wrong}", folder=tmp_path)
+    assert f"{cells} cell" in said and f"model's {wrong} cells" in said, f"seed {seed}: {said}"
+    voltlap("explain", log, *model, f"battery.cells_in_series={cells}", code=0)
+    # A sound log with a reference of another pack.
+    other = write(tmp_path / "other.csv", [{**row, "pack_voltage_v": 0.5 * row["pack_voltage_v"]} for row in rows])
+    said = refused(log, *model, f"battery.cells_in_series={cells}", "--reference", other, folder=tmp_path)
+    assert "other.csv" in said and "times its mean cell" in said, f"seed {seed}: {said}"
+
+
 def test_a_log_too_calm_says_so_and_what_drive_would_tell(tmp_path):
     rows = [{"time_s": 0.1 * k, "current_a": 5.0, "voltage_v": 4.1} for k in range(3000)]
     answer = explained(tmp_path, rows, "--report", tmp_path / "r.html", model="aesc_e5_2p")

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "explain/balances/model.hpp"
+#include "explain/balances/recorded_motor.hpp"
 #include "explain/model/unstepped.hpp"
 
 namespace voltlap::explain {
@@ -123,6 +124,32 @@ TEST(Observed, SpeedIsKnownTheWorseTheFurtherRowsAreApartPowerIsNot) {
     DOUBLES_EQUAL(1.0, worth(fine), 1e-9);
     DOUBLES_EQUAL(std::string(channel) == "power" ? 1.0 : 3.0, worth(coarse), 1e-9);
   }
+}
+
+TEST(Observed, WithoutAMotorSpeedAndItsCornersPowerIsKnownNoBetterThanWhatTyresSlip) {
+  plant::Comparison log = drive_at(0.05, 1);
+  const Index rows = log.log.time_s.size();
+  constexpr double kSpeed = 15.0, kSlip = 0.03, kPower = 200.0;
+  const plant::World world = plant::load_model(plant::DataFolder(VOLTLAP_DATA_FOLDER), "vtm16e", {}).world;
+  const double rolling = kSpeed * world.car.powertrain.final_drive / world.car.tyres.radius_m / plant::kRpm;
+  log.channels.push_back({"power", plant::Balance::kPower, "", VectorXd::Constant(rows, kPower)});
+  log.log.signals["speed"] = VectorXd::Constant(rows, kSpeed);
+  log.log.signals["motor_speed"] = VectorXd::Constant(rows, rolling * (1.0 + kSlip));
+  const auto worth = [&](double cornering) {
+    Observed seen;
+    seen.model = world;
+    seen.model.car.tyres.cornering_stiffness_per_rad = cornering;
+    seen.comparison = log;
+    seen.read = log.log;
+    seen.base.battery.drop_v = VectorXd::Zero(rows);
+    return practical_size("power", seen);
+  };
+  DOUBLES_EQUAL(0.005 * kPower, worth(20.0), 1e-9);  // it was read
+  log.log.derived.insert("motor_speed");
+  DOUBLES_EQUAL(kSlip * kPower, worth(20.0), 1e-6);
+  DOUBLES_EQUAL(0.005 * kPower, worth(0.0), 1e-9);
+  log.log.signals["lateral_acceleration"] = VectorXd::Zero(rows);
+  DOUBLES_EQUAL(0.005 * kPower, worth(20.0), 1e-9);
 }
 
 }  // namespace voltlap::explain

@@ -46,6 +46,18 @@ TEST(SignalWords, WhatIsNoMeasurementOfTheBatteryIsKnown) {
     CHECK_TRUE_TEXT(spoken_name(name).is_others, name);
 }
 
+TEST(SignalWords, TheSpeedOfAMotorIsKnownByItsUnitToo) {
+  for (const char* name :
+       {"Motor_RPM", "Motor RPM", "Engine RPM", "E-Motor RPM", "MotorRPM", "Motor [rad/s]", "INV_Motor_Speed",
+        "Drehzahl (1/min)", "Motordrehzahl [U/min]", "Régime moteur (tr/min)", "Motor speed (rev/min)",
+        "giri motore (giri/min)", "Varvtal motor [rpm]", "电机转速(rpm)", "обороты двигателя (об/мин)"})
+    CHECK_TEXT(spoken_name(name).meaning == Meaning::kMotorSpeed, name);
+  for (const char* name :
+       {"Gyro Z [rad/s]", "Pump RPM", "Motor fan (rpm)", "Yaw rate (rad/s)", "Motor temperature", "ERPM"})
+    CHECK_FALSE_TEXT(spoken_name(name).meaning == Meaning::kMotorSpeed, name);
+  means("Wheel FL [rpm]", Meaning::kNothing, Owner::kWheel);
+}
+
 TEST(SignalWords, TheNumberOfAFamilyIsFoundWhereverItStands) {
   const SpokenName spoken = spoken_name("cell_12_voltage_v");
   CHECK_EQUAL(12, *spoken.number);
