@@ -10,6 +10,7 @@
 #include "explain/balances/car_balances.hpp"
 #include "explain/balances/held_cells.hpp"
 #include "explain/balances/counted_charge.hpp"
+#include "explain/balances/start_under_load.hpp"
 #include "explain/gate/integrity.hpp"
 
 namespace voltlap::plant {
@@ -133,10 +134,11 @@ void settle_start(const World& model, const MainVoltage& voltage, bool soc_state
   const VectorXd& current = *out.log.find("current");
   const double quiet = kRestCurrent * largest(current);
   std::vector<double> volts;
-  double current_sum = 0.0, count = 0.0;
+  double current_sum = 0.0, count = 0.0, last_s = out.log.time_s(0);
   for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kFirstRest; ++row) {
     const bool rests = out.facts.at_rest[static_cast<std::size_t>(row)] || std::abs(current(row)) <= quiet;
     if (!rests) break;
+    last_s = out.log.time_s(row);
     if (!std::isfinite(voltage.measured(row))) continue;
     volts.push_back(voltage.measured(row) / voltage.cells);
     current_sum += current(row);
@@ -148,6 +150,7 @@ void settle_start(const World& model, const MainVoltage& voltage, bool soc_state
     if (std::isfinite(known(0))) out.facts.initial_soc = known(0);
   }
   out.facts.starts_at_rest = count > 0.0;
+  out.facts.first_rest_s = last_s - out.log.time_s(0);
   if (count == 0.0) return;
   // The median: a log may begin while the contactors close.
   out.facts.rest_voltage_v = median(volts);
@@ -175,28 +178,6 @@ void settle_hold(const World& model, Comparison& out) {
     hold = tried;
   }
   out.facts.hold = hold;
-}
-
-/// Where nothing tells the SOC that a log begins with, the one with which the model is right in the first minute.
-void settle_start_under_load(const World& model, const MainVoltage& voltage, Comparison& out) {
-  constexpr double kMinute = 60.0, kEnough = 1e-5;  // s, SOC
-  constexpr int kMostSteps = 10;                    // the drop follows the SOC, the SOC the drop
-  const CellTables tables(model.car.cell);
-  for (int step = 0; step < kMostSteps; ++step) {
-    const Prediction p = predict(model, out);
-    std::vector<double> change;
-    for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kMinute; ++row) {
-      const double missing = (out.channels[0].measured(row) - p.channels[0](row)) / voltage.cells;
-      const double at_c =
-          out.facts.temperature_c.size() > 0 ? out.facts.temperature_c(row) : p.battery.temperature_c(row);
-      const double ocv = p.battery.voltage_v(row) + p.battery.drop_v(row) + missing;
-      if (std::isfinite(ocv)) change.push_back(tables.soc_of_ocv(ocv, at_c) - p.battery.soc(row));
-    }
-    if (change.empty()) return;
-    const double before = out.facts.initial_soc;
-    out.facts.initial_soc = std::clamp(before + median(change), 0.0, 1.0);
-    if (std::abs(out.facts.initial_soc - before) < kEnough) return;
-  }
 }
 
 /// As a BMS reports it that knows the charge, or that counts the current it logs.
@@ -298,7 +279,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
     settle_hold(model, out);
   }
   settle_above_surface(model, out.log, out.facts);
-  if (!out.facts.starts_at_rest && log.find("soc") == nullptr) settle_start_under_load(model, main, out);
+  settle_start_under_load(model, main.cells, out);
   return out;
 }
 

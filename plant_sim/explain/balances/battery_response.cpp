@@ -120,6 +120,7 @@ class LoggedCell {
     }
     if (row == 0) {
       cell_.look_up(out, {current_a, out.soc, out.at_c});
+      for (std::size_t b = 0; b < out.v.size(); ++b) out.v[b] = out.circuit.r_ohm[b] * facts_.charged_before_a;
       charge_branches(out, 0);
     } else {
       // A car's current fell through its floor between two rows: that was the last at which a resistance was asked

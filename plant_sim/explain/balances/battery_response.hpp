@@ -15,6 +15,8 @@ struct LogFacts {
   CurrentHold hold = CurrentHold::kLinear;  ///< of the current between rows
   double initial_soc = 1.0;                 ///< where no rest tells it
   bool starts_at_rest = false;              ///< then the three below say how full the cell is
+  double first_rest_s = 0.0;                ///< how long that rest is
+  double charged_before_a = 0.0;            ///< mean current of a cell before the log, which left branches charged
   double rest_voltage_v = 0.0;              ///< of one cell, as read
   double rest_current_a = 0.0;              ///< of the pack, as read
   double rest_ohm = 0.0;                    ///< of one cell: what that current takes from the voltage

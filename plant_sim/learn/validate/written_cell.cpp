@@ -197,6 +197,24 @@ double lost_by_file(const CellIdentification& identified) {
   return out;
 }
 
+void require_possible_soc(const CellIdentification& identified) {
+  constexpr double kFar = 0.25, kBeyond = 0.05;  // cold, aged, counted by another counter
+  constexpr double kMissed_v = 0.05;             // and by so much the file misses what was not fitted
+  for (const OperatingPoint& point : identified.points) {
+    for (const RecordingResult& file : point.result.files) {
+      const double beyond = std::max(-file.soc_low, file.soc_high - 1.0);
+      if (beyond < kBeyond || (beyond < kFar && file.rms_pulses_v < kMissed_v)) continue;
+      throw InputError(file.path,
+                       fmt::format("a state of charge from {:.2f} to {:.2f} with a capacity of {:.4g} Ah", file.soc_low,
+                                   file.soc_high, point.result.model.capacity_ah),
+                       "0 to 1",
+                       fmt::format("The file would miss it by {:.0f} mV. Correct or tell --capacity, or leave out a "
+                                   "recording of another cell. Nothing was written",
+                                   1e3 * file.rms_pulses_v));
+    }
+  }
+}
+
 void require_file_follows(const CellIdentification& identified) {
   constexpr double kMissed_v = 0.15, kTimes = 5.0, kBeside_v = 0.02;
   for (const OperatingPoint& point : identified.points) {

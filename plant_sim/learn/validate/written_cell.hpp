@@ -27,6 +27,9 @@ void require_possible_cell(const CellParameters& file, const CellIdentification&
 /// none.
 [[nodiscard]] double lost_by_file(const CellIdentification& identified);
 
+/// Throws InputError for a recording whose SOC by the capacity that was found is none.
+void require_possible_soc(const CellIdentification& identified);
+
 /// Throws InputError for a recording that the file misses: half of its rows by more than 150 mV, or all with more than
 /// five times the fit's RMS and 20 mV.
 void require_file_follows(const CellIdentification& identified);

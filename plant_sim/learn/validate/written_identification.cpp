@@ -73,6 +73,7 @@ WrittenIdentification IdentificationWriter::that_holds_most(const IdentifyOption
     simpler.constant = true;
     if (!options.constant) attempt("a plain circuit", simpler);
   }
+  require_possible_soc(best.identified);
   require_file_follows(best.identified);
   return best;
 }

@@ -164,13 +164,30 @@ void doubt_full(std::vector<PreparedLog>& prepared) {
 
 /// The charge after SOC 1, or that which was put back before it, and whether it is all that the cell holds.
 Capacity spanned_capacity(PreparedLog& one) {
-  constexpr double kTrifle = 0.1;
+  constexpr double kLoss = 0.95;  // what is put back is more than what is drawn after
   const double drawn = anchor_before_longest(one), back = put_back_ah(*one.log, one.run.anchor.row, one.run.hold);
-  const bool ends_full = drawn < kTrifle * back;
+  const bool ends_full = drawn < kLoss * back;
   const RecordedEnds ends = recorded_ends(*one.log, one.run);
   if (!ends.full) one.run.anchor.from = "assumed";
   if (!ends.full || !ends.empty) return {ends_full ? back : drawn, CapacityFrom::kDrawnOnly};
   return {ends_full ? back : drawn, ends_full ? CapacityFrom::kWholeCharge : CapacityFrom::kWholeDischarge};
+}
+
+/// A known capacity that the recordings contradict would put their SOC anywhere. `moved_ah`: most in one of them, that
+/// of `path`.
+void require_possible_capacity(double known_ah, const Capacity& spanned, double moved_ah, const std::string& path) {
+  // A counter drifts over weeks of cycles; a fast discharge in the cold ends long before the cell is empty.
+  constexpr double kDrift = 1.3, kEndsEarly = 2.5;
+  constexpr const char* kWayOut =
+      "Correct --capacity (of one cell), --cells-in-parallel or the unit of the current; without --capacity it is that "
+      "of the recordings nearest to 25 degC, which may have drawn only a part";
+  if (moved_ah > kDrift * known_ah) {
+    throw InputError(path, fmt::format("{:.4g} Ah between its fullest and its emptiest moment", moved_ah),
+                     fmt::format("at most the {:.4g} Ah of the cell", known_ah), kWayOut);
+  }
+  if (spanned.is_lower_bound() || known_ah <= kEndsEarly * spanned.ah) return;
+  throw InputError(path, fmt::format("{:.4g} Ah from a full to an empty cell", spanned.ah),
+                   fmt::format("not so little of the {:.4g} Ah of the cell", known_ah), kWayOut);
 }
 
 /// What is known of the capacity before what a part of a discharge has drawn.
@@ -277,6 +294,7 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKn
   std::vector<PreparedLog> out;
   Capacity spanned;
   double moved = 0.0;
+  const CellLog* most_moved = &logs.front();
   for (const CellLog& log : logs) {
     require_excitation(log);
     PreparedLog one = anchored_where_full(log, known);
@@ -286,11 +304,15 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKn
       const Capacity found = spanned_capacity(one);
       if (found.ah > spanned.ah) spanned = found;
     }
-    moved = std::max(moved, moved_ah(log, one.run.hold));
+    if (const double here = moved_ah(log, one.run.hold); here >= moved) {
+      moved = here;
+      most_moved = &log;
+    }
     out.push_back(std::move(one));
   }
   doubt_full(out);
   if (spanned.ah == 0.0) spanned = {assume_full_at_least_drawn(out.front()), CapacityFrom::kDrawnOnly};
+  if (known.capacity_ah) require_possible_capacity(*known.capacity_ah, spanned, moved, most_moved->path);
   const Capacity capacity = settled_capacity(spanned, out, known);
   notes.push_back(capacity_note(capacity, moved));
   for (PreparedLog& one : out) {

@@ -226,6 +226,7 @@ void note_differences(const std::vector<PreparedLog>& prepared, const std::vecto
 SettledSoc settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool capacity_told,
                       std::vector<std::string>& notes) {
   VOLTLAP_DEMAND(!prepared.empty());
+  constexpr double kSaid = 0.002;  // of a capacity
   const double common_ah = prepared.front().run.capacity_ah;
   if (prepared.size() < 2) return {common_ah, false};
   if (!priors.law_priors.fixed) priors.laws.exchange_a = std::exp(priors.law_priors.mean(ResistanceLaws::kLogExchange));
@@ -235,6 +236,11 @@ SettledSoc settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool
   name_ends(prepared, capacity_told);
   if (capacity_told) return {common_ah, true};
   const double cell_ah = capacity_of_all(prepared);
+  if (std::abs(cell_ah / common_ah - 1.0) > kSaid) {
+    notes.push_back(fmt::format("Together the recordings agree best on a capacity of {:.3f} Ah: the cell's is that, not "
+                                "{:.3f}.",
+                                cell_ah, common_ah));
+  }
   note_differences(prepared, agreement.moved(), cell_ah, notes);
   return {cell_ah, true};
 }

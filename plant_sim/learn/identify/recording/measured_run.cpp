@@ -42,29 +42,37 @@ std::vector<bool> resting_rows(const CellLog& log) {
 
 std::vector<std::size_t> full_charges(const CellLog& log) {
   VOLTLAP_DEMAND(log.rows() > 0 && log.voltage_v.size() == log.rows());
-  // A full charge is one that ends within this of the highest voltage that the cell ever shows.
+  // A full charge is one that ends within this of the highest voltage at which the cell rests or is charged for long:
+  // what a braking car pushes it to for a moment is higher.
   constexpr double kFullBand = 0.03, kLeastCharge = 120.0;
   const double most = largest_current(log);
   const std::vector<bool> resting = resting_rows(log);
-  double high = 0.0, rest_high = 0.0;
+  double rest_high = 0.0;
   for (std::size_t row = 0; row < log.rows(); ++row) {
-    if (!std::isfinite(log.voltage_v[row])) continue;
-    high = std::max(high, log.voltage_v[row]);
-    if (resting[row]) rest_high = std::max(rest_high, log.voltage_v[row]);
+    if (resting[row] && std::isfinite(log.voltage_v[row])) rest_high = std::max(rest_high, log.voltage_v[row]);
   }
-  std::vector<std::size_t> rows;
-  if (resting[0] && log.voltage_v[0] > rest_high - kFullBand) rows.push_back(0);
-  double charging_s = 0.0, top = 0.0;
+  struct Charge {
+    std::size_t end;
+    double top_v;
+  };
+  std::vector<Charge> charges;
+  double charging_s = 0.0, top = 0.0, high = rest_high;
   for (std::size_t row = 1; row < log.rows(); ++row) {
-    const bool charging = log.current_a[row] < -kRestShare * most;
-    if (charging) {
+    if (log.current_a[row] < -kRestShare * most) {
       charging_s += log.time_s[row] - log.time_s[row - 1];
       top = std::max(top, std::isfinite(log.voltage_v[row]) ? log.voltage_v[row] : 0.0);
       continue;
     }
     // The taper's tail may run on below the threshold: the anchor is where its current has died.
-    if (charging_s > kLeastCharge && top > high - 0.5 * kFullBand) rows.push_back(row - 1);
+    if (charging_s > kLeastCharge) charges.push_back({row - 1, top});
     charging_s = top = 0.0;
+  }
+  if (charging_s > kLeastCharge) high = std::max(high, top);  // it goes on beyond the recording
+  for (const Charge& charge : charges) high = std::max(high, charge.top_v);
+  std::vector<std::size_t> rows;
+  if (resting[0] && log.voltage_v[0] > rest_high - kFullBand) rows.push_back(0);
+  for (const Charge& charge : charges) {
+    if (charge.top_v > high - 0.5 * kFullBand) rows.push_back(charge.end);
   }
   return rows;
 }
