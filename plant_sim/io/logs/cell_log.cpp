@@ -15,6 +15,7 @@
 #include "io/logs/plain_columns.hpp"
 #include "io/logs/plausible_units.hpp"
 #include "io/logs/repairs.hpp"
+#include "io/logs/step_clock.hpp"
 #include "io/logs/temperature_columns.hpp"
 
 namespace voltlap::plant {
@@ -275,8 +276,11 @@ CellLog read_cell_log(const std::string& path, const RoleMap* given, const DataF
     return role.second.frame.has_value() || !role.second.file.empty();
   });
   if (one_table) {
-    const MeasuredTable table = read_measured_table(path);
-    if (given == nullptr && found.match.empty()) add_temperatures(table, found);  // a shipped map says all it means
+    MeasuredTable table = read_measured_table(path);
+    if (given == nullptr && found.match.empty()) {  // a shipped map says all it means
+      add_temperatures(table, found);
+      refine_by_step_clock(found, table);
+    }
     return cell_log_of(table, map, options);
   }
   return cell_log_of(read_drive_log(path, &map, data), options);

@@ -27,6 +27,13 @@ namespace voltlap::plant {
 /// InputError where two columns may play the same role.
 [[nodiscard]] RoleMap recognised_map(const MeasuredTable& table);
 
+/// A column that by its name is a clock which begins again with each step of a test, and its unit [s].
+struct StepClock {
+  std::size_t column = 0;
+  double scale = 1.0;
+};
+[[nodiscard]] std::optional<StepClock> step_clock(const MeasuredTable& table);
+
 /// The pack's voltage of a table of which time, current and cells have plain names, and it has not.
 void add_pack_voltage(const MeasuredTable& table, RoleMap& map);
 

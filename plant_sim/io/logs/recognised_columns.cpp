@@ -362,6 +362,11 @@ void add_pack_voltage(const MeasuredTable& table, RoleMap& map) {
       fmt::format("column recognised by its name: pack_voltage from \"{}\"", table.columns[found->column]));
 }
 
+std::optional<StepClock> step_clock(const MeasuredTable& table) {
+  const auto found = named(table, kRoleNames.front().tiers[3], Quantity::kTime);
+  return found.size() == 1 ? std::optional(StepClock{found[0].column, found[0].unit.scale}) : std::nullopt;
+}
+
 RoleMap recognised_map(const MeasuredTable& table) {
   RoleMap map;
   map.source = "column names";

@@ -4,6 +4,9 @@ import json
 import math
 import os
 import pathlib
+import random
+import re
+import secrets
 import subprocess
 
 import pytest
@@ -42,7 +45,7 @@ def written(folder, rows, name="test.csv", header=HEADER):
 
 
 def voltlap(folder, *arguments):
-    return subprocess.run([BINARY, *arguments], cwd=folder, capture_output=True, text=True, timeout=300)
+    return subprocess.run([BINARY, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=300)
 
 
 def changed(*changes, **how):
@@ -146,3 +149,46 @@ def test_size_that_cannot_hold_the_capacity_is_refused_and_nothing_written(tmp_p
     written(tmp_path, [[t, 6 * i, v] for t, i, v in recording()])
     run = voltlap(tmp_path, "identify", "test.csv", "--rc", "1", "--size", "18650", "--out", "cell.toml")
     assert run.returncode == 2 and "Wh/L" in run.stderr and not (tmp_path / "cell.toml").exists()
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_a_capacity_that_the_recording_contradicts_is_refused_and_one_that_it_may_have_is_not(draw, tmp_path):
+    seed = secrets.randbits(32)
+    drawn = random.Random(seed)
+    written(tmp_path, [[t, i, v + 0.1] for t, i, v in recording()])  # 10 Ah, from 4.2 V to empty
+    for told in (drawn.uniform(1.0, 7.6), drawn.uniform(26.0, 200.0)):
+        run = voltlap(tmp_path, "identify", "test.csv", "--capacity", told, "--out", "cell.toml", "--rc", "1")
+        assert run.returncode == 2 and "Correct" in run.stderr and "--capacity" in run.stderr, f"seed {seed}: {run}"
+        assert not (tmp_path / "cell.toml").exists()
+    told = drawn.uniform(10.0, 12.0)
+    run = voltlap(tmp_path, "identify", "test.csv", "--capacity", told, "--out", "cell.toml", "--rc", "1")
+    assert run.returncode == 0, f"seed {seed}: {run.stderr}"
+
+
+@pytest.mark.parametrize("draw", range(4))
+def test_braking_pushes_a_cell_higher_than_its_full_charge_and_the_charge_is_full_all_the_same(draw, tmp_path):
+    seed = secrets.randbits(32)
+    drawn = random.Random(seed)
+    rows, soc, slow, at = [], drawn.uniform(0.0, 0.03), 0.0, 0.0
+
+    def go(current, seconds, step):
+        nonlocal soc, slow, at
+        for _ in range(int(seconds / step)):
+            soc -= current * step / 36000
+            slow += (0.01 * current - slow) * (1 - math.exp(-step / 60))
+            at += step
+            rows.append([at, current, ocv(soc) - 0.01 * current - slow])
+
+    begin = soc
+    go(0.0, 300, 10)
+    go(-1.0, (1.0 - begin) * 36000, 20)  # C/10
+    go(0.0, 900, 10)
+    for _ in range(drawn.randrange(30, 60)):
+        go(drawn.uniform(20.0, 40.0), 20, 1)
+        go(-drawn.uniform(20.0, 30.0), 10, 1)
+    assert max(row[2] for row in rows) > ocv(1.0) + 0.1
+    written(tmp_path, rows)
+    run = voltlap(tmp_path, "identify", "test.csv", "--out", "cell.toml", "--rc", "1")
+    assert run.returncode == 0, f"seed {seed}: {run.stderr}"
+    found = re.search(r"capacity +([0-9.]+) Ah +measured", run.stdout)
+    assert found and float(found[1]) == pytest.approx(10.0 * (1.0 - begin), rel=0.01), f"seed {seed}: {run.stdout}"
