@@ -191,6 +191,11 @@ std::vector<IdentifyCommand::CellData> IdentifyCommand::read(const DataFolder& d
     cell->logs.push_back(read_cell_log(recording.path, map ? &*map : nullptr, data, options));
     CellLog& log = cell->logs.back();
     const std::optional<double> recorded = mean_of_finite(log.temperature_c);
+    constexpr double kAgrees_k = 3.0;
+    if (recorded && recording.temperature_given && std::abs(*recorded - recording.temperature_c) > kAgrees_k) {
+      log.repairs.push_back(fmt::format("--temperature {:g} is not used: the recording has its own, {:.1f} degC",
+                                        recording.temperature_c, *recorded));
+    }
     std::optional<double> told = recorded;
     if (!told && recording.temperature_given) told = recording.temperature_c;
     if (!told && (told = first_finite(log.ambient_c)))

@@ -13,6 +13,7 @@
 #include "core/demand.hpp"
 #include "core/errors.hpp"
 #include "io/atomic_file.hpp"
+#include "learn/identify/preparation/capacity.hpp"
 #include "learn/identify/recording/quantised_temperature.hpp"
 #include "learn/validate/count_hint.hpp"
 #include "learn/validate/validation_json.hpp"
@@ -94,6 +95,25 @@ void ValidateCommand::add_hints(const CellParameters& cell, const std::vector<Ce
   }
 }
 
+namespace {
+
+/// No model of a cell is so wrong about it; that of another cell is.
+void require_of_this_cell(const CellParameters& cell, const std::vector<CellLog>& logs, const ValidationStudy& study) {
+  constexpr double kOther_v = 1.0;
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const FileValidation& file = study.files[k];
+    if (file.rms_v < kOther_v) continue;
+    const std::string hint = file.repairs.empty() ? std::string() : " " + file.repairs.back() + ".";
+    throw InputError(logs[k].path,
+                     fmt::format("an error of {:.3g} V RMS, with {:.4g} Ah moved by a cell of {:.4g} Ah", file.rms_v,
+                                 moved_ah(logs[k], CurrentHold::kLinear), cell.capacity_ah),
+                     fmt::format("a recording of {}", cell.name),
+                     "Check the cell, --cells-in-series, --cells-in-parallel and the units." + hint);
+  }
+}
+
+}  // namespace
+
 std::string ValidateCommand::command_line() const {
   std::string out = "voltlap validate " + cell_;
   for (const std::string& file : recordings_.files) out += " " + file;
@@ -121,6 +141,7 @@ int ValidateCommand::run(const DataFolder& data) {
   ValidationStudy study = study_validation(cell, logs, options(logs, progress));
   add_hints(cell, logs, study);
   progress.end();
+  require_of_this_cell(cell, logs, study);
 
   std::FILE* to = summary_stream({json_, csv_, report_});
   for (const FileValidation& file : study.files) fmt::print(to, "{}", file_text(file));

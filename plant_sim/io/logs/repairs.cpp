@@ -241,16 +241,16 @@ std::vector<std::size_t> rows_in_order(std::vector<double>& time, const std::vec
 
 namespace {
 
-/// How many cells would have such a voltage: few are ever above 4.25 V, and at the highest of a recording few below
-/// that of a full iron phosphate cell, 3.4 V.
+/// How many cells would have such a voltage: none is ever above 4.4 V, and at the highest of a recording few below that
+/// of a full iron phosphate cell, 3.4 V.
 std::string likely_count(const std::vector<double>& voltage_v) {
-  constexpr double kMost = 4.25, kLeast = 3.4, kMany = 1000.0;
+  constexpr double kMost = 4.4, kLeast = 3.4, kMany = 1000.0;
   double high = 0.0;
   for (const double v : voltage_v) high = std::isfinite(v) ? std::max(high, v) : high;
   const double from = std::ceil(high / kMost), to = std::floor(high / kLeast);
   if (!(from >= 1.0 && to <= kMany)) return "";
   if (to <= from) return fmt::format(" {:.0f}, by the highest voltage", from);
-  return fmt::format(" {:.0f} (cells of 4.2 V when full) to {:.0f} (3.4 V), by the highest voltage", from, to);
+  return fmt::format(" {:.0f} (cells of 4.4 V at most) to {:.0f} (3.4 V), by the highest voltage", from, to);
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST(CellLog, SignIsFoundWhereCurrentAndVoltageComeInTurn) {
 
 TEST(CellLog, TheForgottenNumberInSeriesIsNamed) {
   const MeasuredTable table = Square{1.0, 28.0}.table();
-  STRCMP_CONTAINS("--cells-in-series 27 (cells of 4.2 V when full) to 32",
+  STRCMP_CONTAINS("--cells-in-series 26 (cells of 4.4 V at most) to 32",
                   complaint([&] { (void)log_of(table); }).c_str());
 }
 

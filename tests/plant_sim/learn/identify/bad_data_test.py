@@ -192,3 +192,21 @@ def test_braking_pushes_a_cell_higher_than_its_full_charge_and_the_charge_is_ful
     assert run.returncode == 0, f"seed {seed}: {run.stderr}"
     found = re.search(r"capacity +([0-9.]+) Ah +measured", run.stdout)
     assert found and float(found[1]) == pytest.approx(10.0 * (1.0 - begin), rel=0.01), f"seed {seed}: {run.stdout}"
+
+
+@pytest.mark.parametrize("draw", range(3))
+def test_a_recording_of_another_cell_is_not_validated_and_a_told_temperature_that_is_not_used_is_named(draw, tmp_path):
+    seed = secrets.randbits(32)
+    drawn = random.Random(seed)
+    rows = [[t, i, v + 0.1] for t, i, v in recording()]
+    written(tmp_path, [[*row, 24.0] for row in rows], header=HEADER + ",temperature_c")
+    told = drawn.choice([drawn.uniform(-20.0, 18.0), drawn.uniform(30.0, 60.0)])
+    made = voltlap(tmp_path, "identify", f"--temperature={told}", "test.csv", "--out", "cell.toml", "--rc", "1")
+    assert made.returncode == 0 and "is not used: the recording has its own, 24.0 degC" in made.stdout, f"seed {seed}"
+    times = drawn.uniform(4.0, 12.0)
+    written(tmp_path, [[t, times * i, v] for t, i, v in rows], "other.csv")
+    run = voltlap(tmp_path, "validate", "cell.toml", "other.csv", "--json", "out.json")
+    assert run.returncode == 2 and "other.csv" in run.stderr, f"seed {seed}: {run.stdout}"
+    assert "Ah moved by a cell of" in run.stderr and "--cells-in-parallel" in run.stderr
+    assert not (tmp_path / "out.json").exists()
+    assert voltlap(tmp_path, "validate", "cell.toml", "test.csv").returncode == 0
