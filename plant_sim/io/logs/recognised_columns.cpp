@@ -14,6 +14,7 @@
 #include "core/signal.hpp"
 #include "io/logs/plain_columns.hpp"
 #include "io/logs/role_source.hpp"
+#include "io/logs/signal_words.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -92,13 +93,12 @@ const std::array<RoleNames, 9> kRoleNames{
 };
 
 // A name that says current or voltage among other words; not with these.
-constexpr std::array<std::string_view, 34> kNotMeasured{
-    "limit", "max",  "min",    "set",   "ref",    "target", "command", "cmd",    "request", "phase",  "heater", "aux",
-    "dcl",   "ccl",  "charger", "12v",  "low",    "lv",     "control", "end",    "cut",     "avg",    "average",
-    "sensor", "dv",  "delta",  "motor", "pump",   "fan",    "supply",  "ripple", "error",   "offset", "soll"};
+constexpr auto kNotMeasured = std::to_array<std::string_view>(
+    {"limit", "max", "min", "set", "ref", "target", "command", "cmd", "request", "phase", "heater", "aux", "dcl",
+     "ccl", "charger", "12v", "low", "lv", "control", "end", "cut", "avg", "average", "sensor", "dv", "delta",
+     "motor", "pump", "fan", "supply", "ripple", "error", "offset", "soll"});
 
-// Whose a voltage is.
-constexpr std::array<std::string_view, 6> kPack{"pack", "batt", "total", "hv", "akku", "accu"};
+constexpr std::array<std::string_view, 6> kPack{"pack", "batt", "total", "hv", "akku", "accu"};  // whose a voltage is
 constexpr std::array<std::string_view, 6> kNotThePack{"cell", "zell", "bus", "link", "inv", "zwischenkreis"};
 
 struct Candidate {
@@ -174,6 +174,7 @@ std::vector<Candidate> worded(const MeasuredTable& table, const Names& words, Qu
     const auto in_as_word = [&](std::string_view word) { return in(" " + std::string(word)); };
     if (std::none_of(words.begin(), words.end(), in) || !has_numbers(table, k)) continue;
     if (std::any_of(kNotMeasured.begin(), kNotMeasured.end(), in_as_word)) continue;
+    if (const SpokenName spoken = spoken_name(table.columns[k]); !spoken.is_actual || spoken.is_others) continue;
     if (const auto candidate = candidate_of(table, k, quantity)) out.push_back(*candidate);
   }
   return out;

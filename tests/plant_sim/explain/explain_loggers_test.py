@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loggers as teams have them: rows a tenth to a second apart, in steps, and without some of the columns. A sound drive
 is sound in each of them; where only some are gone what is wrong is found. VOLTLAP_TEST_SEED repeats a draw."""
+import pathlib
+
 import pytest
 
-from drawn_drives import EFFECTS, Draw, explained, rows_of, write
+from drawn_drives import EFFECTS, Draw, explained, rows_of, run, write
 
+DBC = pathlib.Path(__file__).parents[3] / "can_dbc" / "car.dbc"
 # Together or not at all.
 MAY_BE_MISSING = [("soc", "bms_soc"), ("charge_drawn_ah",), ("dc_link_v",), ("phase_current_a",), ("accelerator",),
                   ("brake",), ("speed_mps",), ("speed_kmh",), ("pack_voltage_v",), ("longitudinal_mps2",)]
@@ -168,3 +171,14 @@ def test_thermistors_that_never_tell_the_heat_together_are_said(tmp_path):
                 row[k] = str(30 + (at > first) + (at > first + 0.3 * len(rows)))
     answer, said = explained(tmp_path, write(tmp_path / "apart.csv", names, rows), model=CAR)
     assert "nothing of its heat is judged" in said, said
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_what_the_tool_itself_decodes_is_read_as_it_stands(tmp_path, number):
+    """Every signal of every frame beside each other, counters and checksums too, a column each."""
+    draw = Draw(f"decoded{number}")
+    log, table = draw.drive(tmp_path, candump=True), tmp_path / "decoded.csv"
+    run("log", "decode", log, "--dbc", DBC, "--every", draw.random.choice(["0.1", "0.2"]), "--out", table)
+    answer, said = explained(tmp_path, table)
+    assert answer["verdict"] == "no_discrepancy", f"{answer['sentence']}\n{said}"
+    assert 'current from "PackCurrent [A]"' in said and "cell_voltage_1 to 24" in said, said
