@@ -164,9 +164,30 @@ void put_runners_up(const AnswerOf& answer, plant::Explanation& out) {
   }
 }
 
-void put_sentence(const Saying& s, const std::vector<std::string>& sentences, plant::Explanation& out) {
+/// What is worth a word and is not told, because rows are so far apart that what was between them may have made it.
+std::string hidden_between_rows(const Saying& s, const Observed& log) {
+  constexpr double kWorthIt = 2.0;  // practical sizes
+  std::vector<std::string> parts;
+  for (std::size_t c = 0; c < log.channels.size() && !s.with_references; ++c) {
+    const ReadChannel& channel = log.channels[c];
+    const double left = plant::rms_of(s.left[c]), practical = left / channel.practical;
+    if (practical < kWorthIt || channel.between_rows < 1.0) continue;
+    const plant::ShownUnit shown = plant::shown_unit(channel.unit, left);
+    parts.push_back(
+        fmt::format("{}, {:.2g} {} RMS,", plant::channel_words(channel.name), left * shown.scale, shown.unit));
+  }
+  if (parts.empty()) return "";
+  const VectorXd& time_s = log.comparison.log.time_s;
+  const double row_s = (time_s(time_s.size() - 1) - time_s(0)) / static_cast<double>(time_s.size() - 1);
+  return fmt::format(" What is left of the {} may be what was between rows {:.2g} s apart: a finer log tells.",
+                     listed(parts, "and"), row_s);
+}
+
+void put_sentence(const Saying& s, const Observed& rest, const std::vector<std::string>& sentences,
+                  plant::Explanation& out) {
   if (out.verdict == Verdict::kNoDiscrepancy) {
-    out.sentence = "Nothing is wrong beyond the noise and what this model usually misses.";
+    out.sentence =
+        "Nothing is wrong beyond the noise and what this model usually misses." + hidden_between_rows(s, rest);
   } else if (out.verdict == Verdict::kUnknown) {
     out.sentence = fmt::format(
         "Something is wrong in the {} balance that none of the known causes explains: {:.1f} times what is worth a "
@@ -303,7 +324,7 @@ plant::Explanation said(const Saying& s, const plant::Gated& gated, const Observ
     const plant::Recording& log = rest.comparison.log;
     if (const auto rail = plant::rail_of(*log.find("current"))) plant::mask_rail(*rail, log, out.masked);
   }
-  put_sentence(s, sentences, out);
+  put_sentence(s, rest, sentences, out);
   if (!last->sets.empty() || !s.members.empty()) out.world = world_of(s);
   return out;
 }

@@ -27,7 +27,8 @@ plant::Recording read_by(const VectorXd& truth, double noise_k, double step_k, u
   return log;
 }
 
-/// A step cannot always be taken away: noise may be all on one side, a lap may turn at a middle. One in twenty may miss.
+/// A step cannot always be taken away: noise may be all on one side, a lap may turn at a middle. One in twenty may
+/// miss.
 struct Misses {
   unsigned of = 600, missed = 0;
   std::string seeds;

@@ -97,9 +97,9 @@ std::string capacity_note(const Capacity& capacity, double moved_ah) {
                          "given OCV; these recordings span {:.3f} Ah.",
                          capacity.ah, capacity.ci95_ah.value_or(0.0), moved_ah);
     default:
-      return fmt::format("Capacity unknown: {:.3f} Ah is only what the recordings drew, from no full charge or to no "
-                         "empty cell. The cell holds more, and SOC counts in this charge. --capacity AH gives the true "
-                         "one; --ocv with rests at both ends estimates it.",
+      return fmt::format("Capacity unknown: {:.3f} Ah is what the recordings drew, and nothing says that they went from "
+                         "a full cell to an empty one. The cell may hold more; SOC counts in this charge. --capacity AH "
+                         "gives the true one; --ocv with rests at both ends estimates it.",
                          capacity.ah);
   }
 }
@@ -117,7 +117,7 @@ std::string capacity_source(const Capacity& capacity) {
     case CapacityFrom::kRestsAndOcv:
       return fmt::format("identified, of two rests and the OCV, +- {:.3g} Ah at 95 %", capacity.ci95_ah.value_or(0.0));
     default:
-      return "only what was drawn, the cell holds more: --capacity AH";
+      return "only what was drawn, the cell may hold more: --capacity AH";
   }
 }
 

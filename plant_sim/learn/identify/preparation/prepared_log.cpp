@@ -321,7 +321,7 @@ std::vector<PreparedLog> prepare(const std::vector<CellLog>& logs, const PriorKn
     anchor_by_known_ocv(one, known.ocv);
   }
   if (std::any_of(out.begin(), out.end(), [](const PreparedLog& one) { return one.run.anchor.from == "assumed"; }))
-    notes.push_back("No full charge in the recordings: SOC 1 is assumed at the least charge drawn.");
+    notes.push_back("Nothing tells where the cell is full: SOC 1 is assumed at the least charge drawn.");
   VOLTLAP_DEMAND(out.size() == logs.size());
   return out;
 }

@@ -237,9 +237,9 @@ SettledSoc settle_soc(std::vector<PreparedLog>& prepared, FitPriors priors, bool
   if (capacity_told) return {common_ah, true};
   const double cell_ah = capacity_of_all(prepared);
   if (std::abs(cell_ah / common_ah - 1.0) > kSaid) {
-    notes.push_back(fmt::format("Together the recordings agree best on a capacity of {:.3f} Ah: the cell's is that, not "
-                                "{:.3f}.",
-                                cell_ah, common_ah));
+    notes.push_back(fmt::format(
+        "Together the recordings agree best on a capacity of {:.3f} Ah: the cell's is that, not {:.3f}.", cell_ah,
+        common_ah));
   }
   note_differences(prepared, agreement.moved(), cell_ah, notes);
   return {cell_ah, true};
