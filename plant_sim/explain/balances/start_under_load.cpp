@@ -12,6 +12,8 @@
 namespace voltlap::plant {
 namespace {
 
+constexpr double kWorthIt_v = 0.02;  // of a cell; with less the fit itself finds what was charged before
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -88,6 +90,8 @@ void settle_both(const World& model, double cells, Comparison& out) {
 /// As the log goes on, it was before.
 void settle_charge(const World& model, double cells, Comparison& out) {
   constexpr double kMinutes_s = 300.0, kBetter = 0.5;  // chosen
+  const double rested_v = left_v(model, cells, out), rested_soc = out.facts.initial_soc;
+  if (rested_v < kWorthIt_v) return;
   const VectorXd& current = *out.log.find("current");
   double sum = 0.0, count = 0.0;
   for (Index row = 0; row < out.log.rows() && out.log.time_s(row) <= out.log.time_s(0) + kMinutes_s; ++row) {
@@ -95,7 +99,6 @@ void settle_charge(const World& model, double cells, Comparison& out) {
     sum += current(row);
     count += 1.0;
   }
-  const double rested_v = left_v(model, cells, out), rested_soc = out.facts.initial_soc;
   out.facts.charged_before_a = sum / std::max(1.0, count) / std::max(1, model.car.battery.cells_in_parallel);
   if (out.log.find("soc") == nullptr) settle_soc(model, cells, out);
   if (out.facts.charged_before_a > 0.0) settle_both(model, cells, out);
@@ -114,7 +117,7 @@ void settle_without_rest(const World& model, double cells, Comparison& out) {
 }  // namespace
 
 void settle_start_under_load(const World& model, double cells, Comparison& out) {
-  constexpr double kShort_s = 60.0, kWorthIt_v = 0.02, kFarBetter = 1.0 / 3.0;  // chosen
+  constexpr double kShort_s = 60.0, kFarBetter = 1.0 / 3.0;  // chosen
   if (!out.facts.starts_at_rest) return settle_without_rest(model, cells, out);
   if (out.facts.first_rest_s > kShort_s) return;
   const double by_rest_v = left_v(model, cells, out);
