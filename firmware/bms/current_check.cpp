@@ -45,7 +45,8 @@ void follow_sag(Duration elapsed, State& s) {
   c.current = static_cast<std::int32_t>(follow(c.current, i, fast));
   c.voltage = static_cast<std::int32_t>(follow(c.voltage, v, fast));
   const Duration memory = commanded(s.contactors.command) ? kMemory : kAtRest;
-  take(i - c.current, v - c.voltage, share_of(elapsed, memory, c.memory), c.answer);
+  const auto share = static_cast<std::int32_t>(share_of(elapsed, memory, c.memory));
+  take(i - c.current, v - c.voltage, share, c.answer);
 }
 
 /// What a resistance [uV/mA], kExplainedMost at most, explains of the voltage's changes, as zz.

@@ -11,7 +11,8 @@ import time
 import pytest
 from copies import PROJECT, hear_interruptions
 
-import same_firmware as same_firmware_tool
+sys.path.insert(0, str(PROJECT / "toolchain"))
+import same_firmware as same_firmware_tool  # noqa: E402
 
 GIT = ["git", "-c", "user.name=test", "-c", "user.email=test@example.org", "-c", "commit.gpgsign=false"]
 
