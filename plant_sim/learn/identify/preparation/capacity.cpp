@@ -98,7 +98,7 @@ std::string capacity_note(const Capacity& capacity, double moved_ah) {
                          capacity.ah, capacity.ci95_ah.value_or(0.0), moved_ah);
     default:
       return fmt::format(
-          "Capacity unknown: {:.3f} Ah is what the recordings drew, and nothing says that they went from a full cell "
+          "Capacity unknown: {:.3f} Ah is only what the recordings drew; nothing says that they went from a full cell "
           "to an empty one. The cell may hold more; SOC counts in this charge. --capacity AH gives the true one; --ocv "
           "with rests at both ends estimates it.",
           capacity.ah);
