@@ -83,27 +83,32 @@ StudyOptions ValidateCommand::options(const std::vector<CellLog>& logs, Progress
   return out;
 }
 
-void ValidateCommand::add_hints(const CellParameters& cell, const std::vector<CellLog>& logs,
-                                ValidationStudy& study) const {
+std::vector<std::string> ValidateCommand::add_hints(const CellParameters& cell, const std::vector<CellLog>& logs,
+                                                    ValidationStudy& study) const {
   VOLTLAP_DEMAND(study.files.size() == logs.size());
   const CellModel model(cell);
   const CellCounts counts{recordings_.cells_in_series, recordings_.cells_in_parallel};
+  std::vector<std::string> hints(logs.size());
   for (std::size_t k = 0; k < logs.size(); ++k) {
     FileValidation& file = study.files[k];
-    if (auto hint = count_hint(model, logs[k], study_.validation, counts, file.rms_v))
-      file.repairs.push_back(std::move(*hint));
+    const auto hint = count_hint(model, logs[k], study_.validation, counts, file.rms_v);
+    if (!hint) continue;
+    hints[k] = *hint;
+    file.repairs.push_back(*hint);
   }
+  return hints;
 }
 
 namespace {
 
 /// No model of a cell is so wrong about it; that of another cell is.
-void require_of_this_cell(const CellParameters& cell, const std::vector<CellLog>& logs, const ValidationStudy& study) {
+void require_of_this_cell(const CellParameters& cell, const std::vector<CellLog>& logs, const ValidationStudy& study,
+                          const std::vector<std::string>& hints) {
   constexpr double kOther_v = 1.0;
   for (std::size_t k = 0; k < logs.size(); ++k) {
     const FileValidation& file = study.files[k];
     if (file.rms_v < kOther_v) continue;
-    const std::string hint = file.repairs.empty() ? std::string() : " " + file.repairs.back() + ".";
+    const std::string hint = hints[k].empty() ? std::string() : " " + hints[k] + ".";
     throw InputError(logs[k].path,
                      fmt::format("an error of {:.3g} V RMS, with {:.4g} Ah moved by a cell of {:.4g} Ah", file.rms_v,
                                  moved_ah(logs[k], CurrentHold::kLinear), cell.capacity_ah),
@@ -139,9 +144,9 @@ int ValidateCommand::run(const DataFolder& data) {
   ProgressLine progress("validating");
   const std::vector<CellLog> logs = read(data, progress);
   ValidationStudy study = study_validation(cell, logs, options(logs, progress));
-  add_hints(cell, logs, study);
+  const std::vector<std::string> hints = add_hints(cell, logs, study);
   progress.end();
-  require_of_this_cell(cell, logs, study);
+  require_of_this_cell(cell, logs, study, hints);
 
   std::FILE* to = summary_stream({json_, csv_, report_});
   for (const FileValidation& file : study.files) fmt::print(to, "{}", file_text(file));

@@ -21,7 +21,9 @@ class ValidateCommand {
   [[nodiscard]] std::vector<CellLog> read(const DataFolder& data, ProgressLine& progress) const;
   [[nodiscard]] StudyOptions options(const std::vector<CellLog>& logs, ProgressLine& progress) const;
   /// Of other numbers of cells, where a recording is missed by far.
-  void add_hints(const CellParameters& cell, const std::vector<CellLog>& logs, ValidationStudy& study) const;
+  /// Of each log what it is told, empty where nothing.
+  std::vector<std::string> add_hints(const CellParameters& cell, const std::vector<CellLog>& logs,
+                                     ValidationStudy& study) const;
   [[nodiscard]] std::string command_line() const;
 
   CLI::App* command_;

@@ -75,15 +75,16 @@ namespace {
 double cells_in_pack_voltage(const Recording& log, const std::vector<std::string>& cells) {
   const Eigen::VectorXd* pack = log.find("pack_voltage");
   if (pack == nullptr || cells.empty()) return 0.0;
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(log.rows()), count = sum;
+  for (const std::string& role : cells) {
+    const Eigen::ArrayXd v = log.find(role)->array();
+    sum += v.isFinite().select(v, 0.0);
+    count += v.isFinite().cast<double>();
+  }
   std::vector<double> ratio;
   for (Eigen::Index row = 0; row < log.rows(); ++row) {
-    double sum = 0.0, count = 0.0;
-    for (const std::string& role : cells) {
-      const double v = (*log.find(role))(row);
-      if (std::isfinite(v)) sum += v, count += 1.0;
-    }
-    if (count > 0.5 * static_cast<double>(cells.size()) && sum > 0.0 && std::isfinite((*pack)(row)))
-      ratio.push_back((*pack)(row)*count / sum);
+    if (count(row) > 0.5 * static_cast<double>(cells.size()) && sum(row) > 0.0 && std::isfinite((*pack)(row)))
+      ratio.push_back((*pack)(row)*count(row) / sum(row));
   }
   return ratio.empty() ? 0.0 : median(std::move(ratio));
 }

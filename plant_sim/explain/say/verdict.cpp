@@ -164,30 +164,40 @@ void put_runners_up(const AnswerOf& answer, plant::Explanation& out) {
   }
 }
 
-/// What is worth a word and is not told, because rows are so far apart that what was between them may have made it.
-std::string hidden_between_rows(const Saying& s, const Observed& log) {
-  constexpr double kWorthIt = 2.0;  // practical sizes
-  std::vector<std::string> parts;
-  for (std::size_t c = 0; c < log.channels.size() && !s.with_references; ++c) {
-    const ReadChannel& channel = log.channels[c];
-    const double left = plant::rms_of(s.left[c]), practical = left / channel.practical;
-    if (practical < kWorthIt || channel.between_rows < 1.0) continue;
+/// What is worth a word twice, beyond the noise, and is not told because it may be what was between the rows, or what a
+/// sound model misses as well.
+std::string left_untold(const Saying& s, const Observed& log, const plant::Explanation& out) {
+  constexpr double kWorthIt = 2.0;  // practical sizes; chosen
+  if (s.with_references) return "";
+  std::vector<std::string> between, usual;
+  for (const ReadChannel& channel : log.channels) {
+    const auto gain = out.gain.find(channel.name);
+    if (gain == out.gain.end() || channel.practical <= 0.0) continue;
+    const double left = gain->second.after, noise = gain->second.floor;
+    const double beyond = std::sqrt(std::max(0.0, left * left - noise * noise));
+    if (beyond < kWorthIt * channel.practical) continue;
     const plant::ShownUnit shown = plant::shown_unit(channel.unit, left);
-    parts.push_back(
-        fmt::format("{}, {:.2g} {} RMS,", plant::channel_words(channel.name), left * shown.scale, shown.unit));
+    (channel.between_rows >= 1.0 ? between : usual)
+        .push_back(fmt::format("{} ({:.2g} {} RMS)", plant::channel_words(channel.name), left * shown.scale,
+                               shown.unit));
   }
-  if (parts.empty()) return "";
+  std::string text;
   const VectorXd& time_s = log.comparison.log.time_s;
   const double row_s = (time_s(time_s.size() - 1) - time_s(0)) / static_cast<double>(time_s.size() - 1);
-  return fmt::format(" What is left of the {} may be what was between rows {:.2g} s apart: a finer log tells.",
-                     listed(parts, "and"), row_s);
+  if (!between.empty())
+    text += fmt::format(" What is left of the {} may be what was between rows {:.2g} s apart: a finer log tells.",
+                        listed(between, "and"), row_s);
+  if (!usual.empty())
+    text += fmt::format(" What is left of the {} a sound log of such a model may have: a known good log tells.",
+                        listed(usual, "and"));
+  return text;
 }
 
 void put_sentence(const Saying& s, const Observed& rest, const std::vector<std::string>& sentences,
                   plant::Explanation& out) {
   if (out.verdict == Verdict::kNoDiscrepancy) {
     out.sentence =
-        "Nothing is wrong beyond the noise and what this model usually misses." + hidden_between_rows(s, rest);
+        "Nothing is wrong beyond the noise and what this model usually misses." + left_untold(s, rest, out);
   } else if (out.verdict == Verdict::kUnknown) {
     out.sentence = fmt::format(
         "Something is wrong in the {} balance that none of the known causes explains: {:.1f} times what is worth a "

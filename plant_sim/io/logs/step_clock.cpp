@@ -50,11 +50,14 @@ double begin_of(const Step& step, const std::vector<double>& date_s, const std::
 
 void refine_by_step_clock(const RoleMap& map, MeasuredTable& table) {
   constexpr double kDate_s = 1.0;
+  constexpr std::size_t kFew = 50;  // a row in so many repeats a date where a step ends
   const auto time = map.roles.find("time");
   if (time == map.roles.end() || table.find(time->second.column) < 0) return;
   std::vector<double>& dates = table.values[table.index_for(time->second.column, "time", map.source)];
   const std::optional<StepClock> clock = step_clock(table);
-  if (!clock || 2 * repeats(dates) <= table.rows() || 2 * repeats(table.values[clock->column]) > table.rows()) return;
+  if (!clock) return;
+  const std::size_t coarse = repeats(dates), fine = repeats(table.values[clock->column]);
+  if (kFew * coarse <= table.rows() || 2 * fine > coarse) return;
   std::vector<double> date_s = dates, clock_s = table.values[clock->column];
   for (double& value : date_s) value *= time->second.scale;
   for (double& value : clock_s) value *= clock->scale;

@@ -166,11 +166,11 @@ void doubt_full(std::vector<PreparedLog>& prepared) {
 Capacity spanned_capacity(PreparedLog& one) {
   constexpr double kLoss = 0.95;  // what is put back is more than what is drawn after
   const double drawn = anchor_before_longest(one), back = put_back_ah(*one.log, one.run.anchor.row, one.run.hold);
-  const bool ends_full = drawn < kLoss * back;
+  const bool by_charge = drawn < kLoss * back;
   const RecordedEnds ends = recorded_ends(*one.log, one.run);
   if (!ends.full) one.run.anchor.from = "assumed";
-  if (!ends.full || !ends.empty) return {ends_full ? back : drawn, CapacityFrom::kDrawnOnly};
-  return {ends_full ? back : drawn, ends_full ? CapacityFrom::kWholeCharge : CapacityFrom::kWholeDischarge};
+  if (!ends.full || !ends.empty) return {by_charge ? back : drawn, CapacityFrom::kDrawnOnly};
+  return {by_charge ? back : drawn, by_charge ? CapacityFrom::kWholeCharge : CapacityFrom::kWholeDischarge};
 }
 
 /// A known capacity that the recordings contradict would put their SOC anywhere. `moved_ah`: most in one of them, that

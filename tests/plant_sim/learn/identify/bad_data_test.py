@@ -210,3 +210,23 @@ def test_a_recording_of_another_cell_is_not_validated_and_a_told_temperature_tha
     assert "Ah moved by a cell of" in run.stderr and "--cells-in-parallel" in run.stderr
     assert not (tmp_path / "out.json").exists()
     assert voltlap(tmp_path, "validate", "cell.toml", "test.csv").returncode == 0
+
+
+@pytest.mark.parametrize("draw", range(6))
+def test_a_capacity_a_little_too_small_is_refused_or_makes_a_file_that_follows(draw, tmp_path):
+    seed = secrets.randbits(32)
+    drawn = random.Random(seed)
+    rows, knee, deep = recording(), drawn.uniform(0.03, 0.1), drawn.uniform(0.0, 0.8)
+    left = 10.0
+    for row in rows:
+        left -= row[1] / 3600
+        row[2] += 0.1 - deep * max(0.0, 1.0 - left / 10.0 / knee)
+    written(tmp_path, rows)
+    run = voltlap(tmp_path, "identify", "test.csv", "--capacity", drawn.uniform(7.8, 9.6), "--out", "cell.toml", "--rc",
+                  "1")
+    if run.returncode == 0:
+        missed = [float(one) for one in re.findall(r"RMS ([0-9.]+) mV over all rows", run.stdout)]
+        assert missed and max(missed) < 60.0, f"seed {seed}: {run.stdout}"
+        return
+    assert run.returncode == 2 and "a state of charge from" in run.stderr, f"seed {seed}: {run.stderr}"
+    assert "--capacity" in run.stderr and not (tmp_path / "cell.toml").exists()

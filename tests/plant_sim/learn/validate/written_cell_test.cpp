@@ -124,3 +124,18 @@ TEST(WrittenCell, OfPulsesWithoutAThermometerSaysWhatWasFitted) {
                       hot);
   CHECK(file.read_back->used_rms_v < 1.5 * file.read_back->fit_used_rms_v + 5e-4);
 }
+
+TEST(WrittenCell, AStateOfChargeThatIsNoneIsRefused) {
+  require_possible_soc(found);
+  const auto refused = [&](double low, double high, double rms_v) {
+    recording().soc_low = low;
+    recording().soc_high = high;
+    recording().rms_pulses_v = rms_v;
+    return complaint([&] { require_possible_soc(found); });
+  };
+  STRCMP_CONTAINS("a state of charge from -1.31 to 1.02", refused(-1.308, 1.017, 2e-3).c_str());
+  STRCMP_CONTAINS("a state of charge from 0.00 to 1.30", refused(0.0, 1.3, 2e-3).c_str());
+  STRCMP_CONTAINS("would miss it by 60 mV", refused(-0.1, 1.0, 0.06).c_str());
+  STRCMP_EQUAL("no error", refused(-0.1, 1.0, 0.03).c_str());  // the cold, an aged cell, another counter
+  STRCMP_EQUAL("no error", refused(-0.04, 1.04, 0.06).c_str());
+}
