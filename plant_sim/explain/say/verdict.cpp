@@ -164,40 +164,11 @@ void put_runners_up(const AnswerOf& answer, plant::Explanation& out) {
   }
 }
 
-/// What is worth a word twice, beyond the noise, and is not told because it may be what was between the rows, or what a
-/// sound model misses as well.
-std::string left_untold(const Saying& s, const Observed& log, const plant::Explanation& out) {
-  constexpr double kWorthIt = 2.0;  // practical sizes; chosen
-  if (s.with_references) return "";
-  std::vector<std::string> between, usual;
-  for (const ReadChannel& channel : log.channels) {
-    const auto gain = out.gain.find(channel.name);
-    if (gain == out.gain.end() || channel.practical <= 0.0) continue;
-    const double left = gain->second.after, noise = gain->second.floor;
-    const double beyond = std::sqrt(std::max(0.0, left * left - noise * noise));
-    if (beyond < kWorthIt * channel.practical) continue;
-    const plant::ShownUnit shown = plant::shown_unit(channel.unit, left);
-    (channel.between_rows >= 1.0 ? between : usual)
-        .push_back(fmt::format("{} ({:.2g} {} RMS)", plant::channel_words(channel.name), left * shown.scale,
-                               shown.unit));
-  }
-  std::string text;
-  const VectorXd& time_s = log.comparison.log.time_s;
-  const double row_s = (time_s(time_s.size() - 1) - time_s(0)) / static_cast<double>(time_s.size() - 1);
-  if (!between.empty())
-    text += fmt::format(" What is left of the {} may be what was between rows {:.2g} s apart: a finer log tells.",
-                        listed(between, "and"), row_s);
-  if (!usual.empty())
-    text += fmt::format(" What is left of the {} a sound log of such a model may have: a known good log tells.",
-                        listed(usual, "and"));
-  return text;
-}
-
 void put_sentence(const Saying& s, const Observed& rest, const std::vector<std::string>& sentences,
                   plant::Explanation& out) {
   if (out.verdict == Verdict::kNoDiscrepancy) {
     out.sentence =
-        "Nothing is wrong beyond the noise and what this model usually misses." + left_untold(s, rest, out);
+        "Nothing is wrong beyond the noise and what this model usually misses." + (s.with_references ? "" : left_untold(rest, out));
   } else if (out.verdict == Verdict::kUnknown) {
     out.sentence = fmt::format(
         "Something is wrong in the {} balance that none of the known causes explains: {:.1f} times what is worth a "
@@ -264,6 +235,32 @@ std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer) {
     if (moved[c].size() > 0) out[c] -= moved[c];
   }
   return out;
+}
+
+std::string left_untold(const Observed& log, const plant::Explanation& out) {
+  constexpr double kWorthIt = 2.0;  // practical sizes; chosen
+  std::vector<std::string> between, usual;
+  for (const ReadChannel& channel : log.channels) {
+    const auto gain = out.gain.find(channel.name);
+    if (gain == out.gain.end() || channel.practical <= 0.0) continue;
+    const double left = gain->second.after, noise = gain->second.floor;
+    const double beyond = std::sqrt(std::max(0.0, left * left - noise * noise));
+    if (beyond < kWorthIt * channel.practical) continue;
+    const plant::ShownUnit shown = plant::shown_unit(channel.unit, left);
+    (channel.between_rows >= 1.0 ? between : usual)
+        .push_back(fmt::format("{} ({:.2g} {} RMS)", plant::channel_words(channel.name), left * shown.scale,
+                               shown.unit));
+  }
+  std::string text;
+  const VectorXd& time_s = log.comparison.log.time_s;
+  const double row_s = (time_s(time_s.size() - 1) - time_s(0)) / static_cast<double>(time_s.size() - 1);
+  if (!between.empty())
+    text += fmt::format(" What is left of the {} may be what was between rows {:.2g} s apart: a finer log tells.",
+                        listed(between, "and"), row_s);
+  if (!usual.empty())
+    text += fmt::format(" What is left of the {} a sound log of such a model may have: a known good log tells.",
+                        listed(usual, "and"));
+  return text;
 }
 
 plant::Explanation too_little(const Saying& saying, const plant::Gated& gated) {
