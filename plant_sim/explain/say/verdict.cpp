@@ -167,8 +167,8 @@ void put_runners_up(const AnswerOf& answer, plant::Explanation& out) {
 void put_sentence(const Saying& s, const Observed& rest, const std::vector<std::string>& sentences,
                   plant::Explanation& out) {
   if (out.verdict == Verdict::kNoDiscrepancy) {
-    out.sentence =
-        "Nothing is wrong beyond the noise and what this model usually misses." + (s.with_references ? "" : left_untold(rest, out));
+    out.sentence = "Nothing is wrong beyond the noise and what this model usually misses.";
+    if (!s.with_references) out.sentence += left_untold(rest, out);
   } else if (out.verdict == Verdict::kUnknown) {
     out.sentence = fmt::format(
         "Something is wrong in the {} balance that none of the known causes explains: {:.1f} times what is worth a "

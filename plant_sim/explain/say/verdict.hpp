@@ -30,8 +30,8 @@ struct Saying {
 /// Residuals by channel beyond the first set of an answer (or nothing) with where its log began.
 [[nodiscard]] std::vector<VectorXd> left_by(const Observed& log, const AnswerOf& answer);
 
-/// What is worth a word twice, beyond the noise, of a log of which nothing is told without references: it may be what was
-/// between the rows, or what a sound model misses as well. Empty where nothing is.
+/// What is worth a word twice, beyond the noise, of a log of which nothing is told without references: it may be what
+/// was between the rows, or what a sound model misses as well. Empty where nothing is.
 [[nodiscard]] std::string left_untold(const Observed& log, const plant::Explanation& out);
 
 }  // namespace voltlap::explain

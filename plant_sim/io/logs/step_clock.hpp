@@ -7,8 +7,8 @@
 namespace voltlap::plant {
 
 /// Where more than a row in fifty repeats the time of the row before and a clock of the step does not, the time becomes
-/// that of the step's begin, by the dates in it, and what the finer clock says; said in the table's repairs. A step that
-/// begins within what a date is worth of the end of the one before begins there.
+/// that of the step's begin, by the dates in it, and what the finer clock says; said in the table's repairs. A step
+/// that begins within what a date is worth of the end of the one before begins there.
 void refine_by_step_clock(const RoleMap& map, MeasuredTable& table);
 
 }  // namespace voltlap::plant

@@ -190,8 +190,9 @@ def test_heat_that_a_coarse_log_cannot_name_is_not_called_nothing(tmp_path, numb
     log, rate = tmp_path / "drive.csv", draw.random.choice([1, 2])
     heat = draw.random.uniform(300.0, 420.0)  # of 747 J/kg/K
     print(f"{heat:.0f} J/kg/K at {rate} Hz")
-    run("endurance", "--vehicle", CAR, "--laps", 14, "--seed", draw.random.randrange(2**31), "--csv", log, "--rate", rate,
-        "--set", "battery.initial_soc=0.95", "battery.initial_temperature_c=25", f"cell.heat_capacity_j_per_kg_k={heat}")
+    run("endurance", "--vehicle", CAR, "--laps", 14, "--seed", draw.random.randrange(2**31), "--csv", log, "--rate",
+        rate, "--set", "battery.initial_soc=0.95", "battery.initial_temperature_c=25",
+        f"cell.heat_capacity_j_per_kg_k={heat}")
     answer, said = explained(tmp_path, log, "--set", "battery.initial_temperature_c=25")
     names = [cause["name"] for cause in answer["causes"]]
     assert names or "temperature (" in answer["sentence"], said
