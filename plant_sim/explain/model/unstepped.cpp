@@ -17,14 +17,13 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kLeastPasses = 2;
 constexpr double kOneStep = 1.5, kFurthest = 2.5;
-constexpr double kToAndFro_s = 15.0;  // noise moves a reading to and fro; for longer it was further away
-constexpr double kOnOtherSide = 0.1;  // a tenth of the readings: 1.3 times the noise away
-constexpr double kStays = 2.0;        // of the way from the middle before: it hovered there, and passed at no time
+constexpr double kWindow_s = 15.0;  // to each side: noise moves a reading to and fro, laps move it for longer
+constexpr double kStood_s = 5.0;    // a reading that is no chance one
 
 /// A thermistor passes the middle of two readings when its reading changes over it.
 struct Change {
   double time_s;
-  bool rises;
+  bool rises, jumps;
 };
 struct Pass {
   double time_s, value;
@@ -40,108 +39,79 @@ std::vector<double> middles_of(const VectorXd& values) {
   return out;
 }
 
-/// Of each middle its changes. What jumps further than noise does passed nothing: a unit that begins with 0 degC until
-/// it has measured.
+/// Of each middle its changes. What goes further than noise does, jumps: a unit that begins with 0 degC until it has
+/// measured.
 std::vector<std::vector<Change>> changes_of(const VectorXd& time_s, const VectorXd& values,
                                             const std::vector<double>& middles, double furthest) {
   std::vector<std::vector<Change>> out(middles.size());
   Index last = -1;
   for (Index row = 0; row < values.size(); ++row) {
     if (!std::isfinite(values(row))) continue;
-    if (last >= 0 && values(row) != values(last) && std::abs(values(row) - values(last)) < furthest) {
+    if (last >= 0 && values(row) != values(last)) {
       const auto [low, high] = std::minmax(values(row), values(last));
+      const bool rises = values(row) > values(last), jumps = high - low >= furthest;
       const auto first = std::ranges::lower_bound(middles, low), end = std::ranges::lower_bound(middles, high);
       for (auto middle = first; middle != end; ++middle)
         out[static_cast<std::size_t>(middle - middles.begin())].push_back(
-            {0.5 * (time_s(last) + time_s(row)), values(row) > values(last)});
+            {0.5 * (time_s(last) + time_s(row)), rises, jumps});
     }
     last = row;
   }
   return out;
 }
 
-/// Changes to and fro about one middle.
-struct Group {
-  double first_s, last_s, value;
-  bool rises;              ///< first
-  double back_s = 0.0;  ///< spent again where it came from
-  int changes = 1;
+/// What is above a middle less what is below it, over a window about each time, is a broken line: at its corners one
+/// end of the window meets a change. Before the first and after the last change the reading stays as it is.
+struct Corner {
+  double time_s, slope;  ///< to the next corner
 };
 
-/// What noise does to a slow thermistor, it does for longer: as long as changes have gone to and fro so far, the next
-/// of them may be away. A swing that passes a middle again without noise is not slow.
-void add_groups(double middle, const std::vector<Change>& changes, std::vector<Group>& out) {
-  const std::size_t begin = out.size();
-  for (const Change& now : changes) {
-    if (out.size() == begin ||
-        now.time_s - out.back().last_s >= std::max(kToAndFro_s, out.back().last_s - out.back().first_s)) {
-      out.push_back({now.time_s, now.time_s, middle, now.rises});
-      continue;
-    }
-    Group& group = out.back();
-    if (now.rises == group.rises) group.back_s += now.time_s - group.last_s;
-    group.last_s = now.time_s;
-    ++group.changes;
+std::vector<Corner> corners_of(const std::vector<Change>& changes) {
+  std::vector<Corner> out;
+  for (const Change& change : changes) {
+    const double slope = change.rises ? 2.0 : -2.0;
+    out.push_back({change.time_s - kWindow_s, slope});
+    out.push_back({change.time_s + kWindow_s, -slope});
   }
-}
-
-/// Of all middles, as they begin.
-std::vector<Group> groups_of(const VectorXd& time_s, const VectorXd& values, double furthest) {
-  const std::vector<double> middles = middles_of(values);
-  const std::vector<std::vector<Change>> changes = changes_of(time_s, values, middles, furthest);
-  std::vector<Group> out;
-  for (std::size_t m = 0; m < middles.size(); ++m) add_groups(middles[m], changes[m], out);
-  std::ranges::stable_sort(out, {}, &Group::first_s);
+  std::ranges::stable_sort(out, {}, &Corner::time_s);
   return out;
 }
 
-bool passes(const Group& group) { return group.changes % 2 == 1; }
-
-/// Time from another middle passed before, or to one passed after where there is none; infinite without both.
-double way_s(const std::vector<Group>& groups, std::size_t k) {
-  const auto other = [&](std::size_t i) { return passes(groups[i]) && groups[i].value != groups[k].value; };
-  for (std::size_t i = k; i-- > 0;)
-    if (other(i)) return groups[k].first_s - groups[i].first_s;
-  for (std::size_t i = k + 1; i < groups.size(); ++i)
-    if (other(i)) return groups[i].last_s - groups[k].last_s;
-  return std::numeric_limits<double>::infinity();
-}
-
-/// Of the readings from `begin_s` to `end_s`, the part above the middle.
-double part_above(double middle, const VectorXd& time_s, const VectorXd& values, double begin_s, double end_s) {
-  double above = 0.0, all = 0.0;
-  for (Index row = 0; row < values.size(); ++row) {
-    if (time_s(row) < begin_s || time_s(row) > end_s || !std::isfinite(values(row))) continue;
-    all += 1.0;
-    above += values(row) > middle ? 1.0 : 0.0;
+/// Where that line is nought, as many readings are above the middle as below it: there a thermistor with noise is at
+/// the middle, however slowly it goes there and however often. What turns back within the window is not at it.
+std::vector<double> noughts_of(const std::vector<Change>& changes) {
+  std::vector<double> out;
+  if (changes.empty()) return out;
+  const std::vector<Corner> corners = corners_of(changes);
+  double line = changes.front().rises ? -2.0 * kWindow_s : 2.0 * kWindow_s, slope = 0.0;
+  for (std::size_t k = 0; k + 1 < corners.size(); ++k) {
+    slope += corners[k].slope;
+    const double next = line + slope * (corners[k + 1].time_s - corners[k].time_s);
+    if (line != 0.0 && line * next <= 0.0) out.push_back(corners[k].time_s - line / slope);
+    line = next;
   }
-  return all > 0.0 ? above / all : 0.0;
+  return out;
 }
 
-/// The recording neither begins nor ends amid the changes to and fro: in its first and last kToAndFro_s the reading is
-/// on its side of the middle.
-bool is_whole(const Group& group, const VectorXd& time_s, const VectorXd& values) {
-  const double begin_s = time_s(0), end_s = time_s(time_s.size() - 1);
-  const double first = part_above(group.value, time_s, values, begin_s, begin_s + kToAndFro_s);
-  const double last = part_above(group.value, time_s, values, end_s - kToAndFro_s, end_s);
-  const double begins_beyond = group.rises ? first : 1.0 - first, ends_before = group.rises ? 1.0 - last : last;
-  return (group.first_s - begin_s > kToAndFro_s || begins_beyond < kOnOtherSide) &&
-         (end_s - group.last_s > kToAndFro_s || ends_before < kOnOtherSide);
+/// Is a nought a pass? Not beside a jump, nor where the recording begins or ends within the window: what was before it
+/// is not known. A single change tells its time alone, when the reading has stood for a while before and after it.
+bool is_pass(double at_s, const std::vector<Change>& changes, double begin_s, double end_s, Passes which) {
+  const auto first = std::ranges::lower_bound(changes, at_s - kWindow_s, {}, &Change::time_s);
+  const auto last = std::ranges::upper_bound(changes, at_s + kWindow_s, {}, &Change::time_s);
+  if (std::any_of(first, last, [](const Change& change) { return change.jumps; })) return false;
+  if (which == Passes::kAny) return true;
+  const double stood_s = last - first == 1 ? kStood_s : kWindow_s;
+  return at_s - begin_s > stood_s && end_s - at_s > stood_s;
 }
 
-/// When the thermistor passed each middle: in the midst of the changes to and fro, so that the reading is as long
-/// on one side before as on the other after. Changes that end where they began are no pass; those to and fro that the
-/// recording begins or ends amid are one in part.
+/// When the thermistor was at each middle, in order of time.
 std::vector<Pass> passes_of(const VectorXd& read_s, const VectorXd& values, double step, Passes which) {
+  const std::vector<double> middles = middles_of(values);
+  const std::vector<std::vector<Change>> changes = changes_of(read_s, values, middles, kFurthest * step);
   std::vector<Pass> out;
-  const std::vector<Group> groups = groups_of(read_s, values, kFurthest * step);
-  for (std::size_t k = 0; k < groups.size(); ++k) {
-    const Group& group = groups[k];
-    if (!passes(group)) continue;
-    const bool settled = group.last_s - group.first_s < std::max(kToAndFro_s, kStays * way_s(groups, k));
-    if (which == Passes::kAny || group.changes == 1 || (settled && is_whole(group, read_s, values)))
-      out.push_back({group.first_s + group.back_s, group.value});
-  }
+  for (std::size_t m = 0; m < middles.size(); ++m)
+    for (const double at_s : noughts_of(changes[m]))
+      if (is_pass(at_s, changes[m], read_s(0), read_s(read_s.size() - 1), which)) out.push_back({at_s, middles[m]});
   std::ranges::stable_sort(out, {}, &Pass::time_s);
   return out;
 }

@@ -22,7 +22,8 @@ inline constexpr double kCoarse_k = 0.35;  ///< smaller steps hide less than is 
 /// reading came back to where it was, and before the first change and after the last. A thermistor that changes
 /// too seldom stays as it is. `passed_s` says when the changes were: in between a model has to be straight as well
 /// before it is held against them (Reader).
-/// `kWhole`: a pass amid whose changes to and fro the recording begins or ends is none, its time may be a minute off.
+/// A thermistor with noise goes to and fro about a change: there it is at the middle where, over the window of
+/// half a minute, it is above as often as below. `kWhole`: a pass near the recording's begin or end is none.
 enum class Passes { kWhole, kAny };
 [[nodiscard]] plant::Recording unstepped(plant::Recording log, Passes passes = Passes::kWhole);
 
