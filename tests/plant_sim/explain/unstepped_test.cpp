@@ -104,8 +104,8 @@ TEST(Unstepped, AMiddleThatTheLogEndsOrBeginsAmidHasNoTime) {
 }
 
 TEST(Unstepped, AtEveryPassItIsAtTheMiddleHoweverSlowlyItGoesThereAndHoweverOften) {
-  // Cooling that ends beside a middle, a day in a hall that warms and cools: for an hour the reading goes to and fro. As
-  // many readings above as below say where it is to the noise over the root of the readings in the window.
+  // Cooling that ends beside a middle, a day in a hall that warms and cools: for an hour the reading goes to and fro.
+  // As many readings above as below say where it is to the noise over the root of the readings in the window.
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random(seed);
     const auto drawn = [&](double low, double high) {
