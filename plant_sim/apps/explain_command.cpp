@@ -50,8 +50,8 @@ void print(std::FILE* to, const Explanation& e) {
                shown.scale * gain.after, shown.unit, shown.scale * gain.floor);
   }
   for (const RunnerUp& rival : e.runners_up) {
-    fmt::print(to, "  runner-up {}: {:.1f} {} in ln evidence, {}\n", fmt::join(rival.names, " + "),
-               std::abs(rival.behind), rival.behind < 0.0 ? "ahead" : "behind", rival.why);
+    fmt::print(to, "  not {}: {:.1f} {} in ln evidence{} {}\n", fmt::join(rival.names, " + "), std::abs(rival.behind),
+               rival.behind < 0.0 ? "ahead" : "behind", rival.behind < 0.0 ? ", but" : ",", rival.why);
   }
   if (!e.next_test.empty()) fmt::print(to, "\nThe test that would tell: {}.\n", e.next_test);
   for (const std::string& note : e.notes) fmt::print(to, "  {}\n", note);

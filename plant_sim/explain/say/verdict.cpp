@@ -142,8 +142,12 @@ std::string capitalised(std::string text) {
   return text;
 }
 
+/// Of a sound log those alone that could have been the answer; of others no more than one reads.
 void put_runners_up(const AnswerOf& answer, plant::Explanation& out) {
+  constexpr std::size_t kRead = 3;
   for (const Set& set : answer.beaten) {
+    if (out.runners_up.size() == kRead) return;
+    if (!set.stands && out.verdict == Verdict::kNoDiscrepancy) continue;
     const std::vector<std::string> names = names_of(answer, set);
     const bool is_answer = std::any_of(answer.sets.begin(), answer.sets.end(),
                                        [&](const Set& a) { return names_of(answer, a) == names; });
