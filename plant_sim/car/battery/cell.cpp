@@ -19,8 +19,10 @@ double Cell::advance_of(CellState& state, const CellInterval& interval, const Ce
   double heat = interval.mean_square_a2() * now.r0_ohm;
   state.circuit.r0_ohm = now.r0_ohm;
   for_each_branch<N>([&](auto k) {
-    const double u_begin = state.circuit.r_ohm[k] * interval.begin_a, u_end = now.r_ohm[k] * interval.end_a;
-    const double from = state.v[k], tau_s = 0.5 * (state.circuit.tau_s[k] + now.tau_s[k]);
+    const double before_s = state.circuit.tau_s[k], now_s = now.tau_s[k];
+    const double tau_s = 2.0 * before_s * now_s / (before_s + now_s);
+    const double u_begin = state.circuit.r_ohm[k] * interval.begin_a * tau_s / before_s;
+    const double u_end = now.r_ohm[k] * interval.end_a * tau_s / now_s, from = state.v[k];
     state.v[k] = first_order_step(interval.dt_s, tau_s).after(from, u_begin, u_end);
     const double mean = first_order_mean(from, state.v[k], 0.5 * (u_begin + u_end), interval.dt_s, tau_s);
     heat += mean * mean / now.r_ohm[k];

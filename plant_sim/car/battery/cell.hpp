@@ -4,7 +4,8 @@
 // same with constant currents (pack.hpp), and a test holds the two together.
 //
 //   V = OCV(s, T) - R0 I - sum(v) - v_e          discharge current I positive; v_e: cell_effects.hpp
-//   dv/dt = (R I - v) / tau                      exact for R I straight over the interval, tau the mean of its ends
+//   dv/dt = (R I - v) / tau                      exact for R I / tau straight over the interval, 1/tau the mean of
+//                                                its ends: a current that is switched in between charges as much
 //   ds = -mean(I) dt / (3600 Ah)
 //   P = R0 mean(I^2) + sum(mean(v)^2 / R) + v_e mean(I) - I T dOCV/dT
 // Sources: reference study, 2016, Eq. 4.18-4.24, 7.6; signs after Thevenin.

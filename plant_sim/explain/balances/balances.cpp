@@ -265,6 +265,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   if (const VectorXd* ambient = log.find("ambient")) {
     out.facts.ambient_above_model_k = (held(*ambient).array() - model.car.environment.ambient_c).matrix();
   }
+  out.facts.air_stated = options.air_stated;
   const bool with_force = knows_cornering(model, log);
   for (BalanceChannel& channel : car_channels(model, log)) {
     const bool of_force = channel.name == "speed" || channel.name == "motor_speed";

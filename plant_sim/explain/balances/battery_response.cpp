@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "car/battery/cell.hpp"
+#include "explain/balances/counted_charge.hpp"
 
 namespace voltlap::plant {
 namespace {
@@ -211,13 +212,17 @@ class LoggedCell {
     return (2.0 * (a * before_v + b * now_v) + a * now_v + b * before_v) / 6.0;
   }
 
-  /// A current that differs between two rows was switched somewhere between them, I^2 is then (a^2 + b^2) / 2 in the
-  /// mean and not that of a straight line, (a^2 + a b + b^2) / 3; of one that changes slowly both are the same.
-  [[nodiscard]] static double switched_w(const RowState& s, const CellInterval& interval) {
+  /// A current that differs between two rows was switched somewhere between them, and I^2 is not that of a straight
+  /// line; of one that changes slowly both are the same.
+  [[nodiscard]] double switched_w(const RowState& s, Index row, const Step& step) const {
     constexpr double kKnown_s = 2.0;  // in longer ones it was anything
-    if (interval.dt_s > kKnown_s) return 0.0;
-    const double jump_a = interval.end_a - interval.begin_a;
-    return s.circuit.r0_ohm * jump_a * jump_a / 6.0;
+    if (step.interval.dt_s > kKnown_s || facts_.hold != CurrentHold::kLinear) return 0.0;
+    const double cells = world_.car.battery.cells_in_parallel;
+    const double beyond_a2 =
+        facts_.beyond_straight_a2.size() > 0
+            ? facts_.beyond_straight_a2(row) / (cells * cells)
+            : switched_square(step.before_a, step.now_a, step.interval.mean_a()) - step.interval.mean_square_a2();
+    return s.circuit.r0_ohm * beyond_a2;
   }
 
   void warm_row(RowState& s, Index row, double heat_w, const Step& step) const {
@@ -230,7 +235,7 @@ class LoggedCell {
       heat += mean_power_w(step, s.above_v, above);
       s.above_v = above;
     }
-    heat += switched_w(s, interval) + cell_.reversible_w(interval.mean_a(), s.temperature_c);
+    heat += switched_w(s, row, step) + cell_.reversible_w(interval.mean_a(), s.temperature_c);
     CellThermal thermal = cell_.thermal();
     if (facts_.stopped[static_cast<std::size_t>(row)])
       thermal.cooling_w_per_k *= 1.0 + world_.cooling_at_stop_change;

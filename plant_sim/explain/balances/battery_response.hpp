@@ -27,8 +27,10 @@ struct LogFacts {
   Eigen::VectorXd
       above_surface_k;  ///< the cell above its measured surface, by the model as it was given; empty: nothing
   Eigen::VectorXd ambient_above_model_k;  ///< measured, last value held; empty: the model's holds
+  bool air_stated = false;                ///< by who asks: then it does
   std::vector<bool> stopped;              ///< the car stands, or draws nothing for 3 s
   Eigen::VectorXd current_a;              ///< as logged, its noise averaged while nothing is drawn
+  Eigen::VectorXd beyond_straight_a2;  ///< mean square of the pack's on the way to a row; empty: as rows tell it
   Eigen::VectorXd counted_a;  ///< mean from the row before, of the pack, as its counter says; empty: there is none
   std::vector<bool> at_rest;              ///< where it is averaged
   double rest_noise_a = 0.0;  ///< of the pack: what its sensor reads of nothing, and no cell is asked at such a current

@@ -11,4 +11,12 @@ namespace voltlap::plant {
 /// row, or one that contradicts the current, or one of steps so coarse that the rows tell more.
 [[nodiscard]] Eigen::VectorXd counted_current(const Recording& log);
 
+/// Mean square [A^2] of a current that was `before_a` at one row and `now_a` at the next, and `mean_a` on the way: it was
+/// switched from one to the other, m^2 + (m - a) (b - m). Where neither can make that mean something else flowed, and
+/// it is that of a straight line to `now_a`.
+[[nodiscard]] inline double switched_square(double before_a, double now_a, double mean_a) {
+  const double between = (mean_a - before_a) * (now_a - mean_a), half_a = now_a - mean_a;
+  return mean_a * mean_a + (between >= 0.0 ? between : half_a * half_a / 3.0);
+}
+
 }  // namespace voltlap::plant

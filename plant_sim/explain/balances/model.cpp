@@ -35,21 +35,25 @@ void set_cell_model(const std::vector<std::string>& settings, VehicleParameters&
   }
 }
 
+bool states(const std::vector<std::string>& settings, const std::string& key) {
+  return std::any_of(settings.begin(), settings.end(),
+                     [&](const std::string& text) { return parse_setting(text).key == key; });
+}
+
 }  // namespace
 
 Model load_model(const DataFolder& data, const std::string& name, const std::vector<std::string>& settings) {
   const ModelFile file = find_model_file(data, name, "--model");
   Model out;
   out.path = file.path;
+  out.air_stated = states(settings, "environment.ambient_c");
   out.kind = file.kind;
   if (out.kind == ModelKind::kCell) {
     out.world.car.cell = load_cell(data, out.path, "--model");
     set_cell_model(settings, out.world.car);
     return out;
   }
-  out.temperature_stated = std::any_of(settings.begin(), settings.end(), [](const std::string& text) {
-    return parse_setting(text).key == "battery.initial_temperature_c";
-  });
+  out.temperature_stated = states(settings, "battery.initial_temperature_c");
   if (out.kind == ModelKind::kVehicle) {
     out.world.car = load_vehicle(data, out.path, settings).parameters;
     if (out.world.car.powertrain.motors != 1) {

@@ -26,6 +26,7 @@ constexpr double kCounted = 0.01;    // SOC: how well whoever counts it knew whe
 constexpr double kOfRow = 0.3;       // from one row to the next: when cells of a table were read
 constexpr double kOfMoved = 0.5;     // of what moves between rows: how much the cells may have moved before or after
 constexpr double kAir_k = 1.0;       // beside the model, where the log does not say it
+constexpr double kStated_k = 0.2;    // beside what who asks says of it: half a degree
 
 bool acts(const std::vector<VectorXd>& by_channel) {
   for (const VectorXd& v : by_channel) {
@@ -125,7 +126,8 @@ void add_branches(const Observed& log, std::vector<Start>& out) {
 
 /// Then it is known within a few kelvin alone.
 bool says_no_air(const Observed& log) {
-  return plant::has_temperature(log.comparison) && log.comparison.facts.ambient_above_model_k.size() == 0;
+  const plant::LogFacts& facts = log.comparison.facts;
+  return plant::has_temperature(log.comparison) && facts.ambient_above_model_k.size() == 0 && !facts.air_stated;
 }
 
 /// How well the air is known [K], 0: as well as the thermistors. Coarse steps say it within half of one.
@@ -133,8 +135,9 @@ double air_doubt_k(const Observed& log) {
   constexpr double kHalfStep = 1.0 / 6;  // three standard deviations are as far as a start can be
   if (!plant::has_temperature(log.comparison)) return 0.0;
   if (says_no_air(log)) return kAir_k;
-  const VectorXd& air = *log.comparison.log.find("ambient");
-  return is_coarse(air) ? kHalfStep * least_change(air) : 0.0;
+  const VectorXd* air = log.comparison.log.find("ambient");
+  if (air == nullptr) return kStated_k;
+  return is_coarse(*air) ? kHalfStep * least_change(*air) : 0.0;
 }
 
 /// How much of what the voltage moves it moves between two rows.
@@ -150,7 +153,7 @@ std::vector<Start> starts_of(const Observed& log) {
   const bool rests = facts.starts_at_rest && !log.begins_charged;
   const double known = rests ? kRest_v * 1e3 * plant::soc_per_millivolt(log.base.battery) : kUnderLoad;
   std::vector<Start> out{
-      {0.002, known, [](plant::World& w, const Start&, double by) { w.initial_soc_change += by; }, 0, 0, false,
+      {0.002, known, [](plant::World& w, const Start&, double by) { w.initial_soc_change += by; }, 0, 0, true,
        true}};
   const auto warm = [](plant::World& w, const Start&, double by) { w.initial_warmth_k += by; };
   if (plant::has_temperature(log.comparison)) out.push_back({0.2, kWarmth_k, warm});

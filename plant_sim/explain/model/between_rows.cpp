@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "explain/balances/car_balances.hpp"
+#include "explain/balances/counted_charge.hpp"
 
 namespace voltlap::explain {
 namespace {
@@ -25,6 +26,42 @@ double rms_where_even(const VectorXd& off, const VectorXd& rough) {
 /// Every second row, from row `first` on, as if it had not been recorded.
 void thin(VectorXd& values, Index first) {
   for (Index row = first; row + 1 < values.size(); row += 2) values(row) = 0.5 * (values(row - 1) + values(row + 1));
+}
+
+/// The mean current on the way to each row as the rows that `thin` leaves have it. Empty without a counter.
+VectorXd thinned_count(VectorXd counted_a, Index first) {
+  for (Index row = first; row + 1 < counted_a.size(); row += 2)
+    counted_a(row) = counted_a(row + 1) = 0.5 * (counted_a(row) + counted_a(row + 1));
+  return counted_a;
+}
+
+/// Facts without every second row, but for the heat of what was switched there: rows that are further apart tell it
+/// as well as these do.
+plant::LogFacts thinned_facts(plant::LogFacts facts, Index first) {
+  const VectorXd recorded_a = facts.current_a;
+  thin(facts.current_a, first);
+  thin(facts.voltage_v, first);
+  facts.counted_a = thinned_count(std::move(facts.counted_a), first);
+  const VectorXd &current = facts.current_a, &counted = facts.counted_a;
+  VectorXd beyond = VectorXd::Zero(current.size());
+  const auto mean_a = [&](Index row) {
+    const bool is_counted = counted.size() > 0 && std::isfinite(counted(row));
+    return is_counted ? counted(row) : 0.5 * (current(row - 1) + current(row));
+  };
+  const auto put = [&](Index row, double square) {
+    const double mean = mean_a(row), half_a = current(row) - mean;
+    beyond(row) = square - mean * mean - half_a * half_a / 3.0;
+  };
+  for (Index row = 1; row < current.size(); ++row)
+    put(row, plant::switched_square(current(row - 1), current(row), mean_a(row)));
+  for (Index row = first; row + 1 < current.size(); row += 2) {
+    const double mean = 0.5 * (mean_a(row) + mean_a(row + 1));
+    const double square = plant::switched_square(recorded_a(row - 1), recorded_a(row + 1), mean);
+    put(row, square);
+    put(row + 1, square);
+  }
+  facts.beyond_straight_a2 = std::move(beyond);
+  return facts;
 }
 
 /// Predictions without every second row of what drives battery and car. A row beside which a pedal moved stays: what
@@ -44,11 +81,11 @@ plant::Prediction thinned_prediction(Observed& log, Index first) {
       if (!knows[row] || !knows[row + 1]) values(static_cast<Index>(row)) = recorded(static_cast<Index>(row));
     }
   }
-  VectorXd current_a = log.comparison.facts.current_a;
-  thin(log.comparison.facts.current_a, first);
+  plant::LogFacts recorded = thinned_facts(log.comparison.facts, first);
+  std::swap(recorded, log.comparison.facts);
   plant::Prediction out = plant::predict(log.model, log.comparison);
+  log.comparison.facts = std::move(recorded);
   for (auto& [role, values] : driven_by) signals[role] = std::move(values);
-  log.comparison.facts.current_a = std::move(current_a);
   return out;
 }
 

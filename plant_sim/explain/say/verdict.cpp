@@ -267,6 +267,23 @@ std::string left_untold(const Observed& log, const plant::Explanation& out) {
   return text;
 }
 
+std::string air_taken(const Observed& log, const AnswerOf& answer) {
+  constexpr double kWorthIt_k = 1.5;  // of 3 K that are allowed; chosen
+  const plant::LogFacts& facts = log.comparison.facts;
+  if (facts.ambient_above_model_k.size() > 0 || facts.air_stated) return "";
+  const VectorXd& starts =
+      answer.sets.empty() ? answer.nothing.plain_starts : answer.sets.front().fit.plain_starts;
+  const double given_c = log.model.car.environment.ambient_c;
+  plant::World world = log.model;
+  begin_at(world, log, starts);
+  const double warmer_k = world.car.environment.ambient_c - given_c;
+  if (std::abs(warmer_k) < kWorthIt_k) return "";
+  return fmt::format(
+      "the log does not say how warm the air was: it is taken as {:.1f} degC here, {:.1f} K {} than the model says, and "
+      "may hide an error of the cooling or of what heats; --set environment.ambient_c=C, or a column of it, tells",
+      given_c + warmer_k, std::abs(warmer_k), warmer_k > 0.0 ? "warmer" : "colder");
+}
+
 plant::Explanation too_little(const Saying& saying, const plant::Gated& gated) {
   plant::Explanation out;
   out.with_references = saying.with_references;
@@ -291,6 +308,7 @@ plant::Explanation said(const Saying& s, const plant::Gated& gated, const Observ
         s.model.world.car.battery.initial_temperature_c));
   }
   if (std::string heat = told_of_heat(rest); !heat.empty()) out.notes.push_back(std::move(heat));
+  if (std::string air = air_taken(rest, *s.global.front()); !air.empty()) out.notes.push_back(std::move(air));
   std::vector<std::string> sentences, units;
   for (const ReadChannel& channel : rest.channels) units.push_back(channel.unit);
   for (const AnswerOf* answer : s.global) put_causes(s, *answer, sentences, out);

@@ -34,4 +34,8 @@ struct Saying {
 /// was between the rows, or what a sound model misses as well. Empty where nothing is.
 [[nodiscard]] std::string left_untold(const Observed& log, const plant::Explanation& out);
 
+/// Of a log that does not say how warm the air was: how warm it had to be for what is said. Empty where that is as the
+/// model says.
+[[nodiscard]] std::string air_taken(const Observed& log, const AnswerOf& answer);
+
 }  // namespace voltlap::explain
