@@ -32,7 +32,7 @@ Holding holding_of(const plant::Model& model, bool has_references) {
   out.compared.soc_stated = model.kind != plant::ModelKind::kCell;
   out.compared.judge_soc = has_references;
   out.compared.temperature_stated = model.temperature_stated;
-  out.compared.air_stated = model.air_stated;
+  out.compared.air_step_k = model.air_step_k;
   return out;
 }
 
@@ -129,7 +129,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   plant::Gated gated = plant::integrity_gate(std::move(raw), model);
   std::vector<Held> references;
   std::vector<std::vector<plant::GateFinding>> usual_findings;
-  how.compared.air_stated = false;  // of the log's day
+  how.compared.air_step_k = 0.0;  // of the log's day
   for (plant::Recording& reference : options.references) {
     progress("reading references",
              0.1 + 0.4 * static_cast<double>(references.size()) / static_cast<double>(options.references.size()));
@@ -145,7 +145,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   note_what_is_not_judged(model.world, gated.log);
   progress("comparing with the model", 0.5);
   how.minutes = minutes_of(options.fit_blocks);
-  how.compared.air_stated = model.air_stated;
+  how.compared.air_step_k = model.air_step_k;
   Held held = held_against(model.world, gated.log, how);
   how.compared.hold = held.seen.comparison.facts.hold;  // beside whatever is found
   std::deque<Held> without_worst;
@@ -181,7 +181,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   if (options.holdout) {
     how.minutes = Minutes::kAll;
     plant::Gated theirs = plant::integrity_gate(std::move(*options.holdout), model);
-    how.compared.air_stated = false;
+    how.compared.air_step_k = 0.0;
     saying.gain = gain_on(model.world, theirs.log, saying, how);
   } else if (how.minutes != Minutes::kAll) {
     how.minutes = how.minutes == Minutes::kEven ? Minutes::kOdd : Minutes::kEven;

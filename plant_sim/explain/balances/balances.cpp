@@ -90,6 +90,7 @@ void settle_rests(Comparison& out) {
   const VectorXd &time = out.log.time_s, &raw = *out.log.find("current");
   out.facts.current_a = raw;
   out.facts.counted_a = counted_current(out.log);
+  out.facts.usual = usual_range(raw);
   out.facts.at_rest.assign(static_cast<std::size_t>(raw.size()), false);
   const auto [level, reach] = rest_level(raw);
   out.facts.rest_noise_a = reach;
@@ -265,7 +266,7 @@ Comparison comparison_of(const World& model, Recording recording, const Comparis
   if (const VectorXd* ambient = log.find("ambient")) {
     out.facts.ambient_above_model_k = (held(*ambient).array() - model.car.environment.ambient_c).matrix();
   }
-  out.facts.air_stated = options.air_stated;
+  out.facts.air_step_k = options.air_step_k;
   const bool with_force = knows_cornering(model, log);
   for (BalanceChannel& channel : car_channels(model, log)) {
     const bool of_force = channel.name == "speed" || channel.name == "motor_speed";

@@ -60,7 +60,7 @@ struct ComparisonOptions {
   std::optional<CurrentHold> hold =
       {};  ///< of the current, as its logger is known to have it; else found in the log
   bool temperature_stated = true;  ///< the model says how warm the battery begins
-  bool air_stated = false;         ///< the model says how warm the air of this log was
+  double air_step_k = 0.0;         ///< last digit with which the model says how warm the air of this log was; 0: not
 };
 
 /// Picks channels and facts (start SOC from the first rest, hold of the current) for this model. The battery of the

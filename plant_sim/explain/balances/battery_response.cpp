@@ -221,7 +221,9 @@ class LoggedCell {
     const double beyond_a2 =
         facts_.beyond_straight_a2.size() > 0
             ? facts_.beyond_straight_a2(row) / (cells * cells)
-            : switched_square(step.before_a, step.now_a, step.interval.mean_a()) - step.interval.mean_square_a2();
+            : switched_square(step.before_a, step.now_a, step.interval.mean_a(),
+                              {facts_.usual.low_a / cells, facts_.usual.high_a / cells}) -
+                  step.interval.mean_square_a2();
     return s.circuit.r0_ohm * beyond_a2;
   }
 

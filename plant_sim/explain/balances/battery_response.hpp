@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 
 #include "explain/balances/recording.hpp"
+#include "explain/balances/counted_charge.hpp"
 #include "explain/balances/world.hpp"
 #include "io/logs/cell_log.hpp"
 
@@ -27,9 +28,10 @@ struct LogFacts {
   Eigen::VectorXd
       above_surface_k;  ///< the cell above its measured surface, by the model as it was given; empty: nothing
   Eigen::VectorXd ambient_above_model_k;  ///< measured, last value held; empty: the model's holds
-  bool air_stated = false;                ///< by who asks: then it does
+  double air_step_k = 0.0;                ///< of who asks, its last digit: then it does; 0: nobody says it
   std::vector<bool> stopped;              ///< the car stands, or draws nothing for 3 s
   Eigen::VectorXd current_a;              ///< as logged, its noise averaged while nothing is drawn
+  CurrentRange usual;                  ///< of the pack's
   Eigen::VectorXd beyond_straight_a2;  ///< mean square of the pack's on the way to a row; empty: as rows tell it
   Eigen::VectorXd counted_a;  ///< mean from the row before, of the pack, as its counter says; empty: there is none
   std::vector<bool> at_rest;              ///< where it is averaged

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace voltlap::plant {
 namespace {
@@ -46,6 +47,20 @@ VectorXd counted_current(const Recording& log) {
     steps += step * step;
   }
   return beyond < steps ? out : VectorXd();
+}
+
+CurrentRange usual_range(const VectorXd& current_a) {
+  constexpr double kSeldom = 0.05;  // of the rows
+  std::vector<double> sorted;
+  for (const double a : current_a)
+    if (std::isfinite(a)) sorted.push_back(a);
+  if (sorted.empty()) return {};
+  const auto at = [&](double part) {
+    const auto place = static_cast<std::ptrdiff_t>(part * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), sorted.begin() + place, sorted.end());
+    return sorted[static_cast<std::size_t>(place)];
+  };
+  return {at(kSeldom), at(1.0 - kSeldom)};
 }
 
 }  // namespace voltlap::plant

@@ -40,13 +40,26 @@ bool states(const std::vector<std::string>& settings, const std::string& key) {
                      [&](const std::string& text) { return parse_setting(text).key == key; });
 }
 
+/// What "25.3" says is known to its last digit, 0.1; 0 where a key is not set.
+double last_digit_of(const std::vector<std::string>& settings, const std::string& key) {
+  double out = 0.0;
+  for (const std::string& text : settings) {
+    if (parse_setting(text).key != key) continue;
+    const std::size_t point = text.find('.', text.find('='));
+    const std::size_t end = point == std::string::npos ? point : text.find_first_not_of("0123456789", point + 1);
+    const std::size_t digits = point == std::string::npos ? 0 : std::min(end, text.size()) - point - 1;
+    out = std::pow(10.0, -static_cast<double>(digits));
+  }
+  return out;
+}
+
 }  // namespace
 
 Model load_model(const DataFolder& data, const std::string& name, const std::vector<std::string>& settings) {
   const ModelFile file = find_model_file(data, name, "--model");
   Model out;
   out.path = file.path;
-  out.air_stated = states(settings, "environment.ambient_c");
+  out.air_step_k = last_digit_of(settings, "environment.ambient_c");
   out.kind = file.kind;
   if (out.kind == ModelKind::kCell) {
     out.world.car.cell = load_cell(data, out.path, "--model");

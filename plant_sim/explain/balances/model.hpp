@@ -16,7 +16,7 @@ struct Model {
   std::string path;
   World world;
   bool temperature_stated = true;  ///< how warm the battery of this log begins, by who asks; else as any file has it
-  bool air_stated = false;  ///< how warm the air of this log was, by who asks
+  double air_step_k = 0.0;  ///< last digit of how warm the air of this log was, by who asks; 0: not said
 };
 
 /// `settings` are key=value of the vehicle's keys; for a cell file battery.cells_in_series and

@@ -177,6 +177,17 @@ class Standing {
     return false;
   }
 
+  /// What is left of a set without its usual members is the best no longer: the most probable of no more causes, all
+  /// of which sound logs do not show, that clearly beats it at the same job; itself where none does.
+  [[nodiscard]] Set better_than(const Set& left, const Fit& nothing) {
+    for (const Set& set : all()) {
+      if (set.members.size() > left.members.size() || !does_the_same(nothing, left, set)) continue;
+      if (unlike_members(family_, set, asked_) != set.members) continue;
+      if (is_clearly_better(family_, set, left, asked_) && follow(set.members)) return *find(set.members);
+    }
+    return left;
+  }
+
   [[nodiscard]] std::vector<Set> all() const {
     std::vector<Set> out;
     for (const One& one : sets_) out.push_back(one.set);
@@ -283,7 +294,7 @@ std::vector<Set> most_probable(const Family& family, const Fit& nothing, const A
     standing.follow_rivals(nothing, *best);
     best = standing.best();
     const std::vector<std::size_t> unlike = unlike_members(family, *best, asked);
-    if (standing.follow(unlike)) best = *standing.find(unlike);
+    if (standing.follow(unlike)) best = standing.better_than(*standing.find(unlike), nothing);
     std::vector<Set> rivals{*best};
     std::vector<std::vector<std::size_t>> done;
     for (const Set& set : standing.all()) {

@@ -26,7 +26,6 @@ constexpr double kCounted = 0.01;    // SOC: how well whoever counts it knew whe
 constexpr double kOfRow = 0.3;       // from one row to the next: when cells of a table were read
 constexpr double kOfMoved = 0.5;     // of what moves between rows: how much the cells may have moved before or after
 constexpr double kAir_k = 1.0;       // beside the model, where the log does not say it
-constexpr double kStated_k = 0.2;    // beside what who asks says of it: half a degree
 
 bool acts(const std::vector<VectorXd>& by_channel) {
   for (const VectorXd& v : by_channel) {
@@ -127,7 +126,7 @@ void add_branches(const Observed& log, std::vector<Start>& out) {
 /// Then it is known within a few kelvin alone.
 bool says_no_air(const Observed& log) {
   const plant::LogFacts& facts = log.comparison.facts;
-  return plant::has_temperature(log.comparison) && facts.ambient_above_model_k.size() == 0 && !facts.air_stated;
+  return plant::has_temperature(log.comparison) && facts.ambient_above_model_k.size() == 0 && facts.air_step_k == 0.0;
 }
 
 /// How well the air is known [K], 0: as well as the thermistors. Coarse steps say it within half of one.
@@ -136,7 +135,7 @@ double air_doubt_k(const Observed& log) {
   if (!plant::has_temperature(log.comparison)) return 0.0;
   if (says_no_air(log)) return kAir_k;
   const VectorXd* air = log.comparison.log.find("ambient");
-  if (air == nullptr) return kStated_k;
+  if (air == nullptr) return kHalfStep * log.comparison.facts.air_step_k;
   return is_coarse(*air) ? kHalfStep * least_change(*air) : 0.0;
 }
 

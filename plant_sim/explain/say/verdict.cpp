@@ -270,7 +270,7 @@ std::string left_untold(const Observed& log, const plant::Explanation& out) {
 std::string air_taken(const Observed& log, const AnswerOf& answer) {
   constexpr double kWorthIt_k = 1.5;  // of 3 K that are allowed; chosen
   const plant::LogFacts& facts = log.comparison.facts;
-  if (facts.ambient_above_model_k.size() > 0 || facts.air_stated) return "";
+  if (facts.ambient_above_model_k.size() > 0 || facts.air_step_k > 0.0) return "";
   const VectorXd& starts =
       answer.sets.empty() ? answer.nothing.plain_starts : answer.sets.front().fit.plain_starts;
   const double given_c = log.model.car.environment.ambient_c;

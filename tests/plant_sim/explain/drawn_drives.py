@@ -31,15 +31,15 @@ class Draw:
         self.random = random.Random(f"{seed}/{label}")
         print(f"VOLTLAP_TEST_SEED={seed}")
 
-    def drive(self, folder, *keys, candump=False, laps=4, vehicle="vtm16e"):
-        """A drawn drive; returns its log."""
+    def drive(self, folder, *keys, candump=False, laps=4, vehicle="vtm16e", rate=10):
+        """A drawn drive; returns its log, of a CSV with `rate` rows a second."""
         out = folder / f"drive{self.random.randrange(10**9)}"
         soc = f"{self.random.uniform(0.5, 1.0):.3f}"
         self.began_c = f"{self.random.uniform(27.0, 34.0):.2f}"  # of the last drive
         settings = [f"battery.initial_soc={soc}", f"battery.initial_temperature_c={self.began_c}",
                     f"driver.grip_use={self.random.uniform(0.85, 0.98):.3f}"]
         noise = ["sensors.noise=true", "sensors.quantisation=true"] if candump else []
-        files = ["--csv", f"{out}.csv", *(["--candump", f"{out}.log"] if candump else [])]
+        files = ["--csv", f"{out}.csv", "--rate", rate, *(["--candump", f"{out}.log"] if candump else [])]
         run("endurance", "--vehicle", vehicle, "--laps", laps, "--seed", self.random.randrange(2**31), *files, "--set",
             *settings, *noise, *keys)
         return f"{out}.log" if candump else f"{out}.csv"
