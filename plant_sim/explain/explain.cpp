@@ -32,7 +32,6 @@ Holding holding_of(const plant::Model& model, bool has_references) {
   out.compared.soc_stated = model.kind != plant::ModelKind::kCell;
   out.compared.judge_soc = has_references;
   out.compared.temperature_stated = model.temperature_stated;
-  out.compared.air_step_k = model.air_step_k;
   return out;
 }
 
@@ -56,6 +55,18 @@ void note_what_is_not_judged(const plant::World& model, plant::Recording& log) {
 
 Minutes minutes_of(const std::string& fit_blocks) {
   return fit_blocks == "even" ? Minutes::kEven : fit_blocks == "odd" ? Minutes::kOdd : Minutes::kAll;
+}
+
+/// Who asks says how warm the air of the log's day was, of no other's.
+Holding of_this_day(Holding how, const plant::Model& model, Minutes minutes) {
+  how.compared.air_step_k = model.air_step_k;
+  how.minutes = minutes;
+  return how;
+}
+Holding of_another_day(Holding how) {
+  how.compared.air_step_k = 0.0;
+  how.minutes = Minutes::kAll;
+  return how;
 }
 
 /// What is left of another log, or of the minutes that were not fitted, by the model as it was given and with what
@@ -129,7 +140,6 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   plant::Gated gated = plant::integrity_gate(std::move(raw), model);
   std::vector<Held> references;
   std::vector<std::vector<plant::GateFinding>> usual_findings;
-  how.compared.air_step_k = 0.0;  // of the log's day
   for (plant::Recording& reference : options.references) {
     progress("reading references",
              0.1 + 0.4 * static_cast<double>(references.size()) / static_cast<double>(options.references.size()));
@@ -144,8 +154,7 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   if (!gated.enough.empty()) return too_little(saying, gated);
   note_what_is_not_judged(model.world, gated.log);
   progress("comparing with the model", 0.5);
-  how.minutes = minutes_of(options.fit_blocks);
-  how.compared.air_step_k = model.air_step_k;
+  how = of_this_day(how, model, minutes_of(options.fit_blocks));
   Held held = held_against(model.world, gated.log, how);
   how.compared.hold = held.seen.comparison.facts.hold;  // beside whatever is found
   std::deque<Held> without_worst;
@@ -179,9 +188,8 @@ plant::Explanation explain(const plant::Model& model, plant::Recording raw, Expl
   if (!saying.unnamed) saying.unnamed = unnamed_member(held, references, causes, saying.members);
   how.beginning = Beginning::kByItself;
   if (options.holdout) {
-    how.minutes = Minutes::kAll;
+    how = of_another_day(how);
     plant::Gated theirs = plant::integrity_gate(std::move(*options.holdout), model);
-    how.compared.air_step_k = 0.0;
     saying.gain = gain_on(model.world, theirs.log, saying, how);
   } else if (how.minutes != Minutes::kAll) {
     how.minutes = how.minutes == Minutes::kEven ? Minutes::kOdd : Minutes::kEven;

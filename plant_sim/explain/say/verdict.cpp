@@ -279,8 +279,8 @@ std::string air_taken(const Observed& log, const AnswerOf& answer) {
   const double warmer_k = world.car.environment.ambient_c - given_c;
   if (std::abs(warmer_k) < kWorthIt_k) return "";
   return fmt::format(
-      "the log does not say how warm the air was: it is taken as {:.1f} degC here, {:.1f} K {} than the model says, and "
-      "may hide an error of the cooling or of what heats; --set environment.ambient_c=C, or a column of it, tells",
+      "the log does not say how warm the air was: it is taken as {:.1f} degC here, {:.1f} K {} than the model says, "
+      "and may hide an error of the cooling or of what heats; --set environment.ambient_c=C, or a column of it, tells",
       given_c + warmer_k, std::abs(warmer_k), warmer_k > 0.0 ? "warmer" : "colder");
 }
 
