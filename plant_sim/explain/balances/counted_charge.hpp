@@ -20,8 +20,8 @@ struct CurrentRange {
 [[nodiscard]] CurrentRange usual_range(const Eigen::VectorXd& current_a);
 
 /// Mean square [A^2] of a current that was `before_a` at one row and `now_a` at the next, and `mean_a` on the way: it
-/// was switched from one to the other, m^2 + (m - a) (b - m). Where neither can make that mean, it was at the end of the
-/// usual range for a while; beyond that it is a straight line to `now_a`.
+/// was switched from one to the other, m^2 + (m - a) (b - m). Where neither can make that mean, it was at the end of
+/// the usual range for a while; beyond that it is a straight line to `now_a`.
 [[nodiscard]] inline double switched_square(double before_a, double now_a, double mean_a, const CurrentRange& usual) {
   const double least_a = std::min(before_a, now_a), most_a = std::max(before_a, now_a);
   const double from_a = mean_a < least_a ? usual.low_a : mean_a > most_a ? most_a : least_a;
