@@ -39,6 +39,8 @@ def arguments():
     add("--kind", action="append", choices=KINDS,
         help="only: one cell on the bench, a pack file of 24 cells, cars with it, a car with 96 cells; may be repeated")
     add("--cause", action="append", metavar="NAME", help="only this effect; may be repeated")
+    add("--rate", type=int, choices=(1, 2, 5, 10), default=10,
+        help="rows a second of a drive's CSV, as slower loggers write them; default 10")
     add("--case", type=int, action="append", metavar="N", help="only the case of this number; may be repeated")
     add("--keep", type=Path, metavar="FOLDER", help="with one --case: leave its log, model and references there")
     add("--engine", type=Path, action="append", metavar="PROGRAM",
@@ -96,6 +98,7 @@ def repeat_of(given, number):
     """The command line that repeats one case."""
     words = ["./voltlap", "explain-mirror", "--seed", str(given.seed), "--case", str(number)]
     words += ["--quick"] if given.quick else []
+    words += ["--rate", str(given.rate)] if given.rate != 10 else []
     for flag, values in (("--kind", given.kind), ("--cause", given.cause), ("--engine", given.engine)):
         words += [word for value in values or () for word in (flag, str(value))]
     return shlex.join(words)
@@ -105,7 +108,8 @@ def write(given, outcomes, engines):
     from mirror import table
 
     names = [name for name, _ in engines]
-    facts = {"seed": given.seed, "quick": given.quick, "kinds": given.kind or list(KINDS), "causes": given.cause or []}
+    facts = {"seed": given.seed, "quick": given.quick, "kinds": given.kind or list(KINDS),
+             "causes": given.cause or [], "rate": given.rate}
     print(table.text_of(outcomes, names, facts, lambda number: repeat_of(given, number)))
     if given.json:
         given.json.write_text(table.json_of(outcomes, names, facts))
@@ -119,10 +123,11 @@ def main():
     check_causes(given)
     from mirror import trial
     from mirror.cases import Plan
+    from mirror.drives import NotDriven
 
     trial.hear_the_end()
     given.seed = secrets.randbelow(2**31) if given.seed is None else given.seed
-    plan = Plan(given.seed, given.quick, tuple(given.kind or KINDS), tuple(given.cause or ()))
+    plan = Plan(given.seed, given.quick, tuple(given.kind or KINDS), tuple(given.cause or ()), given.rate)
     engines = engines_of(given)
     print(f"explain-mirror: seed {given.seed}", file=sys.stderr)
     numbers = given.case or range(given.count or (QUICK if given.quick else COUNT))
@@ -133,6 +138,8 @@ def main():
             print(run.keep(given.case[0], given.keep))
             return 0
         outcomes = run.run()
+    except NotDriven as failure:  # of --keep; a table counts them
+        refuse(f"case {given.case[0]} cannot be driven: {failure}")
     except KeyboardInterrupt:
         print("\nexplain-mirror: interrupted; nothing is kept", file=sys.stderr)
         return 130

@@ -63,7 +63,7 @@ def test_short_form_has_sound_logs_and_effects_and_its_counts_add_up(quick):
 
 def test_json_says_what_was_hidden_and_what_was_said(quick):
     _, found, _ = quick
-    assert found.keys() == {"seed", "quick", "kinds", "causes", "engines", "invisible", "cases"}
+    assert found.keys() == {"seed", "quick", "kinds", "causes", "rate", "engines", "invisible", "cases"}
     for case in found["cases"]:
         if case["ask"] != "single" or case["not_driven"]:
             continue
@@ -72,6 +72,23 @@ def test_json_says_what_was_hidden_and_what_was_said(quick):
             "verdict", "causes", "alternatives", "found", "named", "in_set", "misnamed", "failed", "gain"}
     share = found["engines"]["voltlap"]["rho"][2]["named"]
     assert share["hits"] <= share["of"] and 0.0 <= share["ci95_low"] <= share["ci95_high"] <= 1.0
+
+
+@pytest.mark.parametrize(("seed", "case", "name"), [(11, 14, "log.csv"), (3, 14, "log.log")])
+def test_a_slower_logger_writes_fewer_rows_of_the_same_drive(tmp_path, seed, case, name):
+    """`--rate`: of a drive's CSV. Nothing else of the case is another."""
+    for rate in (10, 2):
+        mirror("--seed", seed, "--kind", "car", "--rate", rate, "--case", case, "--keep", tmp_path / str(rate))
+    rows = {rate: [line for line in (tmp_path / rate / name).read_text().splitlines() if not line.startswith("#")]
+            for rate in ("10", "2")}
+    assert rows["2"] == ([rows["10"][0], *rows["10"][1::5]] if name == "log.csv" else rows["10"])
+    assert (tmp_path / "2/model.toml").read_text() == (tmp_path / "10/model.toml").read_text()
+
+
+def test_a_case_that_cannot_be_driven_is_refused_with_the_reason(tmp_path):
+    run = mirror("--seed", 11, "--kind", "car", "--case", 4, "--keep", tmp_path / "kept", code=2)
+    assert "explain-mirror: case 4 cannot be driven: exit code 3: FAILED car on michigan_2014" in run.stderr
+    assert not (tmp_path / "kept").exists() and "Traceback" not in run.stderr
 
 
 ONCE_WRONG = {

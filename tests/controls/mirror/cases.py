@@ -12,6 +12,7 @@ from . import catalogue, drives, size
 from .effects import Scene
 
 PER_WORLD, SOUND = 10, 2
+RATE = 10  # rows a second of the CSV of a drive
 KINDS_IN_TURN = ("car", "pack", "cell", "car", "long", "pack")
 REFERENCES = (0, 1, 3)
 BINS = ((0.5, 1.0, 0.10), (1.0, 3.0, 0.30), (3.0, 30.0, 0.60))  # rho from, to, share of the draws
@@ -24,6 +25,7 @@ class Plan:
     quick: bool = False
     kinds: tuple = drives.KINDS
     causes: tuple = ()  # empty: all
+    rate: int = RATE  # rows a second that the engine is given of them
 
 
 @dataclass

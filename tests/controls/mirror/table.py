@@ -8,6 +8,7 @@ import math
 from bank.table import share_json
 
 from . import marks
+from .cases import RATE
 
 WIDE, COLUMN = 38, 30
 BOUNDS = {
@@ -90,7 +91,8 @@ def text_of(outcomes, engines, facts, repeat):
     """`repeat`: the command line of a case, by its number."""
     by_engine = [marks.said_by(name, outcomes) for name in engines]
     single = [o for o in outcomes if o.label["ask"] == "single"]
-    lines = [f"seed {facts['seed']}: {len(outcomes)} cases, {len(single)} with an effect", ""]
+    rate = f", CSV of {facts['rate']} rows a second" if facts.get("rate", RATE) != RATE else ""
+    lines = [f"seed {facts['seed']}: {len(outcomes)} cases, {len(single)} with an effect{rate}", ""]
     lines.append(row("", engines))
     lines.append(row("sound logs: alarms", [marks.alarms(said) for said in by_engine], "none"))
     for channel, scale, unit in (("voltage", 1e3, "mV"), ("temperature", 1.0, "K")):

@@ -56,6 +56,7 @@ class Prepared:
         self.world = cases.draw_world(plan, number)
         self.folder = Path(tempfile.mkdtemp(dir=folder, prefix="world-"))
         self.car = self.world.car
+        self.every = 1 if self.car.kind == "cell" else cases.RATE // plan.rate  # rows of a CSV
         (self.folder / "model.toml").write_text(self.car.text)
         (self.folder / "cell.toml").write_text(self.car.text)
         (self.folder / "vehicle.toml").write_text(self.car.vehicle)
@@ -79,14 +80,30 @@ class Prepared:
         return self.simulator.drive(self.car, self.folder, case.settings, f"log{case.number}", case.keys)[0]
 
 
+def hand_over(log, to, every):
+    """The log as it is, or of a drive's CSV one row of `every`."""
+    if every == 1 or log.suffix != ".csv":
+        os.link(log, to)
+        return
+    with open(log, encoding="ascii") as read, open(to, "w", encoding="ascii") as written:
+        rows = -1  # the names are no row
+        for line in read:
+            if line.startswith("#"):
+                written.write(line)
+                continue
+            if rows < 0 or rows % every == 0:
+                written.write(line)
+            rows += 1
+
+
 def question(prepared, case, log, folder):
     """A folder with a random name: log, model and references, and nothing else."""
     place = folder / secrets.token_hex(8)
     place.mkdir()
-    os.link(log, place / f"log{prepared.car.ending}")
+    hand_over(log, place / f"log{prepared.car.ending}", prepared.every)
     shutil.copy(prepared.folder / "model.toml", place)
     for k, reference in enumerate(prepared.references(case.references)):
-        os.link(reference, place / f"reference_{k}{prepared.car.ending}")
+        hand_over(reference, place / f"reference_{k}{prepared.car.ending}", prepared.every)
     return place
 
 
@@ -138,7 +155,7 @@ def measure_gains(prepared, case, named, out, folder):
         return
     place = folder / secrets.token_hex(8)
     place.mkdir()
-    os.link(log, place / f"log{prepared.car.ending}")
+    hand_over(log, place / f"log{prepared.car.ending}", prepared.every)
     shutil.copy(prepared.folder / "model.toml", place)
     before = left_by(prepared, place, "model.toml")
     if prepared.car.kind == "cell":
