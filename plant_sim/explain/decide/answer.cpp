@@ -297,12 +297,13 @@ std::vector<Set> most_probable(const Family& family, const Fit& nothing, const A
     if (standing.follow(unlike)) best = standing.better_than(*standing.find(unlike), nothing);
     std::vector<Set> rivals{*best};
     std::vector<std::vector<std::size_t>> done;
-    for (const Set& set : standing.all()) {
+    const std::vector<Set> all = standing.all();
+    for (const Set& set : all) {
       if (set.members == best->members) {
         done.push_back(set.members);
       } else if (does_the_same(nothing, *best, set)) {
         done.push_back(set.members);
-        if (is_rival(family, *best, set, asked)) rivals.push_back(set);
+        if (is_rival(family, *best, set, asked)) rivals.push_back(better_part(all, *best, set));
       }
     }
     const bool said = std::any_of(rivals.begin(), rivals.end(),

@@ -114,6 +114,15 @@ bool is_worth_more(const Family& family, const Set& set, const Set& subset) {
          more.practical > std::max(kPractical * asked_in(family, more.channel), kOfWhole * set.use.practical);
 }
 
+Set better_part(const std::vector<Set>& all, const Set& whole, const Set& other) {
+  for (const Set& part : all) {
+    const bool is_part = part.members != whole.members && std::ranges::includes(whole.members, part.members);
+    if (is_part && part.stands && part.members.size() <= other.members.size() && lead_of(part.fit, other.fit).decisive)
+      return part;
+  }
+  return other;
+}
+
 Search::Search(const Family& family, const std::vector<plant::Cause>& causes)
     : family_(family), causes_(causes), nothing_(fit_of(family.problem, {})) {
   for (std::size_t k = 0; k < family.suspects.size(); ++k) static_cast<void>(of({k}));

@@ -45,6 +45,9 @@ struct Set {
 [[nodiscard]] bool is_of_use(const Family& family, const Set& set);
 /// Is a set worth more than one of its subsets: decisively, and by a practical amount that is a part of the whole?
 [[nodiscard]] bool is_worth_more(const Family& family, const Set& set, const Set& subset);
+/// Of `all` the part of `whole` that has no more causes than `other` and is decisively more probable; `other` where
+/// there is none. What stands in for two causes does so no better than one of these.
+[[nodiscard]] Set better_part(const std::vector<Set>& all, const Set& whole, const Set& other);
 
 class Search {
  public:
